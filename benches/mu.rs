@@ -22,10 +22,7 @@ fn random(n: usize) -> Mat<c64> {
 }
 
 fn case(path: &str) -> Value {
-    let file = format!(
-        "{}/tests/data/control/{path}.json",
-        env!("CARGO_MANIFEST_DIR")
-    );
+    let file = format!("{}/tests/data/control/{path}.json", env!("CARGO_MANIFEST_DIR"));
     let text = std::fs::read_to_string(file).expect("the case is in the repository");
     serde_json::from_str(&text).expect("the case is JSON")
 }
@@ -36,12 +33,7 @@ fn numbers(value: &Value) -> Vec<f64> {
 }
 
 fn matrix(value: &Value) -> Mat<f64> {
-    let rows: Vec<Vec<f64>> = value
-        .as_array()
-        .into_iter()
-        .flatten()
-        .map(numbers)
-        .collect();
+    let rows: Vec<Vec<f64>> = value.as_array().into_iter().flatten().map(numbers).collect();
     Mat::from_fn(rows.len(), rows[0].len(), |i, j| rows[i][j])
 }
 
@@ -51,16 +43,10 @@ fn plant(path: &str) -> GeneralizedPlant {
     let size = |b: &Value, key: &str| b[key].as_u64().expect("block size") as usize;
     let blocks = data["blocks"].as_array().expect("blocks").iter();
     GeneralizedPlant {
-        system: StateSpace::new(part("A"), part("B"), part("C"), part("D"), Continuous)
-            .expect("shapes fit"),
+        system: StateSpace::new(part("A"), part("B"), part("C"), part("D"), Continuous).expect("shapes fit"),
         controls: size(data, "m2"),
         measurements: size(data, "p2"),
-        blocks: blocks
-            .map(|b| Block::ComplexFull {
-                rows: size(b, "rows"),
-                cols: size(b, "cols"),
-            })
-            .collect(),
+        blocks: blocks.map(|b| Block::ComplexFull { rows: size(b, "rows"), cols: size(b, "cols") }).collect(),
     }
 }
 
@@ -81,9 +67,7 @@ fn fits(c: &mut Criterion) {
     let omega = numbers(&data["omega"]);
     let ones = vec![1.0; omega.len()];
     let data = Magnitudes::new(omega, numbers(&data["magnitude"]), ones).expect("good data");
-    c.bench_function("D fit order 4", |b| {
-        b.iter(|| fit_quick(black_box(&data), 4))
-    });
+    c.bench_function("D fit order 4", |b| b.iter(|| fit_quick(black_box(&data), 4)));
 }
 
 fn iterations(c: &mut Criterion) {
@@ -91,14 +75,9 @@ fn iterations(c: &mut Criterion) {
     group.sample_size(10);
     for name in ["skogestad_column", "amb_1plane"] {
         let plant = plant(&format!("dk/{name}"));
-        let settings = DkSettings {
-            fit_range_rad_s: Some((1e-3, 1e5)),
-            descent_steps: 0,
-            ..DkSettings::default()
-        };
-        group.bench_function(name, |b| {
-            b.iter(|| iterate(black_box(&plant), &settings, &mut |_| {}).map(|o| o.mu_peak))
-        });
+        let settings = DkSettings { fit_range_rad_s: Some((1e-3, 1e5)), descent_steps: 0, ..DkSettings::default() };
+        group
+            .bench_function(name, |b| b.iter(|| iterate(black_box(&plant), &settings, &mut |_| {}).map(|o| o.mu_peak)));
     }
     group.finish();
 }

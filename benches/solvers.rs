@@ -36,18 +36,10 @@ fn spread(rows: usize, cols: usize, seed: f64) -> Mat<f64> {
 fn plant(n: usize, channels: usize) -> GeneralizedPlant {
     let c = channels;
     let b = Mat::from_fn(n, 3 * c, |i, j| {
-        if i % 2 == 1 && !(c..2 * c).contains(&j) {
-            100.0 * ((i * (j % c + 1)) as f64).cos()
-        } else {
-            0.0
-        }
+        if i % 2 == 1 && !(c..2 * c).contains(&j) { 100.0 * ((i * (j % c + 1)) as f64).cos() } else { 0.0 }
     });
     let read = Mat::from_fn(3 * c, n, |i, j| {
-        if j % 2 == 0 && !(c..2 * c).contains(&i) {
-            ((j * (i % c + 1)) as f64).cos()
-        } else {
-            0.0
-        }
+        if j % 2 == 0 && !(c..2 * c).contains(&i) { ((j * (i % c + 1)) as f64).cos() } else { 0.0 }
     });
     let d = Mat::from_fn(3 * c, 3 * c, |i, j| match (i, j) {
         (i, j) if (c..2 * c).contains(&i) && j >= 2 * c && i - c == j - 2 * c => 0.1,
@@ -67,9 +59,7 @@ fn plant(n: usize, channels: usize) -> GeneralizedPlant {
 static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 
 fn solvers(c: &mut Criterion) {
-    let this = rayon::ThreadPoolBuilder::new()
-        .num_threads(1)
-        .use_current_thread();
+    let this = rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread();
     this.build_global().expect("nothing ran in parallel before");
     for n in [14, 28, 60] {
         let (b, q) = (spread(n, 3, 0.3), spread(3, n, 0.7));
@@ -82,14 +72,8 @@ fn solvers(c: &mut Criterion) {
         });
     }
     for n in [20, 60] {
-        let s = StateSpace::new(
-            rotor(n, false),
-            spread(n, 2, 0.1),
-            spread(2, n, 0.2),
-            Mat::zeros(2, 2),
-            Continuous,
-        )
-        .expect("shapes fit");
+        let s = StateSpace::new(rotor(n, false), spread(n, 2, 0.1), spread(2, n, 0.2), Mat::zeros(2, 2), Continuous)
+            .expect("shapes fit");
         c.bench_function(&format!("hinfnorm n={n}"), |bench| {
             bench.iter(|| black_box(hinf_norm(&s, 1e-9)));
         });

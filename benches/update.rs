@@ -20,11 +20,7 @@ fn update(c: &mut Criterion) {
             (port(b.sensor_m), port(b.actuator_m))
         })
         .to_vec();
-    let query = Query {
-        frfs,
-        from_hz: 100.0,
-        to_hz: 5500.0,
-    };
+    let query = Query { frfs, from_hz: 100.0, to_hz: 5500.0 };
     let factors = vec![0.9; chain.regions.len()];
     c.bench_function("objective: poles and antiresonances, full FE", |b| {
         b.iter(|| spectrum(&chain, black_box(&factors), &query));
@@ -32,12 +28,7 @@ fn update(c: &mut Criterion) {
     let read = load_measurement("paper-frequencies").expect("shipped files");
     let list = |l: &[Option<f64>]| l.iter().map(|f| f.map(Target::read_off)).collect();
     let f = &read.frequencies[0];
-    let targets = front_and_rear(
-        &machine,
-        list(&f.resonances_hz),
-        list(&f.front_hz),
-        list(&f.rear_hz),
-    );
+    let targets = front_and_rear(&machine, list(&f.resonances_hz), list(&f.front_hz), list(&f.rear_hz));
     let settings = UpdateSettings::default();
     c.bench_function("Gauss-Newton, eight published frequencies", |b| {
         b.iter(|| gauss_newton(&machine, black_box(&targets), &settings));

@@ -84,9 +84,7 @@ pub enum PipelineError {
     #[error("controller: {0}")]
     Controller(#[from] ControllerError),
     /// A continuous design that does not survive sampling.
-    #[error(
-        "emulation: the sampled loop is unstable at each of the {tried} prewarp frequencies tried"
-    )]
+    #[error("emulation: the sampled loop is unstable at each of the {tried} prewarp frequencies tried")]
     Emulated {
         /// Prewarp frequencies tried.
         tried: usize,

@@ -53,27 +53,18 @@ pub fn generalized_plane(
     let weighted = series(&series(&round.input, &with_errors)?, &round.output)?;
     let performance = (LOADS + LOOPS, weighted.outputs() - LOOPS - nv);
     let blocks = problem_blocks(modes.len(), &round.channels, performance);
-    Ok(GeneralizedPlant {
-        system: weighted,
-        controls: LOOPS,
-        measurements: LOOPS,
-        blocks,
-    })
+    Ok(GeneralizedPlant { system: weighted, controls: LOOPS, measurements: LOOPS, blocks })
 }
 
 /// Controller of the scaled problem back in physical units: u (A) from y (m).
 pub fn unscale_controller<T: crate::lti::TimeBase>(scaled: &StateSpace<T>) -> StateSpace<T> {
-    let y = Mat::from_fn(scaled.inputs(), scaled.inputs(), |i, j| {
-        if i == j { 1.0 / SIGNAL_SCALE_M } else { 0.0 }
-    });
+    let y = Mat::from_fn(scaled.inputs(), scaled.inputs(), |i, j| if i == j { 1.0 / SIGNAL_SCALE_M } else { 0.0 });
     scaled.scale_inputs(&y)
 }
 
 /// Controller in physical units as the scaled problem sees it.
 pub fn scale_controller<T: crate::lti::TimeBase>(physical: &StateSpace<T>) -> StateSpace<T> {
-    let y = Mat::from_fn(physical.inputs(), physical.inputs(), |i, j| {
-        if i == j { SIGNAL_SCALE_M } else { 0.0 }
-    });
+    let y = Mat::from_fn(physical.inputs(), physical.inputs(), |i, j| if i == j { SIGNAL_SCALE_M } else { 0.0 });
     physical.scale_inputs(&y)
 }
 
@@ -93,11 +84,7 @@ impl ProblemWeights {
     ///
     /// # Errors
     /// [`NumericError`] when a weight is not positive.
-    pub(crate) fn new(
-        modes: &[UncertainMode],
-        weights: &Weights,
-        plane: WeightPlane,
-    ) -> Result<Self, NumericError> {
+    pub(crate) fn new(modes: &[UncertainMode], weights: &Weights, plane: WeightPlane) -> Result<Self, NumericError> {
         let shapes = WeightShapes::of(weights)?;
         Ok(Self {
             input: input_weights(modes, weights, &shapes, plane)?,
@@ -110,14 +97,8 @@ impl ProblemWeights {
     ///
     /// # Errors
     /// As [`Self::new`].
-    pub(crate) fn of_specification(
-        modes: &[UncertainMode],
-        weights: &Weights,
-    ) -> Result<Self, NumericError> {
-        let weights = Weights {
-            complementary_sensitivity_limit: None,
-            ..weights.clone()
-        };
+    pub(crate) fn of_specification(modes: &[UncertainMode], weights: &Weights) -> Result<Self, NumericError> {
+        let weights = Weights { complementary_sensitivity_limit: None, ..weights.clone() };
         Self::new(modes, &weights, WeightPlane::Laplace)
     }
 }
@@ -153,10 +134,7 @@ fn input_weights(
         None => StateSpace::gain(diagonal(weights.sensor_noise_m), Continuous),
     };
     all = append(&all, &noise);
-    Ok(append(
-        &all,
-        &StateSpace::gain(Mat::identity(LOOPS, LOOPS), Continuous),
-    ))
+    Ok(append(&all, &StateSpace::gain(Mat::identity(LOOPS, LOOPS), Continuous)))
 }
 
 fn output_weights(
@@ -165,15 +143,11 @@ fn output_weights(
     shapes: &WeightShapes,
     plane: WeightPlane,
 ) -> Result<StateSpace<Continuous>, NumericError> {
-    let modal = Mat::from_fn(modes.len(), modes.len(), |i, j| {
-        if i == j { modal_gain(&modes[i]) } else { 0.0 }
-    });
+    let modal = Mat::from_fn(modes.len(), modes.len(), |i, j| if i == j { modal_gain(&modes[i]) } else { 0.0 });
     let mut all = StateSpace::gain(modal, Continuous);
     for channel in &shapes.channels {
         let weight = match &channel.output {
-            ChannelWeight::Constant(value) => {
-                StateSpace::gain(Mat::from_fn(1, 1, |_, _| *value), Continuous)
-            }
+            ChannelWeight::Constant(value) => StateSpace::gain(Mat::from_fn(1, 1, |_, _| *value), Continuous),
             ChannelWeight::OverFrequency(shape) => plane.realise(shape)?.system,
         };
         all = append(&all, &weight);
@@ -192,10 +166,7 @@ fn output_weights(
     for integral in shapes.integral.iter().flatten() {
         all = append(&all, &plane.realise(integral)?.system);
     }
-    Ok(append(
-        &all,
-        &StateSpace::gain(diagonal(1.0 / SIGNAL_SCALE_M), Continuous),
-    ))
+    Ok(append(&all, &StateSpace::gain(diagonal(1.0 / SIGNAL_SCALE_M), Continuous)))
 }
 
 /// Plane (v, loads, u) → (q, x, y) with noise inputs and with currents and signals as extra errors:
@@ -207,51 +178,29 @@ fn expose_errors(
     weights: &Weights,
 ) -> Result<StateSpace<Continuous>, NumericError> {
     let (n, w) = (plane.order(), nv + LOADS);
-    let extra = if weights.complementary_sensitivity_limit.is_some() {
-        LOOPS
-    } else {
-        0
-    };
+    let extra = if weights.complementary_sensitivity_limit.is_some() { LOOPS } else { 0 };
     let part = |m: &Mat<f64>, r0, c0, r, c| m.submatrix(r0, c0, r, c).to_owned();
     let noise_gap = |rows: usize| Mat::<f64>::zeros(rows, LOOPS);
     let widen = |m: &Mat<f64>| {
         let rows = m.nrows();
         let left = part(m, 0, 0, rows, w);
         let right = part(m, 0, w, rows, LOOPS);
-        crate::lti::connect::stack_cols(
-            &crate::lti::connect::stack_cols(&left, &noise_gap(rows)),
-            &right,
-        )
+        crate::lti::connect::stack_cols(&crate::lti::connect::stack_cols(&left, &noise_gap(rows)), &right)
     };
     let b = widen(&plane.b);
     let rows = |m: &Mat<f64>, from, count| part(m, from, 0, count, m.ncols());
     let d_errors = widen(&rows(&plane.d, 0, w));
     let d_signal = widen(&rows(&plane.d, w, LOOPS));
-    let currents = Mat::from_fn(LOOPS, w + 2 * LOOPS, |i, j| {
-        if j == w + LOOPS + i { 1.0 } else { 0.0 }
-    });
-    let noise = Mat::from_fn(
-        LOOPS,
-        w + 2 * LOOPS,
-        |i, j| if j == w + i { 1.0 } else { 0.0 },
-    );
+    let currents = Mat::from_fn(LOOPS, w + 2 * LOOPS, |i, j| if j == w + LOOPS + i { 1.0 } else { 0.0 });
+    let noise = Mat::from_fn(LOOPS, w + 2 * LOOPS, |i, j| if j == w + i { 1.0 } else { 0.0 });
     let c_signal = rows(&plane.c, w, LOOPS);
     let clean_c = rows(&c_signal, 0, extra);
     let clean_d = rows(&d_signal, 0, extra);
     let noisy_d = &d_signal + &noise;
-    let regulated = if weights.integral_corner_hz.is_some() {
-        LOOPS
-    } else {
-        0
-    };
-    let c = [
-        Mat::zeros(LOOPS, n),
-        clean_c,
-        rows(&c_signal, 0, regulated),
-        c_signal.clone(),
-    ]
-    .iter()
-    .fold(rows(&plane.c, 0, w), |all, next| stack_rows(&all, next));
+    let regulated = if weights.integral_corner_hz.is_some() { LOOPS } else { 0 };
+    let c = [Mat::zeros(LOOPS, n), clean_c, rows(&c_signal, 0, regulated), c_signal.clone()]
+        .iter()
+        .fold(rows(&plane.c, 0, w), |all, next| stack_rows(&all, next));
     let d = [currents, clean_d, rows(&noisy_d, 0, regulated), noisy_d]
         .iter()
         .fold(d_errors, |all, next| stack_rows(&all, next));
@@ -268,10 +217,5 @@ fn modal_gain(mode: &UncertainMode) -> f64 {
 }
 
 fn diagonal(value: f64) -> Mat<f64> {
-    block2(
-        &Mat::from_fn(1, 1, |_, _| value),
-        &Mat::zeros(1, 1),
-        &Mat::zeros(1, 1),
-        &Mat::from_fn(1, 1, |_, _| value),
-    )
+    block2(&Mat::from_fn(1, 1, |_, _| value), &Mat::zeros(1, 1), &Mat::zeros(1, 1), &Mat::from_fn(1, 1, |_, _| value))
 }

@@ -104,8 +104,7 @@ pub(crate) fn channels(weights: &Weights) -> Result<Vec<Channel>, NumericError> 
         both(ChannelKind::Sensor, weight, allowed);
     }
     if uncertainty.force_constant > 0.0 {
-        let weight =
-            [0; LOOPS].map(|_| ChannelWeight::Constant(uncertainty.force_constant / current));
+        let weight = [0; LOOPS].map(|_| ChannelWeight::Constant(uncertainty.force_constant / current));
         both(ChannelKind::ForceConstant, weight, [current; LOOPS]);
     }
     if uncertainty.negative_stiffness > 0.0 {
@@ -122,12 +121,7 @@ pub(crate) fn channels(weights: &Weights) -> Result<Vec<Channel>, NumericError> 
     if uncertainty.delay_s > 0.0 {
         let (tau, high) = (uncertainty.delay_s, 12f64.sqrt());
         // τ s/(1 + τ s/√12), not quite zero at zero frequency.
-        let cover = Section {
-            b0: DELAY_AT_REST * high,
-            b1: tau,
-            a0: 1.0,
-            a1: tau / high,
-        };
+        let cover = Section { b0: DELAY_AT_REST * high, b1: tau, a0: 1.0, a1: tau / high };
         let cover = Shape::section(cover);
         let weight = [0; LOOPS].map(|_| over_frequency(&cover, 1.0 / current));
         both(ChannelKind::Delay, weight, [current; LOOPS]);
@@ -139,17 +133,12 @@ pub(crate) fn channels(weights: &Weights) -> Result<Vec<Channel>, NumericError> 
 pub(crate) fn channel_names(weights: &Weights) -> Vec<String> {
     let places = ["front", "rear"];
     let all = channels(weights).unwrap_or_default().into_iter();
-    all.map(|c| format!("{}, {}", c.kind.words(), places[c.bearing]))
-        .collect()
+    all.map(|c| format!("{}, {}", c.kind.words(), places[c.bearing])).collect()
 }
 
 /// The blocks of a problem: modes, channels, performance of `rows` × `cols`. Real parameters stand there as complex
 /// ones, whose μ is not below theirs.
-pub(crate) fn problem_blocks(
-    modes: usize,
-    channels: &[Channel],
-    (rows, cols): (usize, usize),
-) -> Vec<Block> {
+pub(crate) fn problem_blocks(modes: usize, channels: &[Channel], (rows, cols): (usize, usize)) -> Vec<Block> {
     let mut blocks = vec![Block::ComplexScalar { n: 1 }; modes + channels.len()];
     blocks.push(Block::ComplexFull { rows, cols });
     blocks
@@ -160,17 +149,9 @@ pub(crate) fn problem_blocks(
 /// # Errors
 /// As [`channels`].
 pub(crate) fn real_channels(modes: usize, weights: &Weights) -> Result<Vec<usize>, NumericError> {
-    let real = |c: &Channel| {
-        matches!(
-            c.kind,
-            ChannelKind::ForceConstant | ChannelKind::NegativeStiffness
-        )
-    };
+    let real = |c: &Channel| matches!(c.kind, ChannelKind::ForceConstant | ChannelKind::NegativeStiffness);
     let all = channels(weights)?.into_iter().enumerate();
-    Ok(all
-        .filter(|(_, c)| real(c))
-        .map(|(k, _)| modes + k)
-        .collect())
+    Ok(all.filter(|(_, c)| real(c)).map(|(k, _)| modes + k).collect())
 }
 
 /// How channels are wired into a plane that shows its errors: rows (q of the modes, displacements at tool, front, rear,
@@ -201,10 +182,7 @@ impl Wiring {
             _ => drive + c.bearing,
         };
         let wired = |own: &dyn Fn(&Channel) -> usize, count: usize| {
-            (0..modes)
-                .chain(channels.iter().map(own))
-                .chain(modes..count)
-                .collect()
+            (0..modes).chain(channels.iter().map(own)).chain(modes..count).collect()
         };
         Self {
             rows: wired(&reads, rows),
@@ -218,11 +196,7 @@ impl Wiring {
     pub(crate) fn matrix<T: Clone>(&self, zero: &T, at: impl Fn(usize, usize) -> T) -> Mat<T> {
         Mat::from_fn(self.rows.len(), self.columns.len(), |i, j| {
             let (row, column) = (self.rows[i], self.columns[j]);
-            if self.injected.contains(&j) && self.currents.contains(&row) {
-                zero.clone()
-            } else {
-                at(row, column)
-            }
+            if self.injected.contains(&j) && self.currents.contains(&row) { zero.clone() } else { at(row, column) }
         })
     }
 }

@@ -18,10 +18,7 @@ impl Exposure {
     pub(crate) fn new(modes: usize, channels: &[Channel], integral: bool) -> Self {
         let errors = modes + LOADS;
         let regulated = if integral { LOOPS } else { 0 };
-        Self {
-            errors,
-            wiring: Wiring::new(modes, errors + LOOPS + regulated + LOOPS, channels),
-        }
+        Self { errors, wiring: Wiring::new(modes, errors + LOOPS + regulated + LOOPS, channels) }
     }
 
     /// Rows that are weighted errors; the signals come after them.

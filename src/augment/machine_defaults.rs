@@ -46,11 +46,8 @@ impl Weights {
         if self.open.is_empty() {
             return Ok(filled);
         }
-        let rotor = Rotor::new(0.0, spindle.sections.clone(), &spindle.discs)
-            .map_err(SpindleError::Rotor)?;
-        let modes_hz = PlanarModes::new(&rotor)
-            .map_err(SpindleError::Shaft)?
-            .flexible_hz();
+        let rotor = Rotor::new(0.0, spindle.sections.clone(), &spindle.discs).map_err(SpindleError::Rotor)?;
+        let modes_hz = PlanarModes::new(&rotor).map_err(SpindleError::Shaft)?.flexible_hz();
         let unstable_hz = unstable_hz(spindle, &rotor, &modes_hz);
         for quantity in filled.open.drain(..).collect::<Vec<_>>() {
             match quantity {
@@ -89,17 +86,13 @@ fn unstable_hz(spindle: &Spindle, rotor: &Rotor, modes_hz: &[f64]) -> f64 {
 }
 
 fn current_limit_a(spindle: &Spindle) -> f64 {
-    let of = |b: &crate::spindle::Bearing| {
-        (PART_OF_BIAS * b.bias_current_a).min(b.max_current_a - b.bias_current_a)
-    };
+    let of = |b: &crate::spindle::Bearing| (PART_OF_BIAS * b.bias_current_a).min(b.max_current_a - b.bias_current_a);
     of(&spindle.front).min(of(&spindle.rear))
 }
 
 fn rolloff_hz(spindle: &Spindle, last_mode_hz: f64) -> f64 {
     let rate = spindle.electronics.sample_rate_hz;
-    (PART_OF_SAMPLE_RATE * rate)
-        .max(ABOVE_LAST_MODE * last_mode_hz)
-        .min(LATEST * rate)
+    (PART_OF_SAMPLE_RATE * rate).max(ABOVE_LAST_MODE * last_mode_hz).min(LATEST * rate)
 }
 
 fn noise_m(spindle: &Spindle) -> f64 {

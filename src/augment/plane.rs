@@ -65,17 +65,10 @@ pub fn design_plane(
     route: Route,
 ) -> Result<StateSpace<Continuous>, SpindleError> {
     let isotropic = isotropic(machine);
-    let detail = ModelDetail::Modes {
-        flexible,
-        static_residual: true,
-    };
+    let detail = ModelDetail::Modes { flexible, static_residual: true };
     let plant = Plant::new(&isotropic, 0.0, detail)?;
     let modes = uncertain.iter().map(|k| k + 1).max().unwrap_or(0);
-    let ports: Vec<usize> = uncertain
-        .iter()
-        .map(|mode| CHANNELS + 2 * mode)
-        .chain([4, 6, 8, 0, 2])
-        .collect();
+    let ports: Vec<usize> = uncertain.iter().map(|mode| CHANNELS + 2 * mode).chain([4, 6, 8, 0, 2]).collect();
     Ok(match route {
         Route::Direct => {
             let sampled = plant.sampled_with_modal_ports(modes)?;

@@ -17,10 +17,7 @@ impl Root {
         let omega_rad_s = s.norm();
         // Eigenvalues of real matrices are real or have imaginary parts well above rounding.
         let damping = (s.im != 0.0).then(|| -s.re / omega_rad_s);
-        Self {
-            omega_rad_s,
-            damping,
-        }
+        Self { omega_rad_s, damping }
     }
 
     pub(super) fn degree(&self) -> usize {

@@ -45,10 +45,7 @@ impl SecondOrder {
     #[must_use]
     fn stretched(&self, stretch: f64) -> Self {
         let own = |c: [f64; 3]| [c[0], c[1] * stretch, c[2] * stretch.powi(2)];
-        Self {
-            b: own(self.b),
-            a: own(self.a),
-        }
+        Self { b: own(self.b), a: own(self.a) }
     }
 
     /// Corner and damping of the sharper of numerator and denominator.
@@ -57,12 +54,8 @@ impl SecondOrder {
             let omega = (c[0] / c[2]).sqrt();
             (omega, 0.5 * c[1] / (c[2] * omega))
         };
-        let both = [&self.b, &self.a]
-            .into_iter()
-            .filter(|c| c[2] > 0.0)
-            .map(of);
-        both.filter(|(omega, damping)| omega.is_finite() && *damping < 1.0)
-            .min_by(|x, y| x.1.total_cmp(&y.1))
+        let both = [&self.b, &self.a].into_iter().filter(|c| c[2] > 0.0).map(of);
+        both.filter(|(omega, damping)| omega.is_finite() && *damping < 1.0).min_by(|x, y| x.1.total_cmp(&y.1))
     }
 
     /// The factor with v in the place of ω, its corner where it is written.

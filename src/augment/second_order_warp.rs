@@ -15,11 +15,7 @@ impl SecondOrder {
     ///
     /// # Errors
     /// [`NumericError`] when a coefficient is not finite, or the eigenvalues of a polynomial are not found.
-    pub(super) fn fitted(
-        &self,
-        period_s: f64,
-        tolerance: f64,
-    ) -> Result<FittedWeight, NumericError> {
+    pub(super) fn fitted(&self, period_s: f64, tolerance: f64) -> Result<FittedWeight, NumericError> {
         let k = 2.0 / period_s;
         let written = |theta: f64| self.magnitude(k * theta);
         let lines = self.lines(period_s);
@@ -27,11 +23,7 @@ impl SecondOrder {
             let range = ratio_range_over(&lines, &|x| fit.magnitude(k * x.sqrt()), &written);
             (fit.clone(), range)
         };
-        let plain = Shape {
-            gain: 1.0,
-            stages: vec![Stage::Second(self.at_corner(period_s))],
-            excess_over_points: 0.0,
-        };
+        let plain = Shape { gain: 1.0, stages: vec![Stage::Second(self.at_corner(period_s))], excess_over_points: 0.0 };
         let mut candidates = vec![judged(&plain)];
         if candidates[0].1.1 > tolerance {
             let exact_at = self.corner().map(|(omega, _)| omega / k);
@@ -44,32 +36,20 @@ impl SecondOrder {
             }
         }
         // The one within the tolerance is the last; without one the closest is taken.
-        let best = candidates
-            .into_iter()
-            .min_by(|x, y| x.1.1.total_cmp(&y.1.1));
+        let best = candidates.into_iter().min_by(|x, y| x.1.1.total_cmp(&y.1.1));
         match best {
-            Some((fit, (least, excess))) if excess.is_finite() && least > 0.0 => Ok(FittedWeight {
-                system: fit.times(least.recip()).in_series(Stage::system)?,
-                largest_excess: excess,
-            }),
-            _ => Err(NumericError::NotFinite {
-                what: "second-order weight fitted in the w plane",
-            }),
+            Some((fit, (least, excess))) if excess.is_finite() && least > 0.0 => {
+                Ok(FittedWeight { system: fit.times(least.recip()).in_series(Stage::system)?, largest_excess: excess })
+            }
+            _ => Err(NumericError::NotFinite { what: "second-order weight fitted in the w plane" }),
         }
     }
 
     /// ω² replaced by the approximant, exact at θ = `exact_at`.
-    fn substituted(
-        &self,
-        approximant: &Approximant,
-        k: f64,
-        exact_at: Option<f64>,
-    ) -> Result<Shape, NumericError> {
+    fn substituted(&self, approximant: &Approximant, k: f64, exact_at: Option<f64>) -> Result<Shape, NumericError> {
         let correction = exact_at
             .filter(|theta| *theta < LAST_CORNER)
-            .map_or(1.0, |theta| {
-                theta.powi(2) / approximant.value(theta.tan().powi(2))
-            });
+            .map_or(1.0, |theta| theta.powi(2) / approximant.value(theta.tan().powi(2)));
         let scale = correction * k.powi(2);
         let side = |c: &[f64; 3]| -> Result<Vec<Root>, NumericError> {
             let mut roots = vec![];
@@ -109,11 +89,7 @@ fn squares(c: &[f64; 3]) -> Vec<c64> {
     let [c0, c1, c2] = *c;
     let middle = c1.powi(2) - 2.0 * c0 * c2;
     if c2 == 0.0 {
-        let first = if c1 == 0.0 {
-            f64::INFINITY
-        } else {
-            (c0 / c1).powi(2)
-        };
+        let first = if c1 == 0.0 { f64::INFINITY } else { (c0 / c1).powi(2) };
         return vec![c64::new(first, 0.0), c64::new(f64::INFINITY, 0.0)];
     }
     // c₂² r² − middle r + c₀² = 0.
@@ -131,11 +107,7 @@ fn squares(c: &[f64; 3]) -> Vec<c64> {
 /// −X of the roots of r + scale ρ(X).
 fn roots_of(approximant: &Approximant, r: c64, scale: f64) -> Result<Vec<c64>, NumericError> {
     if r.im == 0.0 {
-        let (c0, c1) = if r.re.is_finite() {
-            (r.re, scale)
-        } else {
-            (1.0, 0.0)
-        };
+        let (c0, c1) = if r.re.is_finite() { (r.re, scale) } else { (1.0, 0.0) };
         let real = approximant.roots(c0, c1).into_iter();
         return Ok(real.map(|u| c64::new(u, 0.0)).collect());
     }
@@ -152,11 +124,7 @@ fn roots_of(approximant: &Approximant, r: c64, scale: f64) -> Result<Vec<c64>, N
     };
     let (below, above) = (product(approximant.poles), product(approximant.zeros));
     let coefficient = |k: usize| {
-        let raised = if k == 0 {
-            0.0
-        } else {
-            scale * approximant.gain * above[k - 1]
-        };
+        let raised = if k == 0 { 0.0 } else { scale * approximant.gain * above[k - 1] };
         r * below[k] - c64::new(raised, 0.0)
     };
     let coefficients: Vec<c64> = (0..below.len()).map(coefficient).collect();

@@ -55,11 +55,7 @@ pub struct Shape {
 impl Shape {
     /// One stage of first order.
     pub fn section(section: Section) -> Self {
-        Self {
-            gain: 1.0,
-            stages: vec![Stage::First(section)],
-            excess_over_points: 0.0,
-        }
+        Self { gain: 1.0, stages: vec![Stage::First(section)], excess_over_points: 0.0 }
     }
 
     /// One that goes from `low` to `high` and is their geometric mean at `crossover_hz`.
@@ -67,11 +63,7 @@ impl Shape {
     /// # Errors
     /// As [`Section::level_change`].
     pub fn level_change(low: f64, high: f64, crossover_hz: f64) -> Result<Self, NumericError> {
-        Ok(Self::section(Section::level_change(
-            low,
-            high,
-            crossover_hz,
-        )?))
+        Ok(Self::section(Section::level_change(low, high, crossover_hz)?))
     }
 
     /// The shape with value `gain` at zero frequency and these roots.
@@ -81,43 +73,24 @@ impl Shape {
     pub fn from_roots(gain: f64, zeros: &[Root], poles: &[Root]) -> Result<Self, NumericError> {
         let degree = |list: &[Root]| list.iter().map(Root::degree).sum::<usize>();
         if degree(zeros) > degree(poles) {
-            return Err(NumericError::NotFinite {
-                what: "weight at high frequency (it has more zeros than poles)",
-            });
+            return Err(NumericError::NotFinite { what: "weight at high frequency (it has more zeros than poles)" });
         }
         let mut stages = vec![];
         let (mut zeros, mut poles) = (Roots::of(zeros), Roots::of(poles));
         while !zeros.pairs.is_empty() || !poles.pairs.is_empty() {
             let over = zeros.second_order();
-            stages.push(Stage::Second(SecondOrder {
-                b: over,
-                a: poles.second_order(),
-            }));
+            stages.push(Stage::Second(SecondOrder { b: over, a: poles.second_order() }));
         }
         while let Some(pole) = poles.single() {
             let over = zeros.single().map_or([1.0, 0.0, 0.0], |z| z.coefficients());
             let under = pole.coefficients();
-            stages.push(Stage::First(Section {
-                b0: over[0],
-                b1: over[1],
-                a0: under[0],
-                a1: under[1],
-            }));
+            stages.push(Stage::First(Section { b0: over[0], b1: over[1], a0: under[0], a1: under[1] }));
         }
         if stages.is_empty() {
             // No roots: a constant.
-            stages.push(Stage::First(Section {
-                b0: 1.0,
-                b1: 1.0,
-                a0: 1.0,
-                a1: 1.0,
-            }));
+            stages.push(Stage::First(Section { b0: 1.0, b1: 1.0, a0: 1.0, a1: 1.0 }));
         }
-        Ok(Self {
-            gain,
-            stages,
-            excess_over_points: 0.0,
-        })
+        Ok(Self { gain, stages, excess_over_points: 0.0 })
     }
 
     /// Multiplied by a positive factor.
@@ -156,11 +129,7 @@ impl Shape {
         }
         let one = || StateSpace::gain(Mat::identity(1, 1), Continuous);
         let all = all.unwrap_or_else(one);
-        Ok(if self.gain == 1.0 {
-            all
-        } else {
-            all.scale_outputs(&Mat::from_fn(1, 1, |_, _| self.gain))
-        })
+        Ok(if self.gain == 1.0 { all } else { all.scale_outputs(&Mat::from_fn(1, 1, |_, _| self.gain)) })
     }
 }
 
@@ -179,10 +148,7 @@ impl Roots {
             own.sort_by(|a, b| b.omega_rad_s.total_cmp(&a.omega_rad_s));
             own
         };
-        Self {
-            pairs: sorted(true),
-            singles: sorted(false),
-        }
+        Self { pairs: sorted(true), singles: sorted(false) }
     }
 
     fn single(&mut self) -> Option<Root> {
@@ -194,8 +160,7 @@ impl Roots {
         if let Some(pair) = self.pairs.pop() {
             return pair.coefficients();
         }
-        let [first, second] =
-            [self.single(), self.single()].map(|root| root.map_or(0.0, |r| r.coefficients()[1]));
+        let [first, second] = [self.single(), self.single()].map(|root| root.map_or(0.0, |r| r.coefficients()[1]));
         [1.0, first + second, first * second]
     }
 }

@@ -30,29 +30,13 @@ impl ModeSplit {
 ///
 /// # Errors
 /// [`SpindleError`] when the rotor or its eigenvalues fail.
-pub fn gyroscopic_split(
-    machine: &Machine,
-    speed_rad_s: f64,
-    modes: usize,
-) -> Result<Vec<ModeSplit>, SpindleError> {
+pub fn gyroscopic_split(machine: &Machine, speed_rad_s: f64, modes: usize) -> Result<Vec<ModeSplit>, SpindleError> {
     let rotor = machine.rotor()?;
     let at_rest = PlanarModes::new(&rotor).map_err(SpindleError::Shaft)?;
-    let omega: Vec<f64> = at_rest
-        .omega_rad_s
-        .iter()
-        .skip(RIGID)
-        .take(modes)
-        .copied()
-        .collect();
-    let factor = if machine.spindle.gyroscopics {
-        machine.effective().gyroscopic_factor
-    } else {
-        0.0
-    };
+    let omega: Vec<f64> = at_rest.omega_rad_s.iter().skip(RIGID).take(modes).copied().collect();
+    let factor = if machine.spindle.gyroscopics { machine.effective().gyroscopic_factor } else { 0.0 };
     let top = omega.last().map_or(0.0, |w| 2.0 * w / TAU);
-    let spectrum = rotor
-        .whirl(speed_rad_s * factor, &Damping::None, &[], top)
-        .map_err(SpindleError::Shaft)?;
+    let spectrum = rotor.whirl(speed_rad_s * factor, &Damping::None, &[], top).map_err(SpindleError::Shaft)?;
     // The forward nutation of the rigid rotor lies at Ω·Ip/Id, far below half the first flexible mode.
     let floor = 0.5 * omega.first().copied().unwrap_or(0.0);
     let of = |direction: f64| -> Vec<f64> {
@@ -60,10 +44,7 @@ pub fn gyroscopic_split(
         let mut list: Vec<f64> = if speed_rad_s * factor == 0.0 {
             flexible.map(|m| m.natural_rad_s).step_by(2).collect()
         } else {
-            flexible
-                .filter(|m| m.whirl * direction > 0.0)
-                .map(|m| m.natural_rad_s)
-                .collect()
+            flexible.filter(|m| m.whirl * direction > 0.0).map(|m| m.natural_rad_s).collect()
         };
         list.sort_by(f64::total_cmp);
         list

@@ -34,11 +34,7 @@ pub(super) struct Approximant {
 
 /// Relative errors of θ²: 1.8e-2, 4.5e-3, 1.3e-3.
 pub(super) const APPROXIMANTS: [Approximant; 3] = [
-    Approximant {
-        gain: 0.982_201_240_5,
-        zeros: &[24.692_003_72],
-        poles: &[1.711_735_63, 35.580_420_55],
-    },
+    Approximant { gain: 0.982_201_240_5, zeros: &[24.692_003_72], poles: &[1.711_735_63, 35.580_420_55] },
     Approximant {
         gain: 0.995_609_930_5,
         zeros: &[7.682_701_25, 453.348_707_4],
@@ -78,12 +74,7 @@ impl Factors {
         let one = Mat::from_fn(1, 1, |_, _| self.gain * gain);
         let mut all = StateSpace::gain(one, Continuous);
         for (zero, pole) in self.zeros.iter().map(to_v).zip(self.poles.iter().map(to_v)) {
-            let stage = Section {
-                b0: pole,
-                b1: pole / zero,
-                a0: pole,
-                a1: 1.0,
-            };
+            let stage = Section { b0: pole, b1: pole / zero, a0: pole, a1: 1.0 };
             all = series(&all, &stage.system()?)?;
         }
         Ok(all)
@@ -94,20 +85,13 @@ impl Factors {
 ///
 /// # Errors
 /// [`NumericError`] when the section or the period is not positive.
-pub fn fitted(
-    section: &Section,
-    period_s: f64,
-    tolerance: f64,
-) -> Result<FittedWeight, NumericError> {
+pub fn fitted(section: &Section, period_s: f64, tolerance: f64) -> Result<FittedWeight, NumericError> {
     let plain = |x: f64| section.magnitude(2.0 / period_s * x.sqrt());
     let written = |theta: f64| section.magnitude(2.0 / period_s * theta);
     let (least, excess) = ratio_range(&plain, &written);
     if excess <= tolerance {
         let raise = Mat::from_fn(1, 1, |_, _| least.recip());
-        return Ok(FittedWeight {
-            system: section.system()?.scale_outputs(&raise),
-            largest_excess: excess,
-        });
+        return Ok(FittedWeight { system: section.system()?.scale_outputs(&raise), largest_excess: excess });
     }
     lowest(period_s, tolerance, &written, |approximant| {
         let k = 2.0 / period_s;
@@ -129,11 +113,7 @@ pub fn inverse_hold(period_s: f64, tolerance: f64) -> Result<FittedWeight, Numer
         let mut zeros = approximant.zeros.to_vec();
         zeros.push(1.0);
         zeros.sort_by(f64::total_cmp);
-        Factors {
-            gain: approximant.gain.sqrt(),
-            zeros,
-            poles: approximant.poles.to_vec(),
-        }
+        Factors { gain: approximant.gain.sqrt(), zeros, poles: approximant.poles.to_vec() }
     })
 }
 
@@ -155,10 +135,7 @@ fn lowest(
     }
     match last {
         Some((own, least, largest_excess)) if largest_excess.is_finite() && least > 0.0 => {
-            Ok(FittedWeight {
-                system: own.system(least.recip(), period_s)?,
-                largest_excess,
-            })
+            Ok(FittedWeight { system: own.system(least.recip(), period_s)?, largest_excess })
         }
         _ => Err(NumericError::NotFinite {
             what: "weight fitted in the w plane (levels, corners and sample period must be positive)",
@@ -179,11 +156,7 @@ pub(super) fn base_points() -> Vec<f64> {
 }
 
 /// As [`ratio_range`], at the given values of X.
-pub(super) fn ratio_range_over(
-    points: &[f64],
-    fit: &dyn Fn(f64) -> f64,
-    written: &dyn Fn(f64) -> f64,
-) -> (f64, f64) {
+pub(super) fn ratio_range_over(points: &[f64], fit: &dyn Fn(f64) -> f64, written: &dyn Fn(f64) -> f64) -> (f64, f64) {
     let ratios = points.iter().map(|x| fit(*x) / written(x.sqrt().atan()));
     let (least, most) = ratios.fold((f64::INFINITY, 0.0f64), |(a, b), r| (a.min(r), b.max(r)));
     let least = least * (1.0 - BETWEEN_POINTS);

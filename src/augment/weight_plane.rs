@@ -49,35 +49,21 @@ impl WeightPlane {
             ratio *= 1.0 + fitted.largest_excess;
             Ok(fitted.system)
         })?;
-        Ok(FittedWeight {
-            system,
-            largest_excess: ratio - 1.0,
-        })
+        Ok(FittedWeight { system, largest_excess: ratio - 1.0 })
     }
 
     fn stage(&self, stage: &Stage) -> Result<FittedWeight, NumericError> {
         match (*self, stage) {
-            (Self::Laplace, _) => Ok(FittedWeight {
-                system: stage.system()?,
-                largest_excess: 0.0,
-            }),
-            (Self::Synthesis { period_s }, Stage::First(_)) => Ok(FittedWeight {
-                system: stage.system()?,
-                largest_excess: warped_excess(stage, stage, period_s),
-            }),
+            (Self::Laplace, _) => Ok(FittedWeight { system: stage.system()?, largest_excess: 0.0 }),
+            (Self::Synthesis { period_s }, Stage::First(_)) => {
+                Ok(FittedWeight { system: stage.system()?, largest_excess: warped_excess(stage, stage, period_s) })
+            }
             (Self::Synthesis { period_s }, Stage::Second(second)) => {
                 let placed = Stage::Second(second.at_corner(period_s));
-                Ok(FittedWeight {
-                    system: placed.system()?,
-                    largest_excess: warped_excess(&placed, stage, period_s),
-                })
+                Ok(FittedWeight { system: placed.system()?, largest_excess: warped_excess(&placed, stage, period_s) })
             }
-            (Self::Analysis { period_s }, Stage::First(section)) => {
-                fitted(section, period_s, ANALYSIS_EXCESS)
-            }
-            (Self::Analysis { period_s }, Stage::Second(second)) => {
-                second.fitted(period_s, ANALYSIS_EXCESS)
-            }
+            (Self::Analysis { period_s }, Stage::First(section)) => fitted(section, period_s, ANALYSIS_EXCESS),
+            (Self::Analysis { period_s }, Stage::Second(second)) => second.fitted(period_s, ANALYSIS_EXCESS),
         }
     }
 
@@ -91,9 +77,7 @@ impl WeightPlane {
         near_rad_s: Option<f64>,
     ) -> Result<StateSpace<Continuous>, NumericError> {
         match (*self, near_rad_s) {
-            (Self::Analysis { period_s }, _) => {
-                series(&inverse_hold(period_s, HOLD_EXCESS)?.system, weight)
-            }
+            (Self::Analysis { period_s }, _) => series(&inverse_hold(period_s, HOLD_EXCESS)?.system, weight),
             (Self::Synthesis { period_s }, Some(omega)) => {
                 let theta = 0.5 * omega * period_s;
                 Ok(weight.scale_outputs(&Mat::from_fn(1, 1, |_, _| theta / theta.sin())))
@@ -140,17 +124,12 @@ pub fn fit_errors(weights: &Weights, period_s: f64) -> Result<FitErrors, Numeric
     let shapes = WeightShapes::of(weights)?;
     let all: Vec<&Shape> = shapes.over_frequency().collect();
     let largest = |plane: WeightPlane| -> Result<f64, NumericError> {
-        all.iter().try_fold(0.0f64, |largest, shape| {
-            Ok(largest.max(plane.realise(shape)?.largest_excess))
-        })
+        all.iter().try_fold(0.0f64, |largest, shape| Ok(largest.max(plane.realise(shape)?.largest_excess)))
     };
     Ok(FitErrors {
         analysis: largest(WeightPlane::Analysis { period_s })?,
         synthesis: largest(WeightPlane::Synthesis { period_s })?,
-        points: all
-            .iter()
-            .map(|shape| shape.excess_over_points)
-            .fold(0.0, f64::max),
+        points: all.iter().map(|shape| shape.excess_over_points).fold(0.0, f64::max),
         hold: inverse_hold(period_s, HOLD_EXCESS)?.largest_excess,
     })
 }

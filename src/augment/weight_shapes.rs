@@ -36,11 +36,7 @@ impl WeightShapes {
         Ok(Self {
             channels: channels(weights)?,
             loads: [load(weights, 0)?, load(weights, 1)?, load(weights, 2)?],
-            displacements: [
-                displacement(weights, 0)?,
-                displacement(weights, 1)?,
-                displacement(weights, 2)?,
-            ],
+            displacements: [displacement(weights, 0)?, displacement(weights, 1)?, displacement(weights, 2)?],
             current: weights.current_weight()?,
             noise: weights.curves.noise.clone(),
             integral: match weights.integral_corner_hz {

@@ -27,21 +27,11 @@ impl Section {
     /// # Errors
     /// [`NumericError::NotFinite`] when a value is not finite or not positive.
     pub fn level_change(dc: f64, hf: f64, crossover_hz: f64) -> Result<Self, NumericError> {
-        if ![dc, hf, crossover_hz]
-            .iter()
-            .all(|v| v.is_finite() && *v > 0.0)
-        {
-            return Err(NumericError::NotFinite {
-                what: "first-order weight (levels and crossover must be positive)",
-            });
+        if ![dc, hf, crossover_hz].iter().all(|v| v.is_finite() && *v > 0.0) {
+            return Err(NumericError::NotFinite { what: "first-order weight (levels and crossover must be positive)" });
         }
         let pole = TAU * crossover_hz * (hf / dc).sqrt();
-        Ok(Self {
-            b0: dc * pole,
-            b1: hf,
-            a0: pole,
-            a1: 1.0,
-        })
+        Ok(Self { b0: dc * pole, b1: hf, a0: pole, a1: 1.0 })
     }
 
     /// Leaky integrator: DC value `dc`, falling with 1/s above `leak_hz`.
@@ -50,17 +40,10 @@ impl Section {
     /// As [`Section::level_change`].
     pub fn leaky_integrator(dc: f64, leak_hz: f64) -> Result<Self, NumericError> {
         if ![dc, leak_hz].iter().all(|v| v.is_finite() && *v > 0.0) {
-            return Err(NumericError::NotFinite {
-                what: "integral weight (gain and corner must be positive)",
-            });
+            return Err(NumericError::NotFinite { what: "integral weight (gain and corner must be positive)" });
         }
         let pole = TAU * leak_hz;
-        Ok(Self {
-            b0: dc * pole,
-            b1: 0.0,
-            a0: pole,
-            a1: 1.0,
-        })
+        Ok(Self { b0: dc * pole, b1: 0.0, a0: pole, a1: 1.0 })
     }
 
     /// One of the two equal stages of the control weight, without the limit.
@@ -74,11 +57,7 @@ impl Section {
     /// The section times a positive factor.
     #[must_use]
     pub(crate) fn times(&self, factor: f64) -> Self {
-        Self {
-            b0: factor * self.b0,
-            b1: factor * self.b1,
-            ..*self
-        }
+        Self { b0: factor * self.b0, b1: factor * self.b1, ..*self }
     }
 
     /// |W(jω)|.
@@ -96,13 +75,7 @@ impl Section {
         let residue = self.b0 / self.a1 - direct * pole;
         let split = residue.abs().sqrt();
         let one = |x: f64| Mat::from_fn(1, 1, |_, _| x);
-        StateSpace::new(
-            one(-pole),
-            one(split),
-            one(residue.signum() * split),
-            one(direct),
-            Continuous,
-        )
+        StateSpace::new(one(-pole), one(split), one(residue.signum() * split), one(direct), Continuous)
     }
 }
 

@@ -100,11 +100,7 @@ impl Weights {
         let limits = self.place(place);
         match &self.curves.load[place] {
             Some(curve) => Ok(curve.clone()),
-            None => Shape::level_change(
-                limits.max_dc_load_n,
-                limits.max_hf_load_n,
-                self.load_crossover_hz[place],
-            ),
+            None => Shape::level_change(limits.max_dc_load_n, limits.max_hf_load_n, self.load_crossover_hz[place]),
         }
     }
 
@@ -114,11 +110,7 @@ impl Weights {
     /// As [`Weights::load_weight`].
     pub fn displacement_weight(&self, place: usize) -> Result<Shape, NumericError> {
         let limits = self.place(place);
-        let factor = if place == 0 {
-            self.tool_tightening
-        } else {
-            1.0
-        };
+        let factor = if place == 0 { self.tool_tightening } else { 1.0 };
         match &self.curves.displacement[place] {
             Some(curve) => Ok(curve.times(factor)),
             None => Shape::level_change(
@@ -138,10 +130,6 @@ impl Weights {
             return Ok(curve.clone());
         }
         let stage = Section::roll_on_stage(self.current_rolloff_hz, self.current_rolloff_ratio)?;
-        Ok(Shape {
-            gain: self.current_limit_a.recip(),
-            stages: vec![Stage::First(stage); 2],
-            excess_over_points: 0.0,
-        })
+        Ok(Shape { gain: self.current_limit_a.recip(), stages: vec![Stage::First(stage); 2], excess_over_points: 0.0 })
     }
 }

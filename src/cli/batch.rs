@@ -17,9 +17,7 @@ use crate::input::load_weights;
 use crate::pipeline::batch::{Finished, one_tool};
 use crate::pipeline::run::{Extent, Task};
 use crate::pipeline::settings::{DesignSettings, EarlierDesign};
-use crate::report::batch::{
-    ROW_FILE, Row, figures, overview, sentences, shown_rows, table, verdict,
-};
+use crate::report::batch::{ROW_FILE, Row, figures, overview, sentences, shown_rows, table, verdict};
 use crate::report::run::run_report;
 use crate::report::whole::{Report, ReportError, machine_tag};
 use crate::report::worst::worst_records;
@@ -31,13 +29,7 @@ use std::sync::{Mutex, PoisonError};
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     if let Some(folder) = &arguments.collect {
         claim(&arguments.out, &REPORT, [])?;
-        return finish(
-            Report::default(),
-            &collected(folder)?,
-            f64::NAN,
-            arguments,
-            console,
-        );
+        return finish(Report::default(), &collected(folder)?, f64::NAN, arguments, console);
     }
     let weights = load_weights(&arguments.weights)?;
     // Every file is read before the first design starts.
@@ -64,19 +56,10 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     report.summary.set("weights", weights.name.as_str());
     if rows.iter().all(|r| r.failure.is_some()) {
         let first = rows.first().and_then(|r| r.failure.clone());
-        return Err(Failure::new(format!(
-            "every tool failed; the first: {}",
-            first.unwrap_or_default()
-        ))
-        .with_hint("`muspin check` on the spindle and tool files shows more"));
+        return Err(Failure::new(format!("every tool failed; the first: {}", first.unwrap_or_default()))
+            .with_hint("`muspin check` on the spindle and tool files shows more"));
     }
-    finish(
-        report,
-        &rows,
-        top_hz.unwrap_or(f64::NAN),
-        arguments,
-        console,
-    )
+    finish(report, &rows, top_hz.unwrap_or(f64::NAN), arguments, console)
 }
 
 /// The rows of all variants, in their order. None depends on another: as many are computed at a time as there are
@@ -177,10 +160,7 @@ fn one(
         Err(error) => Row::failed(&variant.name, &inputs, error.to_string()),
     };
     let json = serde_json::to_string_pretty(&row).map_err(|e| Failure::new(e.to_string()))?;
-    report
-        .folder
-        .add(ROW_FILE, json + "\n")
-        .map_err(ReportError::from)?;
+    report.folder.add(ROW_FILE, json + "\n").map_err(ReportError::from)?;
     match row.failure {
         None => console.writing(|| report.write(&out))?,
         // A folder without figures has no page.
@@ -217,11 +197,7 @@ fn inputs_sha256(
         arguments.pid,
         arguments.quick,
         arguments.tightening,
-        if arguments.no_polish {
-            " no polish"
-        } else {
-            ""
-        },
+        if arguments.no_polish { " no polish" } else { "" },
     );
     sha256_hex(text.as_bytes())
 }
@@ -242,10 +218,7 @@ fn finish(
     let table = table(rows);
     let out = arguments.out.as_str();
     if !arguments.no_table {
-        report
-            .folder
-            .add_table("tools.csv", &table)
-            .map_err(ReportError::from)?;
+        report.folder.add_table("tools.csv", &table).map_err(ReportError::from)?;
         report.figures(figures(rows, top_hz))?;
         console.writing(|| report.write(out))?;
     }
@@ -263,14 +236,10 @@ fn finish(
                 "zone",
                 "stable to rpm",
             ];
-            let shown = Shown::met(met, sentence.as_str())
-                .row(head)
-                .rows(shown_rows(rows));
+            let shown = Shown::met(met, sentence.as_str()).row(head).rows(shown_rows(rows));
             match arguments.no_table {
                 true => shown,
-                false => shown
-                    .file(format!("{out}/report.html"))
-                    .file(format!("{out}/tools.csv")),
+                false => shown.file(format!("{out}/report.html")).file(format!("{out}/tools.csv")),
             }
         },
     )?;

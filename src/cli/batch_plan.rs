@@ -51,35 +51,20 @@ pub(super) fn plan(
     for Variant { name, machine } in variants {
         let mut tool = machine.tool.clone();
         tool.name.clone_from(name);
-        let own = Machine {
-            tool,
-            ..machine.clone()
-        };
-        folder.add(
-            &format!("variants/{name}/spindle.yaml"),
-            spindle_yaml(&own.spindle),
-        )?;
+        let own = Machine { tool, ..machine.clone() };
+        folder.add(&format!("variants/{name}/spindle.yaml"), spindle_yaml(&own.spindle))?;
         folder.add(&format!("variants/{name}/tool.yaml"), tool_yaml(&own.tool))?;
         commands.push_str(&command(arguments, name));
     }
-    folder.add(
-        "weights.yaml",
-        text(&arguments.weights, "weights", WEIGHTS)?,
-    )?;
+    folder.add("weights.yaml", text(&arguments.weights, "weights", WEIGHTS)?)?;
     folder.add(COMMANDS, commands)?;
     let names: Vec<String> = variants.iter().map(|v| v.name.clone()).collect();
-    let list = Variants {
-        variants: names.clone(),
-    };
+    let list = Variants { variants: names.clone() };
     folder.add(VARIANTS, format!("{:#}\n", json(&list)))?;
     folder.add("slurm.sh", slurm(variants.len()))?;
     console.writing(|| folder.write(Path::new(out)))?;
     let sentence = format!("{} variants are planned", variants.len());
-    let answer = Planned {
-        run: "batch",
-        plan: out,
-        variants: &names,
-    };
+    let answer = Planned { run: "batch", plan: out, variants: &names };
     console.other(
         || format!("{sentence} in {out}\n"),
         || json(&answer),
@@ -98,11 +83,7 @@ pub(super) fn plan(
 /// The command of one variant, to be run in the folder of the plan.
 fn command(arguments: &Arguments, name: &str) -> String {
     let quick = if arguments.quick { " --quick" } else { "" };
-    let no_polish = if arguments.no_polish {
-        " --no-polish"
-    } else {
-        ""
-    };
+    let no_polish = if arguments.no_polish { " --no-polish" } else { "" };
     format!(
         "muspin --threads 1 batch --spindle 'variants/{name}/spindle.yaml' --tools 'variants/{name}/tool.yaml' \
          --weights weights.yaml --out {RESULTS} --no-table{quick}{no_polish}\n"
@@ -133,10 +114,8 @@ pub(super) fn collected(folder: &str) -> Result<Vec<Row>, Failure> {
     };
     let names = match &planned {
         Some(text) => names(text).ok_or_else(|| {
-            Failure::new(format!(
-                "{folder}/{VARIANTS}: expected a list `variants` of names"
-            ))
-            .with_hint("write the plan again with `muspin batch --plan`")
+            Failure::new(format!("{folder}/{VARIANTS}: expected a list `variants` of names"))
+                .with_hint("write the plan again with `muspin batch --plan`")
         })?,
         None => finished(&results)?,
     };
@@ -148,10 +127,8 @@ pub(super) fn collected(folder: &str) -> Result<Vec<Row>, Failure> {
         })
         .collect();
     if rows.iter().all(|r| r.figures.is_none()) {
-        return Err(Failure::new(format!(
-            "{folder}: no finished variant ({ROW_FILE}) is in it"
-        ))
-        .with_hint("give the folder of a plan whose commands were run, or of a batch"));
+        return Err(Failure::new(format!("{folder}: no finished variant ({ROW_FILE}) is in it"))
+            .with_hint("give the folder of a plan whose commands were run, or of a batch"));
     }
     Ok(rows)
 }
@@ -168,8 +145,7 @@ fn names(text: &str) -> Option<Vec<String>> {
 
 /// Names of the folders that hold a row, in alphabetical order.
 fn finished(folder: &Path) -> Result<Vec<String>, Failure> {
-    let entries = std::fs::read_dir(folder)
-        .map_err(|e| Failure::new(format!("{}: {e}", folder.display())))?;
+    let entries = std::fs::read_dir(folder).map_err(|e| Failure::new(format!("{}: {e}", folder.display())))?;
     let mut names: Vec<String> = entries
         .filter_map(|e| Some(e.ok()?.path()))
         .filter(|p| p.join(ROW_FILE).is_file())

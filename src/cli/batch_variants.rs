@@ -26,32 +26,18 @@ impl Variant {
 }
 
 /// Names of files and folders that the batch writes beside the folder of each tool.
-const RESERVED: [&str; 6] = [
-    "plots",
-    "report.html",
-    "summary.json",
-    "tools.csv",
-    ROW_FILE,
-    MANIFEST,
-];
+const RESERVED: [&str; 6] = ["plots", "report.html", "summary.json", "tools.csv", ROW_FILE, MANIFEST];
 
 /// Every tool of the command line, as drawn and at both ends of each variation.
 pub(super) fn variants(arguments: &Arguments) -> Result<Vec<Variant>, Failure> {
-    let variations = arguments
-        .vary
-        .iter()
-        .map(|text| variation(text))
-        .collect::<Result<Vec<_>, _>>()?;
+    let variations = arguments.vary.iter().map(|text| variation(text)).collect::<Result<Vec<_>, _>>()?;
     let mut known: BTreeMap<String, String> = BTreeMap::new();
     let mut all = vec![];
     for source in expand(&arguments.tools)? {
         let machine = load_machine(&arguments.spindle, &source)?;
         is_distinct(&source, &machine, &mut known)?;
         let each = of_machine(&machine, &variations);
-        all.extend(
-            each.into_iter()
-                .map(|(name, machine)| Variant { name, machine }),
-        );
+        all.extend(each.into_iter().map(|(name, machine)| Variant { name, machine }));
     }
     Ok(all)
 }
@@ -60,9 +46,8 @@ pub(super) fn variants(arguments: &Arguments) -> Result<Vec<Variant>, Failure> {
 fn variation(text: &str) -> Result<Variation, Failure> {
     let names: Vec<&str> = Quantity::ALL.iter().map(|(_, n)| *n).collect();
     let refused = |why: String| {
-        Failure::new(format!("--vary {text}: {why}")).with_hint(
-            "a quantity and its half width in percent, for example --vary ki=3%,delay=10%",
-        )
+        Failure::new(format!("--vary {text}: {why}"))
+            .with_hint("a quantity and its half width in percent, for example --vary ki=3%,delay=10%")
     };
     let Some((name, width)) = text.split_once('=') else {
         return Err(refused("there is no '='".to_owned()));
@@ -73,30 +58,18 @@ fn variation(text: &str) -> Result<Variation, Failure> {
     };
     let digits = width.trim_start_matches('±').trim_end_matches('%');
     match digits.parse::<f64>() {
-        Ok(percent) if percent > 0.0 && percent < 50.0 => Ok(Variation {
-            quantity,
-            name,
-            relative: 0.01 * percent,
-        }),
-        _ => Err(refused(format!(
-            "{width:?} is no percentage between 0 and 50"
-        ))),
+        Ok(percent) if percent > 0.0 && percent < 50.0 => Ok(Variation { quantity, name, relative: 0.01 * percent }),
+        _ => Err(refused(format!("{width:?} is no percentage between 0 and 50"))),
     }
 }
 
 /// Every tool needs a folder of its own, on file systems that do not tell upper from lower case as well.
-fn is_distinct(
-    source: &str,
-    machine: &Machine,
-    known: &mut BTreeMap<String, String>,
-) -> Result<(), Failure> {
+fn is_distinct(source: &str, machine: &Machine, known: &mut BTreeMap<String, String>) -> Result<(), Failure> {
     let name = &machine.tool.name;
-    let refused =
-        |rule: String| {
-            Err(Failure::new(format!("{source}: name: {name:?} {rule}")).with_hint(
-            "the results of a tool go to a folder of its name: change `name:` in the tool file",
-        ))
-        };
+    let refused = |rule: String| {
+        Err(Failure::new(format!("{source}: name: {name:?} {rule}"))
+            .with_hint("the results of a tool go to a folder of its name: change `name:` in the tool file"))
+    };
     let folder = name.to_lowercase();
     if name.contains('/') || !is_inside(name) {
         return refused("cannot be the name of a folder".into());

@@ -9,8 +9,7 @@ use crate::input::hammer::{read_hammer, read_mode_shapes};
 use crate::input::kind::FileKind;
 use crate::input::sweep::read_sweep;
 use crate::input::{
-    InputError, load_controller, load_measurement, load_spindle, load_tool, load_weights, mat, uff,
-    uff_frf,
+    InputError, load_controller, load_measurement, load_spindle, load_tool, load_weights, mat, uff, uff_frf,
 };
 use crate::spindle::{Machine, Spindle};
 use serde_json::json;
@@ -29,8 +28,7 @@ pub(super) struct Arguments {
 
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
-    let kinds: Vec<Result<FileKind, InputError>> =
-        arguments.files.iter().map(|f| FileKind::of(f)).collect();
+    let kinds: Vec<Result<FileKind, InputError>> = arguments.files.iter().map(|f| FileKind::of(f)).collect();
     let of_kind = |wanted: FileKind| {
         let pairs = arguments.files.iter().zip(&kinds);
         let mut found = pairs.filter(move |(_, k)| k.as_ref() == Ok(&wanted));
@@ -92,8 +90,7 @@ type Partner<'a> = (&'a str, &'a Result<Spindle, InputError>);
 
 /// Reads a file; false when it was read and its records are implausible.
 fn one(file: &str, kind: FileKind, with_tool: bool, partner: Partner<'_>) -> Result<bool, Failure> {
-    let bytes =
-        || std::fs::read(file).map_err(|e| InputError::new(file, format!("cannot be read: {e}")));
+    let bytes = || std::fs::read(file).map_err(|e| InputError::new(file, format!("cannot be read: {e}")));
     match kind {
         // Its effects may name regions of the tool: with a tool among the files both are checked together.
         FileKind::Spindle if with_tool => {
@@ -138,21 +135,16 @@ fn one(file: &str, kind: FileKind, with_tool: bool, partner: Partner<'_>) -> Res
 /// files.
 fn check_alone(file: &str) -> Result<(), Failure> {
     let tool = load_tool("paper-tool", &load_spindle("reference")?)?;
-    let machine = Machine::new(load_spindle(file)?, tool).map_err(|e| {
-        InputError::rule(file, &e).with_hint("name the tool as well if the effect sits on it")
-    })?;
-    mesh_warning(&machine, file, "paper-tool")?
-        .iter()
-        .for_each(say);
+    let machine = Machine::new(load_spindle(file)?, tool)
+        .map_err(|e| InputError::rule(file, &e).with_hint("name the tool as well if the effect sits on it"))?;
+    mesh_warning(&machine, file, "paper-tool")?.iter().for_each(say);
     Ok(())
 }
 
 /// A measurement folder, or the list in it; true when every record is plausible.
 fn check_measurement(source: &str) -> Result<bool, Failure> {
     let path = Path::new(source);
-    let is_list = path
-        .file_name()
-        .is_some_and(|name| name == "measurement.yaml");
+    let is_list = path.file_name().is_some_and(|name| name == "measurement.yaml");
     let folder = match path.parent() {
         Some(parent) if is_list && parent.as_os_str().is_empty() => ".".to_owned(),
         Some(parent) if is_list => parent.display().to_string(),

@@ -98,12 +98,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
         met = own.design.meets_targets();
         controllers = add_own(&mut report.summary, own);
     }
-    let list = all_compared(
-        &ground,
-        &controllers,
-        &progress,
-        arguments.timings.are_asked(),
-    )?;
+    let list = all_compared(&ground, &controllers, &progress, arguments.timings.are_asked())?;
     let met = met && list.iter().all(|(role, c)| is_acceptable(*role, c));
     let ended = match met {
         true => Outcome::Done,
@@ -111,16 +106,11 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     };
     let mut flexible_hz = PlanarModes::new(&machine.rotor()?)?.flexible_hz();
     flexible_hz.truncate(LISTED_MODES);
-    let hammers = hammers
-        .iter()
-        .map(|h| Hammer::of(&h.name, &h.frf))
-        .collect();
+    let hammers = hammers.iter().map(|h| Hammer::of(&h.name, &h.frf)).collect();
     add_compared(&mut report, &ground, &flexible_hz, &list, hammers)?;
     let sentence = match met {
         true => "every loop is proven stable at every speed",
-        false => {
-            "a loop is not proven stable at every speed, is in zone D, or the design misses its specification"
-        }
+        false => "a loop is not proven stable at every speed, is in zone D, or the design misses its specification",
     };
     report.verdict(met, sentence);
     progress.timed("report");
@@ -133,9 +123,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
         }
     }
     drop(remarks);
-    console.json(&report.summary.to_json(), || {
-        shown(sentence, ended, &list, &arguments.out)
-    })?;
+    console.json(&report.summary.to_json(), || shown(sentence, ended, &list, &arguments.out))?;
     Ok(ended)
 }
 
@@ -168,12 +156,7 @@ fn is_acceptable(role: Role, each: &Compared) -> bool {
     each.verification.is_proven() && zones_hold
 }
 
-type Given = (
-    Machine,
-    Vec<(Role, Controller, Known)>,
-    Option<UsedMachine>,
-    Remarks,
-);
+type Given = (Machine, Vec<(Role, Controller, Known)>, Option<UsedMachine>, Remarks);
 
 /// The machine, the controllers of the command line, which machine was used for them, and what looks wrong in its
 /// files.
@@ -198,39 +181,24 @@ fn given(arguments: &Arguments) -> Result<Given, Failure> {
 /// Relative uncertainty per mode: from the command line in percent, else from the weights.
 fn mode_uncertainty(arguments: &Arguments, weights: &Weights) -> Result<Vec<f64>, Failure> {
     // Beyond a fifth of its frequency a mode is not uncertain but unknown.
-    if let Some(bad) = arguments
-        .mode_uncertainty
-        .iter()
-        .find(|r| !(0.0..=20.0).contains(*r))
-    {
-        return Err(Failure::new(format!(
-            "--mode-uncertainty: {bad} must lie between 0 and 20 percent"
-        ))
-        .with_hint("one number a mode, for example --mode-uncertainty 1,1,0"));
+    if let Some(bad) = arguments.mode_uncertainty.iter().find(|r| !(0.0..=20.0).contains(*r)) {
+        return Err(Failure::new(format!("--mode-uncertainty: {bad} must lie between 0 and 20 percent"))
+            .with_hint("one number a mode, for example --mode-uncertainty 1,1,0"));
     }
     Ok(if arguments.mode_uncertainty.is_empty() {
         weights.mode_uncertainty.clone()
     } else {
-        arguments
-            .mode_uncertainty
-            .iter()
-            .map(|r| 0.01 * r)
-            .collect()
+        arguments.mode_uncertainty.iter().map(|r| 0.01 * r).collect()
     })
 }
 
 fn cut(arguments: &Arguments) -> Result<(Material, Engagement), Failure> {
     let width = arguments.radial_width;
     if !(width > 0.0 && width <= 1.0) {
-        return Err(
-            Failure::new(format!("--radial-width: {width} must lie between 0 and 1"))
-                .with_hint("1 is a slot, 0.5 half the diameter"),
-        );
+        return Err(Failure::new(format!("--radial-width: {width} must lie between 0 and 1"))
+            .with_hint("1 is a slot, 0.5 half the diameter"));
     }
-    let material = Material {
-        tangential_pa: arguments.tangential_pa,
-        radial_ratio: arguments.radial_ratio,
-    };
+    let material = Material { tangential_pa: arguments.tangential_pa, radial_ratio: arguments.radial_ratio };
     Ok((material, Engagement::down_milling(arguments.teeth, width)))
 }
 
@@ -244,35 +212,18 @@ fn keys(controllers: &[(Role, Controller, Known)]) -> Vec<String> {
             Role::TextbookPid => "textbook_pid".to_owned(),
             _ => controller.name.replace([' ', '.'], "_").to_lowercase(),
         };
-        let repeats = names
-            .iter()
-            .filter(|n| **n == base || n.starts_with(&format!("{base}_")))
-            .count();
-        names.push(if repeats == 0 {
-            base
-        } else {
-            format!("{base}_{}", repeats + 1)
-        });
+        let repeats = names.iter().filter(|n| **n == base || n.starts_with(&format!("{base}_"))).count();
+        names.push(if repeats == 0 { base } else { format!("{base}_{}", repeats + 1) });
     }
     names
 }
 
 fn speeds(arguments: &Arguments, top_rpm: f64) -> Result<Vec<f64>, Failure> {
-    if let Some(bad) = arguments
-        .speeds
-        .iter()
-        .find(|s| !(s.is_finite() && **s >= 0.0))
-    {
-        return Err(
-            Failure::new(format!("--speeds: {bad} must be zero or a positive number"))
-                .with_hint("speeds are in rpm, for example --speeds 0,25000,50000"),
-        );
+    if let Some(bad) = arguments.speeds.iter().find(|s| !(s.is_finite() && **s >= 0.0)) {
+        return Err(Failure::new(format!("--speeds: {bad} must be zero or a positive number"))
+            .with_hint("speeds are in rpm, for example --speeds 0,25000,50000"));
     }
-    Ok(if arguments.speeds.is_empty() {
-        vec![0.0, top_rpm]
-    } else {
-        arguments.speeds.clone()
-    })
+    Ok(if arguments.speeds.is_empty() { vec![0.0, top_rpm] } else { arguments.speeds.clone() })
 }
 
 fn shown(sentence: &str, ended: Outcome, list: &[(Role, Compared)], out: &str) -> Shown {
@@ -286,8 +237,5 @@ fn shown(sentence: &str, ended: Outcome, list: &[(Role, Compared)], out: &str) -
             p.zone_word().to_owned(),
         ]
     });
-    Shown::met(ended == Outcome::Done, sentence)
-        .row(head)
-        .rows(rows)
-        .file(format!("{out}/report.html"))
+    Shown::met(ended == Outcome::Done, sentence).row(head).rows(rows).file(format!("{out}/report.html"))
 }

@@ -77,11 +77,7 @@ impl Console {
         };
         let plain = std::env::var_os("NO_COLOR").is_some_and(|v| !v.is_empty())
             || std::env::var_os("TERM").is_some_and(|v| v == "dumb");
-        Ok(Self {
-            form,
-            colours: terminal && !plain,
-            writing,
-        })
+        Ok(Self { form, colours: terminal && !plain, writing })
     }
 
     /// Writes files; an interruption waits until they are whole.
@@ -155,18 +151,12 @@ pub(crate) struct Shown {
 impl Shown {
     /// A command that has done what it was asked.
     pub(crate) fn done(verdict: impl Into<String>) -> Self {
-        Self {
-            verdict: verdict.into(),
-            ..Self::default()
-        }
+        Self { verdict: verdict.into(), ..Self::default() }
     }
 
     /// A command whose targets are met or missed.
     pub(crate) fn met(met: bool, verdict: impl Into<String>) -> Self {
-        Self {
-            missed: !met,
-            ..Self::done(verdict)
-        }
+        Self { missed: !met, ..Self::done(verdict) }
     }
 
     /// Adds a row of the table; the first column is left-aligned, the others right-aligned.
@@ -237,11 +227,7 @@ fn aligned(rows: &[Vec<String>]) -> String {
         for (k, cell) in row.iter().enumerate() {
             let fill = " ".repeat(widths[k].saturating_sub(cell.chars().count()));
             line.push_str("  ");
-            line.push_str(&if k == 0 {
-                format!("{cell}{fill}")
-            } else {
-                format!("{fill}{cell}")
-            });
+            line.push_str(&if k == 0 { format!("{cell}{fill}") } else { format!("{fill}{cell}") });
         }
         text.push_str(line.trim_end());
         text.push('\n');

@@ -57,10 +57,7 @@ impl MachineArguments {
     ///
     /// # Errors
     /// [`Failure`] of whichever file is wrong.
-    pub(super) fn with_controller(
-        &self,
-        file: &str,
-    ) -> Result<(ControlledMachine, Remarks), Failure> {
+    pub(super) fn with_controller(&self, file: &str) -> Result<(ControlledMachine, Remarks), Failure> {
         let loaded = load_tagged_controller(file)?;
         let tag = loaded.machine;
         let choose = |given: &Option<String>, usual: &str, named: Option<&str>, shipped: &str| {
@@ -68,18 +65,8 @@ impl MachineArguments {
             found.unwrap_or_else(|| shipped.to_owned())
         };
         let named = tag.as_ref();
-        let spindle = choose(
-            &self.spindle,
-            "spindle.yaml",
-            named.map(|t| t.spindle.as_str()),
-            SPINDLE,
-        );
-        let tool = choose(
-            &self.tool,
-            "tool.yaml",
-            named.map(|t| t.tool.as_str()),
-            TOOL,
-        );
+        let spindle = choose(&self.spindle, "spindle.yaml", named.map(|t| t.spindle.as_str()), SPINDLE);
+        let tool = choose(&self.tool, "tool.yaml", named.map(|t| t.tool.as_str()), TOOL);
         let (machine, mut remarks) = load_with_remarks(&spindle, &tool)?;
         let found = ControlledMachine {
             used: machine_tag(&machine, &spindle, &tool),
@@ -126,11 +113,7 @@ impl ControlledMachine {
 }
 
 /// What to say of a controller whose tag names another machine than the one that is used.
-pub(super) fn other_machine(
-    file: &str,
-    tag: Option<&MachineTag>,
-    used: &MachineTag,
-) -> Option<Warning> {
+pub(super) fn other_machine(file: &str, tag: Option<&MachineTag>, used: &MachineTag) -> Option<Warning> {
     tag.filter(|tag| tag.hash != used.hash).map(|_| Warning {
         file: file.to_owned(),
         message: format!(
@@ -143,18 +126,10 @@ pub(super) fn other_machine(
 /// `usual` beside the controller file or in the folder above it, else the path that the file names.
 fn beside(controller: &str, usual: &str, named: Option<&str>) -> Option<String> {
     let folder = Path::new(controller).parent().unwrap_or(Path::new(""));
-    let above = if folder.as_os_str().is_empty() {
-        PathBuf::from("..")
-    } else {
-        folder.join("..")
-    };
-    [
-        Some(folder.join(usual)),
-        Some(above.join(usual)),
-        named.map(|n| folder.join(n)),
-    ]
-    .into_iter()
-    .flatten()
-    .find(|path| path.is_file())
-    .map(|path| path.display().to_string())
+    let above = if folder.as_os_str().is_empty() { PathBuf::from("..") } else { folder.join("..") };
+    [Some(folder.join(usual)), Some(above.join(usual)), named.map(|n| folder.join(n))]
+        .into_iter()
+        .flatten()
+        .find(|path| path.is_file())
+        .map(|path| path.display().to_string())
 }

@@ -65,12 +65,8 @@ impl From<PipelineError> for Failure {
     fn from(error: PipelineError) -> Self {
         let hint = match &error {
             PipelineError::Synthesis(inner) => inner.advice().to_owned(),
-            PipelineError::Plant(_) => {
-                "`muspin check` on the spindle and tool files shows more".to_owned()
-            }
-            PipelineError::Emulated { .. } => {
-                "use --route direct, or a higher sample rate".to_owned()
-            }
+            PipelineError::Plant(_) => "`muspin check` on the spindle and tool files shows more".to_owned(),
+            PipelineError::Emulated { .. } => "use --route direct, or a higher sample rate".to_owned(),
             _ => "loosen the weights, or check the spindle's data".to_owned(),
         };
         Self::new(error.to_string()).with_hint(hint)
@@ -114,12 +110,8 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
         shown_design(found, ended, &words)
             .file(format!("{out}/report.html"))
             .file(format!("{out}/controller"))
-            .next(format!(
-                "muspin simulate --controller {out}/controller/discrete.json --case impulse"
-            ))
-            .next(format!(
-                "muspin export --controller {out}/controller/discrete.json --out firmware"
-            ))
+            .next(format!("muspin simulate --controller {out}/controller/discrete.json --case impulse"))
+            .next(format!("muspin export --controller {out}/controller/discrete.json --out firmware"))
     })?;
     Ok(ended)
 }
@@ -164,29 +156,13 @@ pub(super) fn shown_design(design: &Design, ended: Outcome, words: &str) -> Show
     let yes = |good: bool| if good { "yes" } else { "no" }.to_owned();
     Shown::met(ended == Outcome::Done, words)
         .row(["", "reached", "asked"])
-        .row([
-            "μ of the specification at rest".to_owned(),
-            design.delivery.rounded.specification.words(),
-            "≤ 1".into(),
-        ])
-        .row([
-            "μ, largest from rest to 1.2 × top speed".to_owned(),
-            mu_words(design.largest_mu()),
-            "≤ 1".into(),
-        ])
+        .row(["μ of the specification at rest".to_owned(), design.delivery.rounded.specification.words(), "≤ 1".into()])
+        .row(["μ, largest from rest to 1.2 × top speed".to_owned(), mu_words(design.largest_mu()), "≤ 1".into()])
         .row([
             "proven stable to, rpm".to_owned(),
             format!("{:.0}", design.delivery.speed_proof.proven_to_rpm()),
             format!("{:.0}", design.delivery.speed_proof.to_rpm),
         ])
-        .row([
-            "stable at every speed".to_owned(),
-            yes(design.is_stable()),
-            "yes".into(),
-        ])
-        .row([
-            "order of the controller".to_owned(),
-            (2 * design.delivery.rounded.order).to_string(),
-            String::new(),
-        ])
+        .row(["stable at every speed".to_owned(), yes(design.is_stable()), "yes".into()])
+        .row(["order of the controller".to_owned(), (2 * design.delivery.rounded.order).to_string(), String::new()])
 }

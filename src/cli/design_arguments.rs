@@ -22,10 +22,7 @@ pub(super) struct DesignArguments {
 
 impl Default for DesignArguments {
     fn default() -> Self {
-        Self {
-            machine: MachineArguments::default(),
-            weights: "benchmark".into(),
-        }
+        Self { machine: MachineArguments::default(), weights: "benchmark".into() }
     }
 }
 
@@ -59,9 +56,7 @@ impl From<RouteArgument> for Route {
     fn from(argument: RouteArgument) -> Self {
         match argument {
             RouteArgument::Direct => Self::Direct,
-            RouteArgument::Emulation => Self::Emulation {
-                pade_order: PADE_ORDER,
-            },
+            RouteArgument::Emulation => Self::Emulation { pade_order: PADE_ORDER },
         }
     }
 }
@@ -95,10 +90,7 @@ impl PidArguments {
             PidEffort::Quick => TuneSettings::quick(),
             PidEffort::Thorough => TuneSettings::thorough(),
         };
-        TuneSettings {
-            seed: self.seed,
-            ..settings
-        }
+        TuneSettings { seed: self.seed, ..settings }
     }
 }
 

@@ -11,9 +11,7 @@ pub(super) fn told(progress: &Progress, event: Event) {
             progress.ended(stage);
             if let Some((done, next)) = next_stage(stage) {
                 let (of, in_all) = (STAGES.len(), progress.in_all(usual_share(done)));
-                progress.stage(format!(
-                    "design, {done} of {of} stages done, about {in_all} in all: {next}"
-                ));
+                progress.stage(format!("design, {done} of {of} stages done, about {in_all} in all: {next}"));
             }
         }
         Event::Begins(part) => progress.part(part),

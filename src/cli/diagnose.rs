@@ -66,25 +66,15 @@ pub(super) fn failed(measurement: &str, error: DiagnoseError) -> Failure {
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     let mut loaded = load_measurement(&arguments.measurement)?;
-    let machine = of_measurement(
-        &loaded,
-        arguments.spindle.as_deref(),
-        arguments.tool.as_deref(),
-    )?;
-    let known = Surroundings::of(
-        &loaded,
-        (arguments.spindle.as_deref(), arguments.tool.as_deref()),
-        &machine,
-    );
+    let machine = of_measurement(&loaded, arguments.spindle.as_deref(), arguments.tool.as_deref())?;
+    let known = Surroundings::of(&loaded, (arguments.spindle.as_deref(), arguments.tool.as_deref()), &machine);
     let named = [&arguments.spindle, &arguments.tool].into_iter().flatten();
     let read = named.chain([&arguments.measurement]);
     claim(&arguments.out, &REPORT, read.map(String::as_str))?;
     let records = Records::of(&loaded, &machine)?;
     records.say();
     let left_out = without_unknown_controllers(&mut loaded);
-    left_out
-        .iter()
-        .for_each(|record| eprintln!("{}", record.words()));
+    left_out.iter().for_each(|record| eprintln!("{}", record.words()));
     let measurement = evidence(&loaded, &records.controllers);
     let progress = Progress::start(console);
     let alternatives = known.alternatives();
@@ -128,18 +118,11 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     };
     let out = arguments.out.as_str();
     console.json(&(report.summary.to_json() + "\n"), || {
-        Shown::met(
-            ended == Outcome::Done,
-            format!("verdict {}", found.verdict.name()),
-        )
-        .row(["", "before", "after"])
-        .row([
-            "gap, σ".to_owned(),
-            format!("{:.2}", found.gap_before),
-            format!("{:.2}", found.gap_after),
-        ])
-        .file(format!("{out}/report.html"))
-        .file(format!("{out}/spindle.yaml"))
+        Shown::met(ended == Outcome::Done, format!("verdict {}", found.verdict.name()))
+            .row(["", "before", "after"])
+            .row(["gap, σ".to_owned(), format!("{:.2}", found.gap_before), format!("{:.2}", found.gap_after)])
+            .file(format!("{out}/report.html"))
+            .file(format!("{out}/spindle.yaml"))
     })?;
     eprintln!("{}", sentence(&found));
     Ok(ended)
@@ -155,9 +138,7 @@ pub(super) struct LeftOut {
 impl LeftOut {
     fn words(&self) -> String {
         let Self { record, reason } = self;
-        format!(
-            "{record} is left out: {reason}; name the controller that levitated the rotor in `controller:`"
-        )
+        format!("{record} is left out: {reason}; name the controller that levitated the rotor in `controller:`")
     }
 }
 
@@ -165,9 +146,7 @@ impl LeftOut {
 pub(super) fn without_unknown_controllers(loaded: &mut Loaded) -> Vec<LeftOut> {
     let unknown = loaded.hammers.iter().filter(|h| h.controller.is_none());
     let left_out = unknown.map(|h| LeftOut {
-        record: Path::new(&h.name)
-            .file_name()
-            .map_or_else(|| h.name.clone(), |n| n.to_string_lossy().into_owned()),
+        record: Path::new(&h.name).file_name().map_or_else(|| h.name.clone(), |n| n.to_string_lossy().into_owned()),
         reason: "its controller is unknown, and the levitated compliance depends on it",
     });
     let left_out = left_out.collect();

@@ -24,20 +24,15 @@ impl EarlierArgument {
             return Ok(None);
         };
         // The folder of a tool of a batch holds the files of the controller itself.
-        let places =
-            ["controller/discrete.json", "discrete.json"].map(|f| Path::new(folder).join(f));
+        let places = ["controller/discrete.json", "discrete.json"].map(|f| Path::new(folder).join(f));
         let file = places.iter().find(|f| f.is_file()).unwrap_or(&places[0]);
         let file = file.to_string_lossy();
         let controller = load_controller(&file)?;
         let ControlLaw::Discrete(law) = &controller.law else {
             let words = format!("{file}: the controller must be sampled");
-            return Err(Failure::new(words)
-                .with_hint("name the folder of a run, design or tool of a batch"));
+            return Err(Failure::new(words).with_hint("name the folder of a run, design or tool of a batch"));
         };
-        let (own, other) = (
-            machine.spindle.electronics.sample_period_s(),
-            law.time.period_s,
-        );
+        let (own, other) = (machine.spindle.electronics.sample_period_s(), law.time.period_s);
         // Rates as files write them.
         if (own / other - 1.0).abs() > 1e-9 {
             return Err(Failure::new(format!(
@@ -47,11 +42,7 @@ impl EarlierArgument {
             ))
             .with_hint("start from a design for the same sample rate, or leave --from out"));
         }
-        Ok(Some(EarlierDesign {
-            plane: x_plane(law),
-            scales: scales(folder),
-            suffices: true,
-        }))
+        Ok(Some(EarlierDesign { plane: x_plane(law), scales: scales(folder), suffices: true }))
     }
 }
 

@@ -78,10 +78,8 @@ pub(crate) fn diagnosed(
     let controllers = controllers(&loaded)?;
     let known = Surroundings::of(&loaded, (None, None), machine);
     let records = evidence(&loaded, &controllers);
-    let found = diagnose_with(machine, &records, &known.alternatives(), &|_: &str| {
-        progress()
-    })
-    .map_err(|error| failed(measurement, error))?;
+    let found = diagnose_with(machine, &records, &known.alternatives(), &|_: &str| progress())
+        .map_err(|error| failed(measurement, error))?;
     let mut summary = json(DiagnosisSummary::from(&found));
     if let Value::Object(map) = &mut summary {
         let faults = record_faults(&found, &known.names);

@@ -174,20 +174,13 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
         }
     }
     let prefixes = prefixes(&arguments.prefix, &prepared)?;
-    let firmware: Vec<Firmware<'_>> = prepared
-        .iter()
-        .zip(&prefixes)
-        .map(|(one, prefix)| one.firmware(prefix))
-        .collect();
+    let firmware: Vec<Firmware<'_>> =
+        prepared.iter().zip(&prefixes).map(|(one, prefix)| one.firmware(prefix)).collect();
     let formats = formats(&arguments.format);
     let mut files: Vec<(String, Vec<u8>)> = Vec::new();
     let mut summaries = Vec::new();
     for (one, firmware) in prepared.iter().zip(&firmware) {
-        let folder = if prepared.len() == 1 {
-            String::new()
-        } else {
-            format!("{}/", firmware.prefix)
-        };
+        let folder = if prepared.len() == 1 { String::new() } else { format!("{}/", firmware.prefix) };
         let own: Vec<(String, Vec<u8>)> = write_all(firmware, &formats)?
             .into_iter()
             .map(|(name, bytes)| (format!("{folder}{name}"), bytes))
@@ -215,38 +208,19 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     console.json(&format!("{:#}\n", json(&summary)), || {
         let rows = prepared.iter().zip(&prefixes).map(|(one, prefix)| {
             let rows = &one.rows.rows;
-            vec![
-                prefix.clone(),
-                rows.order().to_string(),
-                rows.multiplications().to_string(),
-            ]
+            vec![prefix.clone(), rows.order().to_string(), rows.multiplications().to_string()]
         });
-        Shown::met(
-            proven,
-            prepared
-                .iter()
-                .map(|p| stability_words(&p.verification))
-                .collect::<Vec<_>>()
-                .join("; "),
-        )
-        .row(["controller", "states", "products a sample"])
-        .rows(rows)
-        .file(arguments.out.as_str())
+        Shown::met(proven, prepared.iter().map(|p| stability_words(&p.verification)).collect::<Vec<_>>().join("; "))
+            .row(["controller", "states", "products a sample"])
+            .rows(rows)
+            .file(arguments.out.as_str())
     })?;
-    Ok(if proven {
-        Outcome::Done
-    } else {
-        Outcome::TargetMissed
-    })
+    Ok(if proven { Outcome::Done } else { Outcome::TargetMissed })
 }
 
 /// Loads, samples, realises and verifies one controller; nothing, with the reason on standard error, when it is
 /// refused.
-fn prepare(
-    arguments: &Arguments,
-    file: &str,
-    remarks: &mut Vec<Remarks>,
-) -> Result<Option<Prepared>, Failure> {
+fn prepare(arguments: &Arguments, file: &str, remarks: &mut Vec<Remarks>) -> Result<Option<Prepared>, Failure> {
     let (given, new) = arguments.machine.with_controller(file)?;
     remarks.push(new);
     let read = [file, &given.used.spindle, &given.used.tool];
@@ -254,9 +228,7 @@ fn prepare(
     let machine = &given.machine;
     let (discrete, continuous) = ready(machine, &given.controller, file)?;
     let ControlLaw::Discrete(law) = &discrete.law else {
-        return Err(Failure::new(format!(
-            "{file}: the controller could not be sampled"
-        )));
+        return Err(Failure::new(format!("{file}: the controller could not be sampled")));
     };
     let realisation = match arguments.form {
         FormArgument::Modal => modal_form(law)?,
@@ -286,17 +258,10 @@ fn prepare(
 /// The prefixes asked for; else the names of the tools, with the names of the controllers where tools repeat.
 fn prefixes(asked: &[String], prepared: &[Prepared]) -> Result<Vec<String>, Failure> {
     if asked.is_empty() {
-        let tools: Vec<String> = prepared
-            .iter()
-            .map(|p| c_identifier(&p.given.machine.tool.name))
-            .collect();
+        let tools: Vec<String> = prepared.iter().map(|p| c_identifier(&p.given.machine.tool.name)).collect();
         let repeated = |tool: &String| tools.iter().filter(|t| *t == tool).count() > 1;
         let named = |(tool, one): (&String, &Prepared)| {
-            if repeated(tool) {
-                format!("{tool}_{}", c_identifier(&one.discrete.name))
-            } else {
-                tool.clone()
-            }
+            if repeated(tool) { format!("{tool}_{}", c_identifier(&one.discrete.name)) } else { tool.clone() }
         };
         return Ok(tools.iter().zip(prepared).map(named).collect());
     }
@@ -347,18 +312,12 @@ pub(super) fn ready(
     }
     let prewarp_hz = prewarp_hz(machine)?;
     let sampled = discretised(loaded, period, prewarp_hz)?.unwrap_or_else(|| loaded.clone());
-    eprintln!(
-        "note: {file} is continuous; discretised by Tustin's rule at {period} s, exact at {prewarp_hz:.1} Hz"
-    );
+    eprintln!("note: {file} is continuous; discretised by Tustin's rule at {period} s, exact at {prewarp_hz:.1} Hz");
     Ok((sampled, Some(loaded.clone())))
 }
 
 /// Proof of stability with the rounded coefficients; none where it fails and the export is forced.
-fn checked(
-    machine: &Machine,
-    rows: &ScaledRealisation,
-    forced: bool,
-) -> Result<Verification, Failure> {
+fn checked(machine: &Machine, rows: &ScaledRealisation, forced: bool) -> Result<Verification, Failure> {
     let found = match proven_as_rounded(machine, rows) {
         Ok(found) => found,
         Err(_) if forced => Verification::none(),

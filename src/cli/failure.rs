@@ -12,10 +12,7 @@ pub struct Failure {
 impl Failure {
     /// A failure with its message.
     pub fn new(message: impl Into<String>) -> Self {
-        Self {
-            message: message.into(),
-            hint: None,
-        }
+        Self { message: message.into(), hint: None }
     }
 
     /// The same failure with advice on the next step.
@@ -64,8 +61,7 @@ impl From<crate::input::InputError> for Failure {
 
 impl From<crate::spindle::SpindleError> for Failure {
     fn from(error: crate::spindle::SpindleError) -> Self {
-        Self::new(error.to_string())
-            .with_hint("`muspin check` on the spindle and tool files shows more")
+        Self::new(error.to_string()).with_hint("`muspin check` on the spindle and tool files shows more")
     }
 }
 

@@ -70,57 +70,38 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     } else {
         Plant::new(&machine, speed, ModelDetail::Full)?
     };
-    let responses = ResponseTable {
-        plant: &plant,
-        controller: controller.as_ref(),
-        tool_paths: arguments.tool_paths,
-    };
+    let responses = ResponseTable { plant: &plant, controller: controller.as_ref(), tool_paths: arguments.tool_paths };
     let header = responses.header();
     let row = |hz: &f64| responses.row(*hz);
     if console.writes_data() {
         // Line by line: a million of them need no memory.
         stdout::data(|out| {
             writeln!(out, "{}", header.join(","))?;
-            frequencies
-                .iter()
-                .try_for_each(|hz| csv_line(out, &row(hz)))
+            frequencies.iter().try_for_each(|hz| csv_line(out, &row(hz)))
         })?;
         return Ok(Outcome::Done);
     }
     let table: Vec<Vec<f64>> = frequencies.iter().map(row).collect();
-    console.other(
-        String::new,
-        || columns(&header, &table),
-        || shown(&header, &table),
-    )?;
+    console.other(String::new, || columns(&header, &table), || shown(&header, &table))?;
     Ok(Outcome::Done)
 }
 
 fn frequencies_hz(arguments: &Arguments) -> Result<Vec<f64>, Failure> {
     let (from, to, points) = (arguments.from, arguments.to, arguments.points);
     if !(arguments.speed.is_finite() && arguments.speed >= 0.0) {
-        let rule = format!(
-            "--speed: {} must be zero or a positive number",
-            arguments.speed
-        );
+        let rule = format!("--speed: {} must be zero or a positive number", arguments.speed);
         return Err(Failure::new(rule).with_hint("the speed is in rpm"));
     }
     if !(from.is_finite() && from > 0.0 && to.is_finite() && to >= from) {
-        return Err(
-            Failure::new(format!("--from {from} --to {to}: no frequency range"))
-                .with_hint("frequencies are in Hz, 0 < from ≤ to"),
-        );
+        return Err(Failure::new(format!("--from {from} --to {to}: no frequency range"))
+            .with_hint("frequencies are in Hz, 0 < from ≤ to"));
     }
     if points == 0 {
         return Err(Failure::new("--points 0: no frequency").with_hint("give 1 or more"));
     }
     if points > MOST_POINTS {
-        return Err(Failure::new(format!(
-            "--points {points}: at most {MOST_POINTS} frequencies are computed"
-        ))
-        .with_hint(
-            "a thousand a decade resolve every peak; narrow the range with --from and --to",
-        ));
+        return Err(Failure::new(format!("--points {points}: at most {MOST_POINTS} frequencies are computed"))
+            .with_hint("a thousand a decade resolve every peak; narrow the range with --from and --to"));
     }
     Ok(even_in_logarithm(from, to, points).collect())
 }
@@ -144,8 +125,7 @@ fn columns(header: &[String], table: &[Vec<f64>]) -> Value {
 
 /// The largest magnitude of the diagonal entries and where it is.
 fn shown(header: &[String], table: &[Vec<f64>]) -> Shown {
-    let mut shown =
-        Shown::done(format!("{} lines", table.len())).row(["", "largest magnitude", "at Hz"]);
+    let mut shown = Shown::done(format!("{} lines", table.len())).row(["", "largest magnitude", "at Hz"]);
     for name in ["g_11", "g_22", "g_33", "g_44", "t_xx", "t_yy"] {
         let re = format!("{name}_re");
         let Some(k) = header.iter().position(|h| *h == re) else {
@@ -154,11 +134,7 @@ fn shown(header: &[String], table: &[Vec<f64>]) -> Shown {
         let size = |row: &&Vec<f64>| row[k].hypot(row[k + 1]);
         if let Some(peak) = table.iter().max_by(|a, b| size(a).total_cmp(&size(b))) {
             let unit = if name.starts_with('g') { "m/A" } else { "m/N" };
-            shown = shown.row([
-                name.to_owned(),
-                format!("{:.3e} {unit}", size(&peak)),
-                format!("{:.1}", peak[0]),
-            ]);
+            shown = shown.row([name.to_owned(), format!("{:.3e} {unit}", size(&peak)), format!("{:.1}", peak[0])]);
         }
     }
     shown.next("the same command with > frf.csv writes the table, --json prints its columns")

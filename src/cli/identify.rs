@@ -34,13 +34,9 @@ pub(super) struct Arguments {
 impl From<IdentifyError> for Failure {
     fn from(error: IdentifyError) -> Self {
         let hint = match &error {
-            IdentifyError::Singular { .. } => {
-                "the four injections must differ: one axis each, at every line"
-            }
+            IdentifyError::Singular { .. } => "the four injections must differ: one axis each, at every line",
             IdentifyError::NotAtRest { .. } => "add a sweep taken at 0 rpm to the measurement",
-            IdentifyError::NoResonance { .. } => {
-                "check frequency range, line spacing and excitation of the sweep"
-            }
+            IdentifyError::NoResonance { .. } => "check frequency range, line spacing and excitation of the sweep",
             _ => "check the record",
         };
         Self::new(error.to_string()).with_hint(hint)
@@ -50,11 +46,7 @@ impl From<IdentifyError> for Failure {
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     let measurement = load_measurement(&arguments.measurement)?;
-    let machine = of_measurement(
-        &measurement,
-        arguments.spindle.as_deref(),
-        arguments.tool.as_deref(),
-    )?;
+    let machine = of_measurement(&measurement, arguments.spindle.as_deref(), arguments.tool.as_deref())?;
     if let Some(out) = &arguments.out {
         let named = [&arguments.spindle, &arguments.tool].into_iter().flatten();
         let read = named.chain([&arguments.measurement]);
@@ -64,27 +56,21 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     records.say();
     let frfs = &records.frfs;
     if frfs.is_empty() && measurement.hammers.is_empty() {
-        return Err(Failure::new(format!(
-            "{}: no record of kind sweep or hammer",
-            arguments.measurement
-        ))
-        .with_hint("identification needs a sweep; frequencies that are known already go straight into `muspin \
-            update`"));
+        return Err(Failure::new(format!("{}: no record of kind sweep or hammer", arguments.measurement)).with_hint(
+            "identification needs a sweep; frequencies that are known already go straight into `muspin \
+            update`",
+        ));
     }
     let plausibility = PlausibilitySummary::of(&records.reports);
     let mut found = None;
     if let Some((frf, report)) = records.standstill() {
         // Units and order of channels decide what the magnets' stiffness shifts: no peaks from an implausible record.
         if report.plausible() {
-            let peaks =
-                identify(frf, &machine).map_err(|e| named(e, &record_at_rest(&measurement)))?;
+            let peaks = identify(frf, &machine).map_err(|e| named(e, &record_at_rest(&measurement)))?;
             found = Some(peaks);
         }
     } else if let Some(frf) = frfs.first() {
-        return Err(IdentifyError::NotAtRest {
-            speed_rpm: frf.speed_rpm,
-        }
-        .into());
+        return Err(IdentifyError::NotAtRest { speed_rpm: frf.speed_rpm }.into());
     }
     let text = format!("{:#}\n", json(&plausibility));
     let mut files = vec![("plausibility.json".to_owned(), text)];
@@ -101,14 +87,8 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
         identification: found.as_ref().map(IdentificationSummary::from),
         records: files.iter().skip(1).map(|(name, _)| name.clone()).collect(),
     };
-    console.json(&format!("{:#}\n", json(&answer)), || {
-        shown(arguments, &records, found.as_ref())
-    })?;
-    Ok(if records.plausible() {
-        Outcome::Done
-    } else {
-        Outcome::TargetMissed
-    })
+    console.json(&format!("{:#}\n", json(&answer)), || shown(arguments, &records, found.as_ref()))?;
+    Ok(if records.plausible() { Outcome::Done } else { Outcome::TargetMissed })
 }
 
 /// The answer.
@@ -130,15 +110,9 @@ pub(super) fn record_at_rest(measurement: &Measurement) -> String {
 
 fn shown(arguments: &Arguments, records: &Records, found: Option<&Identification>) -> Shown {
     let mut shown = match (records.plausible(), found) {
-        (false, _) => Shown::met(
-            false,
-            "a record contradicts the machine; what is wrong with it stands above",
-        ),
+        (false, _) => Shown::met(false, "a record contradicts the machine; what is wrong with it stands above"),
         (true, None) => Shown::done("the records are plausible; peaks need a sweep at rest"),
-        (true, Some(found)) => Shown::done(format!(
-            "{} resonances of the free rotor",
-            found.resonances.len()
-        )),
+        (true, Some(found)) => Shown::done(format!("{} resonances of the free rotor", found.resonances.len())),
     };
     if let Some(found) = found {
         shown = shown.row(["", "Hz", "standard deviation, Hz"]);
@@ -149,9 +123,8 @@ fn shown(arguments: &Arguments, records: &Records, found: Option<&Identification
         ];
         for (name, readings) in lists {
             for reading in readings {
-                let number = |x: Option<f64>, digits: usize| {
-                    x.map_or("not found".to_owned(), |x| format!("{x:.digits$}"))
-                };
+                let number =
+                    |x: Option<f64>, digits: usize| x.map_or("not found".to_owned(), |x| format!("{x:.digits$}"));
                 shown = shown.row([
                     name.to_owned(),
                     number(reading.frequency_hz(), 2),
@@ -164,12 +137,6 @@ fn shown(arguments: &Arguments, records: &Records, found: Option<&Identification
         shown = shown.file(out.as_str());
     }
     shown
-        .next(format!(
-            "muspin update --measurement {}",
-            arguments.measurement
-        ))
-        .next(format!(
-            "muspin diagnose --measurement {}",
-            arguments.measurement
-        ))
+        .next(format!("muspin update --measurement {}", arguments.measurement))
+        .next(format!("muspin diagnose --measurement {}", arguments.measurement))
 }

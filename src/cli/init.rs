@@ -103,16 +103,9 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
 }
 
 /// Runs `muspin example`.
-pub(super) fn run_example(
-    arguments: &ExampleArguments,
-    console: &Console,
-) -> Result<Outcome, Failure> {
+pub(super) fn run_example(arguments: &ExampleArguments, console: &Console) -> Result<Outcome, Failure> {
     let folder = arguments.folder.as_deref();
-    write(
-        arguments.name,
-        folder.unwrap_or(arguments.name.name()),
-        console,
-    )
+    write(arguments.name, folder.unwrap_or(arguments.name.name()), console)
 }
 
 fn write(example: Example, target: &str, console: &Console) -> Result<Outcome, Failure> {

@@ -47,10 +47,7 @@ pub(super) fn files_of_measurement<'a>(
     spindle: Option<&'a str>,
     tool: Option<&'a str>,
 ) -> (&'a str, &'a str) {
-    (
-        spindle.unwrap_or(&measurement.spindle),
-        tool.unwrap_or(&measurement.tool),
-    )
+    (spindle.unwrap_or(&measurement.spindle), tool.unwrap_or(&measurement.tool))
 }
 
 /// The machine of a measurement; a spindle or tool given on the command line wins.
@@ -81,11 +78,7 @@ const MEASURED_ERROR: f64 = 5e-4;
 ///
 /// # Errors
 /// [`Failure`] when the modes of the shaft cannot be computed.
-pub(super) fn mesh_warning(
-    machine: &Machine,
-    spindle: &str,
-    tool: &str,
-) -> Result<Option<Warning>, Failure> {
+pub(super) fn mesh_warning(machine: &Machine, spindle: &str, tool: &str) -> Result<Option<Warning>, Failure> {
     let coarse = coarse_mesh(machine, machine.spindle.flexible_modes, KEPT_ERROR)?;
     Ok(coarse.map(|coarse| mesh_words(&coarse, spindle, tool)))
 }

@@ -126,12 +126,10 @@ pub fn main() -> ExitCode {
 
 /// Runs the program on arguments, its own name first; returns the exit code.
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
-    let parsed = Cli::command()
-        .try_get_matches_from(arguments)
-        .and_then(|matches| {
-            let files = files(&matches);
-            Ok((Cli::from_arg_matches(&matches)?, files))
-        });
+    let parsed = Cli::command().try_get_matches_from(arguments).and_then(|matches| {
+        let files = files(&matches);
+        Ok((Cli::from_arg_matches(&matches)?, files))
+    });
     let (cli, files) = match parsed {
         Ok(parsed) => parsed,
         Err(error) => {
@@ -188,15 +186,7 @@ fn carry_out(command: Option<Command>, console: &Console) -> Result<Outcome, Fai
 }
 
 /// Arguments that are input files or folders.
-const FILES: [&str; 7] = [
-    "spindle",
-    "tool",
-    "weights",
-    "measurement",
-    "controller",
-    "tools",
-    "file",
-];
+const FILES: [&str; 7] = ["spindle", "tool", "weights", "measurement", "controller", "tools", "file"];
 
 /// The input files that were given on the command line, not those of the defaults.
 fn files(matches: &ArgMatches) -> Vec<String> {
@@ -205,15 +195,8 @@ fn files(matches: &ArgMatches) -> Vec<String> {
     };
     let given = |id: &&str| {
         // Only ids that the command has may be asked for.
-        command.ids().any(|known| known.as_str() == *id)
-            && command.value_source(id) == Some(ValueSource::CommandLine)
+        command.ids().any(|known| known.as_str() == *id) && command.value_source(id) == Some(ValueSource::CommandLine)
     };
-    let values = FILES
-        .iter()
-        .filter(|id| given(id))
-        .filter_map(|id| command.try_get_raw(id).ok()?);
-    values
-        .flatten()
-        .map(|v| v.to_string_lossy().into_owned())
-        .collect()
+    let values = FILES.iter().filter(|id| given(id)).filter_map(|id| command.try_get_raw(id).ok()?);
+    values.flatten().map(|v| v.to_string_lossy().into_owned()).collect()
 }

@@ -52,10 +52,8 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     let machine = load_machine(&arguments.spindle, &arguments.tool)?;
     for rpm in &arguments.speeds {
         if !(rpm.is_finite() && *rpm >= 0.0) {
-            return Err(
-                Failure::new(format!("--speeds: {rpm} must be zero or a positive number"))
-                    .with_hint("speeds are in rpm, for example --speeds 0,10000,50000"),
-            );
+            return Err(Failure::new(format!("--speeds: {rpm} must be zero or a positive number"))
+                .with_hint("speeds are in rpm, for example --speeds 0,10000,50000"));
         }
     }
     let rotor = machine.rotor()?;
@@ -63,9 +61,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     let mut speeds = vec![];
     for rpm in &arguments.speeds {
         let found = machine.whirl(rpm * TAU / 60.0, TO_HZ)?;
-        let list = |pick: fn(&crate::rotor::WhirlMode) -> f64| -> Vec<f64> {
-            found.modes.iter().map(pick).collect()
-        };
+        let list = |pick: fn(&crate::rotor::WhirlMode) -> f64| -> Vec<f64> { found.modes.iter().map(pick).collect() };
         speeds.push(SpeedModes {
             speed_rpm: *rpm,
             natural_frequencies_hz: list(|m| m.natural_rad_s / TAU),
@@ -98,10 +94,7 @@ fn shown(answer: &Modes) -> Shown {
         answer.mass_kg,
         1e3 * answer.centre_of_gravity_m
     );
-    let mut rows = vec![vec![
-        "speed, rpm".to_owned(),
-        "natural frequencies, Hz (- backward, + forward)".to_owned(),
-    ]];
+    let mut rows = vec![vec!["speed, rpm".to_owned(), "natural frequencies, Hz (- backward, + forward)".to_owned()]];
     for speed in &answer.speeds {
         let pairs = speed.natural_frequencies_hz.iter().zip(&speed.whirl);
         let words = pairs.take(LISTED).map(|(f, whirl)| {
@@ -112,12 +105,7 @@ fn shown(answer: &Modes) -> Shown {
             };
             format!("{f:.1}{sign}")
         });
-        rows.push(vec![
-            format!("{:?}", speed.speed_rpm),
-            words.collect::<Vec<_>>().join(" "),
-        ]);
+        rows.push(vec![format!("{:?}", speed.speed_rpm), words.collect::<Vec<_>>().join(" ")]);
     }
-    Shown::done(verdict)
-        .rows(rows)
-        .next("muspin modes --json has all modes below 10 kHz with damping ratios")
+    Shown::done(verdict).rows(rows).next("muspin modes --json has all modes below 10 kHz with damping ratios")
 }

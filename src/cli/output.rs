@@ -13,11 +13,7 @@ pub(super) const REPORT: [&str; 2] = ["summary.json", "report.html"];
 ///
 /// # Errors
 /// [`Failure`] with the file or folder that must not be touched.
-pub(super) fn claim<'a>(
-    out: &str,
-    names: &[&str],
-    inputs: impl IntoIterator<Item = &'a str>,
-) -> Result<(), Failure> {
+pub(super) fn claim<'a>(out: &str, names: &[&str], inputs: impl IntoIterator<Item = &'a str>) -> Result<(), Failure> {
     let inputs: Vec<&str> = inputs.into_iter().collect();
     Ok(results::claim(Path::new(out), names, &inputs)?)
 }

@@ -2,9 +2,7 @@
 
 use super::Failure;
 use crate::controller::Controller;
-use crate::identify::{
-    IdentifyError, MeasuredFrf, Plausibility, hammer_plausibility, open_loop, sweep_plausibility,
-};
+use crate::identify::{IdentifyError, MeasuredFrf, Plausibility, hammer_plausibility, open_loop, sweep_plausibility};
 use crate::input::{Measurement, load_controller};
 use crate::lti::HeldResponse;
 use crate::spindle::Machine;
@@ -35,12 +33,7 @@ impl Records {
             let controller = sweep.controller.as_ref().map(|path| load_controller(path));
             let controller = controller.transpose()?;
             let named = controller.as_ref().map(|k| k as &dyn HeldResponse);
-            reports.push(sweep_plausibility(
-                &sweep.record.name,
-                &frf,
-                machine,
-                named,
-            )?);
+            reports.push(sweep_plausibility(&sweep.record.name, &frf, machine, named)?);
             frfs.push(frf);
         }
         let controllers = controllers(measurement)?;
@@ -51,11 +44,7 @@ impl Records {
             let report = hammer_plausibility(name, frf, hammer.axis, machine, controller)?;
             reports.push(report);
         }
-        Ok(Self {
-            frfs,
-            reports,
-            controllers,
-        })
+        Ok(Self { frfs, reports, controllers })
     }
 
     /// True when every record is plausible.
@@ -83,9 +72,8 @@ impl Records {
     /// An error when the sweep that moduli would be fitted to is implausible.
     pub(super) fn refuse_for_updating(&self) -> Result<(), Failure> {
         match self.standstill().and_then(|(_, report)| report.statement()) {
-            Some(statement) => Err(Failure::new(statement).with_hint(
-                "moduli are not fitted to an implausible record; `muspin identify` shows all checks",
-            )),
+            Some(statement) => Err(Failure::new(statement)
+                .with_hint("moduli are not fitted to an implausible record; `muspin identify` shows all checks")),
             None => Ok(()),
         }
     }

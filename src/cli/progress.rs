@@ -71,11 +71,7 @@ impl Progress {
 
     /// Ends the stage that [`Progress::timed`] began, if one runs.
     fn end_timed(&self) {
-        let running = self
-            .timed
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .take();
+        let running = self.timed.lock().unwrap_or_else(PoisonError::into_inner).take();
         if let Some(stage) = running {
             self.watch().lap(&stage);
         }

@@ -81,20 +81,9 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
         arguments.truth.as_deref().unwrap_or(&arguments.spindle),
         arguments.true_tool.as_deref().unwrap_or(&arguments.tool),
     )?;
-    let named = [
-        &arguments.truth,
-        &arguments.true_tool,
-        &arguments.controller,
-    ];
-    let read = named
-        .into_iter()
-        .flatten()
-        .chain([&arguments.spindle, &arguments.tool]);
-    claim(
-        &arguments.out,
-        &["measurement.yaml"],
-        read.map(String::as_str),
-    )?;
+    let named = [&arguments.truth, &arguments.true_tool, &arguments.controller];
+    let read = named.into_iter().flatten().chain([&arguments.spindle, &arguments.tool]);
+    claim(&arguments.out, &["measurement.yaml"], read.map(String::as_str))?;
     let controller = match &arguments.controller {
         Some(file) => load_controller(file)?,
         None => levitating(&model, &truth, &arguments.speeds, console)?,
@@ -105,13 +94,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     rehearsal.seed = arguments.seed;
     rehearsal.injection_a = arguments.injection.unwrap_or(rehearsal.injection_a);
     let mut folder = ResultsFolder::new();
-    let records = records(
-        &mut folder,
-        "",
-        &truth,
-        &controller,
-        (&rehearsal, &arguments.speeds),
-    )?;
+    let records = records(&mut folder, "", &truth, &controller, (&rehearsal, &arguments.speeds))?;
     folder.add("measurement.yaml", rehearsed_list(&records))?;
     folder.add("spindle.yaml", spindle_yaml(&model.spindle))?;
     folder.add("tool.yaml", tool_yaml(&model.tool))?;
@@ -127,34 +110,23 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
         "seed": arguments.seed,
     });
     console.json(&format!("{answer:#}\n"), || {
-        Shown::done(format!(
-            "{} records computed, with the noise of the sensors",
-            records.len()
-        ))
-        .file(arguments.out.as_str())
-        .next(format!("muspin identify --measurement {}", arguments.out))
-        .next(format!("muspin diagnose --measurement {}", arguments.out))
+        Shown::done(format!("{} records computed, with the noise of the sensors", records.len()))
+            .file(arguments.out.as_str())
+            .next(format!("muspin identify --measurement {}", arguments.out))
+            .next(format!("muspin diagnose --measurement {}", arguments.out))
     })?;
     Ok(Outcome::Done)
 }
 
 /// The lines that were asked for.
-fn set_lines(
-    rehearsal: &mut Rehearsal,
-    arguments: &Arguments,
-    truth: &Machine,
-) -> Result<(), Failure> {
+fn set_lines(rehearsal: &mut Rehearsal, arguments: &Arguments, truth: &Machine) -> Result<(), Failure> {
     let (first, last) = rehearsal.range_hz();
-    let (from, to) = (
-        arguments.from.unwrap_or(first),
-        arguments.to.unwrap_or(last),
-    );
+    let (from, to) = (arguments.from.unwrap_or(first), arguments.to.unwrap_or(last));
     let nyquist_hz = 0.5 * truth.spindle.electronics.sample_rate_hz;
     if !(from > 0.0 && to > from && to <= nyquist_hz) {
         let rule = format!("--from {from} --to {to}: no frequency range of this controller");
-        return Err(Failure::new(rule).with_hint(format!(
-            "frequencies are in Hz, 0 < from < to ≤ {nyquist_hz}, half the sample rate"
-        )));
+        return Err(Failure::new(rule)
+            .with_hint(format!("frequencies are in Hz, 0 < from < to ≤ {nyquist_hz}, half the sample rate")));
     }
     let lines = arguments.lines;
     if let Some(count) = lines.filter(|n| !(2..=MOST_LINES).contains(n)) {
@@ -173,10 +145,8 @@ fn check_numbers(arguments: &Arguments) -> Result<(), Failure> {
     }
     let possible = |a: f64| a.is_finite() && a > 0.0;
     if arguments.injection.is_some_and(|a| !possible(a)) {
-        return Err(
-            Failure::new("--injection: must be a positive number of amperes")
-                .with_hint("a twentieth of the bias current is usual"),
-        );
+        return Err(Failure::new("--injection: must be a positive number of amperes")
+            .with_hint("a twentieth of the bias current is usual"));
     }
     Ok(())
 }
@@ -184,10 +154,10 @@ fn check_numbers(arguments: &Arguments) -> Result<(), Failure> {
 fn check_speeds(speeds: &[f64], top: f64) -> Result<(), Failure> {
     match speeds.iter().find(|r| !(0.0..=10.0 * top).contains(*r)) {
         None => Ok(()),
-        Some(rpm) => Err(Failure::new(format!(
-            "--speeds: {rpm} must lie between 0 and ten times the top speed of {top} rpm"
-        ))
-        .with_hint("speeds are in rpm, for example --speeds 0,20000")),
+        Some(rpm) => {
+            Err(Failure::new(format!("--speeds: {rpm} must lie between 0 and ten times the top speed of {top} rpm"))
+                .with_hint("speeds are in rpm, for example --speeds 0,20000"))
+        }
     }
 }
 
@@ -196,12 +166,7 @@ fn check_speeds(speeds: &[f64], top: f64) -> Result<(), Failure> {
 ///
 /// # Errors
 /// [`Failure`] from the plants and the search.
-fn levitating(
-    model: &Machine,
-    truth: &Machine,
-    speeds: &[f64],
-    console: &Console,
-) -> Result<Controller, Failure> {
+fn levitating(model: &Machine, truth: &Machine, speeds: &[f64], console: &Console) -> Result<Controller, Failure> {
     let settings = TuneSettings::quick();
     let simple = textbook(model, &settings).map_err(PipelineError::from)?;
     let measured = refined_around_tilting(truth);
@@ -237,9 +202,8 @@ pub(super) fn records(
     for rpm in speeds {
         let growth = growth_rate_at(truth, controller, *rpm)?;
         if growth >= 0.0 {
-            return Err(Failure::new(unstable_words(growth, *rpm)).with_hint(
-                "a sweep needs a controller that floats the rotor: give one with --controller",
-            ));
+            return Err(Failure::new(unstable_words(growth, *rpm))
+                .with_hint("a sweep needs a controller that floats the rotor: give one with --controller"));
         }
         let sweep = format!("sweep-{rpm:.0}.csv");
         let record = rehearsal.sweep(truth, controller, *rpm, &sweep)?;
@@ -250,9 +214,6 @@ pub(super) fn records(
         listed.push(("sweep", sweep, *rpm));
         listed.push(("hammer", hammer, *rpm));
     }
-    folder.add(
-        &format!("{prefix}pid.json"),
-        controller_json(controller, None),
-    )?;
+    folder.add(&format!("{prefix}pid.json"), controller_json(controller, None))?;
     Ok(listed)
 }

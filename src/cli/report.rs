@@ -23,20 +23,12 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
             .with_hint("give the folder of a finished run, such as results/reference")
     })?;
     let summary: serde_json::Value = serde_json::from_str(&text).map_err(|e| {
-        Failure::new(format!(
-            "{}: line {}, column {}: {e}",
-            path.display(),
-            e.line(),
-            e.column()
-        ))
-        .with_hint("summary.json is written by muspin; run the command that made this folder again")
+        Failure::new(format!("{}: line {}, column {}: {e}", path.display(), e.line(), e.column()))
+            .with_hint("summary.json is written by muspin; run the command that made this folder again")
     })?;
     if !summary.is_object() {
-        return Err(
-            Failure::new(format!("{}: expected one JSON object", path.display())).with_hint(
-                "summary.json is written by muspin; run the command that made this folder again",
-            ),
-        );
+        return Err(Failure::new(format!("{}: expected one JSON object", path.display()))
+            .with_hint("summary.json is written by muspin; run the command that made this folder again"));
     }
     let pictures = pictures(&folder.join("plots"))?;
     let page = html::report(&summary, &pictures).map_err(|e| Failure::new(e.to_string()))?;
@@ -44,11 +36,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     own.add("report.html", page)?;
     console.writing(|| own.write_into(folder))?;
     let page = folder.join("report.html").display().to_string();
-    console.other(
-        String::new,
-        || json!({ "report": page }),
-        || Shown::done("the page was rebuilt").file(&page),
-    )?;
+    console.other(String::new, || json!({ "report": page }), || Shown::done("the page was rebuilt").file(&page))?;
     Ok(Outcome::Done)
 }
 
@@ -63,10 +51,7 @@ fn pictures(folder: &Path) -> Result<Vec<(String, String)>, Failure> {
         let path = entry.map_err(|e| failed(folder, e))?.path();
         let stem = path.file_stem().and_then(|s| s.to_str()).map(str::to_owned);
         if let (Some(stem), Some("svg")) = (stem, path.extension().and_then(|e| e.to_str())) {
-            found.push((
-                stem,
-                std::fs::read_to_string(&path).map_err(|e| failed(&path, e))?,
-            ));
+            found.push((stem, std::fs::read_to_string(&path).map_err(|e| failed(&path, e))?));
         }
     }
     found.sort();

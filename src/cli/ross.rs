@@ -65,8 +65,8 @@ fn import(arguments: &Arguments, file: &str, console: &Console) -> Result<Outcom
         ))
         .with_hint("the nose face lies where two elements meet; its distance counts from the left end")
     })?;
-    let whole = Rotor::new(0.0, rotor.sections.clone(), &rotor.discs)
-        .map_err(|e| Failure::new(format!("{file}: {e}")))?;
+    let whole =
+        Rotor::new(0.0, rotor.sections.clone(), &rotor.discs).map_err(|e| Failure::new(format!("{file}: {e}")))?;
     let modes = PlanarModes::new(&whole).map_err(|e| Failure::new(format!("{file}: {e}")))?;
     let hz: Vec<f64> = modes.flexible_hz().into_iter().take(LISTED).collect();
     let stem = Path::new(file).file_stem().map(|s| s.to_string_lossy());
@@ -96,10 +96,7 @@ fn import(arguments: &Arguments, file: &str, console: &Console) -> Result<Outcom
             parts.sections.len(),
             draft.to_be_given.len()
         ))
-        .row([
-            "free-free bending modes at rest, Hz".to_owned(),
-            listed.join(" "),
-        ])
+        .row(["free-free bending modes at rest, Hz".to_owned(), listed.join(" ")])
         .file(format!("{out}/spindle.yaml"))
         .next(format!("muspin check {out}/spindle.yaml"))
     })?;
@@ -109,11 +106,7 @@ fn import(arguments: &Arguments, file: &str, console: &Console) -> Result<Outcom
 fn export(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     let machine = load_machine(&arguments.spindle, &arguments.tool)?;
     let out = arguments.out.as_str();
-    claim(
-        out,
-        &["rotor.toml", "rotor.json"],
-        [arguments.spindle.as_str(), arguments.tool.as_str()],
-    )?;
+    claim(out, &["rotor.toml", "rotor.json"], [arguments.spindle.as_str(), arguments.tool.as_str()])?;
     let (spindle, tool) = (&machine.spindle, &machine.tool);
     let failed = |e: SpindleError| Failure::new(e.to_string());
     let shaft = shaft_without_effects(&machine).map_err(failed)?;
@@ -122,9 +115,8 @@ fn export(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> 
             "{}: effects: one of them changes the shaft, and a ROSS file has no place for it",
             arguments.spindle
         );
-        return Err(Failure::new(rule).with_hint(
-            "write what it does into the elements (modulus_scale, discs) and remove it from `effects`",
-        ));
+        return Err(Failure::new(rule)
+            .with_hint("write what it does into the elements (modulus_scale, discs) and remove it from `effects`"));
     };
     let (sections, discs) = (&shaft.sections, &shaft.discs);
     let value = ross_rotor(shaft.origin_m, sections, discs);
@@ -143,9 +135,7 @@ fn export(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> 
             discs.len()
         ))
         .file(format!("{out}/rotor.toml"))
-        .next(format!(
-            "python3 -c 'import ross; print(ross.Rotor.load(\"{out}/rotor.toml\"))'"
-        ))
+        .next(format!("python3 -c 'import ross; print(ross.Rotor.load(\"{out}/rotor.toml\"))'"))
     })?;
     Ok(Outcome::Done)
 }

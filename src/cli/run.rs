@@ -78,10 +78,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
         nominal: &given.nominal,
         targets: given.targets.as_ref(),
         weights: &weights.on(&given.nominal)?,
-        settings: &DesignSettings {
-            earlier: arguments.from.design(&given.nominal)?,
-            ..DesignSettings::polished()
-        },
+        settings: &DesignSettings { earlier: arguments.from.design(&given.nominal)?, ..DesignSettings::polished() },
         pid: TuneSettings::quick(),
         extent: match arguments.quick {
             true => Extent::Controller,
@@ -106,9 +103,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
             shown_design(&found.design, ended, &words)
                 .file(format!("{out}/report.html"))
                 .file(format!("{out}/controller"))
-                .next(format!(
-                    "muspin simulate --controller {out}/controller/discrete.json --case impulse"
-                ))
+                .next(format!("muspin simulate --controller {out}/controller/discrete.json --case impulse"))
         },
     )?;
     Ok(ended)
@@ -126,15 +121,8 @@ fn given(arguments: &Arguments) -> Result<Given, Failure> {
         (Some(given), _) => given.as_str(),
         (None, None) => "paper-frequencies",
         (None, Some(_)) => {
-            let files = MachineArguments {
-                spindle: arguments.spindle.clone(),
-                tool: arguments.tool.clone(),
-            };
-            return Ok(Given {
-                nominal: files.alone()?,
-                targets: None,
-                identification: None,
-            });
+            let files = MachineArguments { spindle: arguments.spindle.clone(), tool: arguments.tool.clone() };
+            return Ok(Given { nominal: files.alone()?, targets: None, identification: None });
         }
     };
     let measurement = load_measurement(source)?;
@@ -144,9 +132,5 @@ fn given(arguments: &Arguments) -> Result<Given, Failure> {
     records.refuse_for_updating()?;
     records.say();
     let (targets, identification) = targets(&measurement, &records, &nominal, None)?;
-    Ok(Given {
-        nominal,
-        targets: Some(targets),
-        identification,
-    })
+    Ok(Given { nominal, targets: Some(targets), identification })
 }

@@ -26,9 +26,7 @@ pub(super) fn manual() -> Result<Outcome, Failure> {
     command.build();
     let mut text = vec![];
     let failed = |e: std::io::Error| Failure::new(format!("manual page: {e}"));
-    clap_mangen::Man::new(command.clone())
-        .render(&mut text)
-        .map_err(failed)?;
+    clap_mangen::Man::new(command.clone()).render(&mut text).map_err(failed)?;
     for each in command.get_subcommands() {
         let page = clap_mangen::Man::new(each.clone());
         let heading = format!(".SH \"MUSPIN {}\"\n", each.get_name().to_uppercase());

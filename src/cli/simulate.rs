@@ -139,34 +139,22 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     console.writing(|| report.write(&arguments.out))?;
     let out = arguments.out.as_str();
     console.json(&report.summary.to_json(), || {
-        Shown::met(
-            found.met,
-            format!("{name} at {speed_rpm:.0} rpm: {}", found.end),
-        )
-        .file(format!("{out}/report.html"))
+        Shown::met(found.met, format!("{name} at {speed_rpm:.0} rpm: {}", found.end)).file(format!("{out}/report.html"))
     })?;
-    Ok(if found.met {
-        Outcome::Done
-    } else {
-        Outcome::TargetMissed
-    })
+    Ok(if found.met { Outcome::Done } else { Outcome::TargetMissed })
 }
 
 /// Name of the case, and what is simulated; whether the loop is stable is not known yet.
 fn scenario(arguments: &Arguments, machine: &Machine) -> Result<(&'static str, Scenario), Failure> {
     let positive = |name: &str, value: Option<f64>| match value {
-        Some(v) if !(v.is_finite() && v > 0.0) => Err(Failure::new(format!(
-            "--{name}: {v} must be a positive number"
-        ))),
+        Some(v) if !(v.is_finite() && v > 0.0) => Err(Failure::new(format!("--{name}: {v} must be a positive number"))),
         other => Ok(other),
     };
     let force = positive("force", arguments.force)?;
     let duration = positive("duration", arguments.duration)?;
     if let Some(seconds) = duration.filter(|d| *d > LONGEST_S) {
-        return Err(Failure::new(format!(
-            "--duration: {seconds} s; at most {LONGEST_S} s are simulated"
-        ))
-        .with_hint("lift-off, the slowest event, ends within a second"));
+        return Err(Failure::new(format!("--duration: {seconds} s; at most {LONGEST_S} s are simulated"))
+            .with_hint("lift-off, the slowest event, ends within a second"));
     }
     let period_s = machine.spindle.electronics.sample_period_s();
     let length_s = match arguments.push {
@@ -179,14 +167,7 @@ fn scenario(arguments: &Arguments, machine: &Machine) -> Result<(&'static str, S
     };
     let grade = positive("grade", Some(arguments.grade))?.unwrap_or(0.4);
     let (case, name, length) = match arguments.case {
-        CaseArgument::Impulse => (
-            Case::Impulse {
-                force_n: force.unwrap_or(50.0),
-                length_s,
-            },
-            "impulse",
-            0.1,
-        ),
+        CaseArgument::Impulse => (Case::Impulse { force_n: force.unwrap_or(50.0), length_s }, "impulse", 0.1),
         CaseArgument::Contact => {
             let limit = SignalLimits::of(machine).output_a;
             let force_n = match force {
@@ -195,20 +176,8 @@ fn scenario(arguments: &Arguments, machine: &Machine) -> Result<(&'static str, S
             };
             (Case::Impulse { force_n, length_s }, "contact", 0.2)
         }
-        CaseArgument::Step => (
-            Case::Step {
-                force_n: force.unwrap_or(40.0),
-            },
-            "step",
-            0.3,
-        ),
-        CaseArgument::Unbalance => (
-            Case::Unbalance {
-                grade_m_s: 1e-3 * grade,
-            },
-            "unbalance",
-            0.2,
-        ),
+        CaseArgument::Step => (Case::Step { force_n: force.unwrap_or(40.0) }, "step", 0.3),
+        CaseArgument::Unbalance => (Case::Unbalance { grade_m_s: 1e-3 * grade }, "unbalance", 0.2),
         CaseArgument::LiftOff => (Case::LiftOff, "lift-off", 0.5),
     };
     let usual = match arguments.case {
@@ -217,21 +186,13 @@ fn scenario(arguments: &Arguments, machine: &Machine) -> Result<(&'static str, S
     };
     let speed = arguments.speed.unwrap_or(usual);
     if !(0.0..=1e6).contains(&speed) {
-        return Err(Failure::new(format!(
-            "--speed: {speed} must be between 0 and 1e6 rpm"
-        )));
+        return Err(Failure::new(format!("--speed: {speed} must be between 0 and 1e6 rpm")));
     }
     let goal = match arguments.case {
         CaseArgument::Impulse | CaseArgument::Contact => Goal::Recovers,
         CaseArgument::Step | CaseArgument::Unbalance => Goal::StaysClear,
         CaseArgument::LiftOff => Goal::LiftsOff,
     };
-    let scenario = Scenario {
-        case,
-        goal,
-        speed_rpm: speed,
-        duration_s: duration.unwrap_or(length),
-        stable: true,
-    };
+    let scenario = Scenario { case, goal, speed_rpm: speed, duration_s: duration.unwrap_or(length), stable: true };
     Ok((name, scenario))
 }

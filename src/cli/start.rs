@@ -14,11 +14,8 @@ const TOOL: &str = include_str!("start/tool.yaml");
 /// A PID that floats the machine, found by `muspin rehearse`.
 pub(super) const PID: &str = include_str!("start/pid.json");
 /// Spindle, tool and weights.
-pub(super) const MACHINE: [(&str, &str); 3] = [
-    ("spindle.yaml", SPINDLE),
-    ("tool.yaml", TOOL),
-    ("weights.yaml", include_str!("start/weights.yaml")),
-];
+pub(super) const MACHINE: [(&str, &str); 3] =
+    [("spindle.yaml", SPINDLE), ("tool.yaml", TOOL), ("weights.yaml", include_str!("start/weights.yaml"))];
 /// List of the measurement with another stiffness.
 pub(super) const UPDATE_LIST: &str = include_str!("start/measurement.yaml");
 /// List of the measurement with eddy currents.
@@ -83,22 +80,12 @@ pub(super) fn add_machine(folder: &mut ResultsFolder) -> Result<(), Failure> {
 ///
 /// # Errors
 /// [`Failure`] when the measurement cannot be computed.
-pub(super) fn add_measurement(
-    folder: &mut ResultsFolder,
-    list: &str,
-    truth: Truth,
-) -> Result<(), Failure> {
+pub(super) fn add_measurement(folder: &mut ResultsFolder, list: &str, truth: Truth) -> Result<(), Failure> {
     let model = machine()?;
     let controller = read_controller("pid.json", PID)?;
     let truth = truth.of(&model)?;
     let rehearsal = Rehearsal::usual(&truth)?;
     folder.add("measurement/measurement.yaml", list)?;
-    records(
-        folder,
-        "measurement/",
-        &truth,
-        &controller,
-        (&rehearsal, &[0.0]),
-    )?;
+    records(folder, "measurement/", &truth, &controller, (&rehearsal, &[0.0]))?;
     Ok(())
 }

@@ -24,11 +24,7 @@ pub(super) struct Surroundings {
 impl Surroundings {
     /// Tools beside the tool's file and those that come with the program, and controllers in the folder of the
     /// measurement; what does not fit the spindle is passed over.
-    pub(super) fn of(
-        loaded: &Measurement,
-        (spindle, tool): (Option<&str>, Option<&str>),
-        machine: &Machine,
-    ) -> Self {
+    pub(super) fn of(loaded: &Measurement, (spindle, tool): (Option<&str>, Option<&str>), machine: &Machine) -> Self {
         let spindle = spindle.unwrap_or(&loaded.spindle).to_owned();
         let tool = tool.unwrap_or(&loaded.tool).to_owned();
         let mut named: BTreeMap<String, String> = BTreeMap::new();
@@ -46,17 +42,11 @@ impl Surroundings {
             let other = load_machine(&spindle, &source).ok()?;
             (other.tool != machine.tool).then_some((name, other))
         });
-        let used: Vec<&String> = loaded
-            .hammers
-            .iter()
-            .filter_map(|h| h.controller.as_ref())
-            .collect();
-        let controllers = files(&loaded.folder, "json")
-            .into_iter()
-            .filter_map(|path| {
-                let other = load_controller(&path).ok()?;
-                (!used.iter().all(|u| **u == path)).then(|| (stem(&path), other))
-            });
+        let used: Vec<&String> = loaded.hammers.iter().filter_map(|h| h.controller.as_ref()).collect();
+        let controllers = files(&loaded.folder, "json").into_iter().filter_map(|path| {
+            let other = load_controller(&path).ok()?;
+            (!used.iter().all(|u| **u == path)).then(|| (stem(&path), other))
+        });
         let file = |path: &str| {
             let path = Path::new(path).file_name();
             path.map_or(String::new(), |n| n.to_string_lossy().into_owned())
@@ -75,10 +65,7 @@ impl Surroundings {
 
     /// The same for the diagnosis.
     pub(super) fn alternatives(&self) -> Alternatives<'_> {
-        let mut alternatives = Alternatives {
-            tools: self.tools.clone(),
-            controllers: vec![],
-        };
+        let mut alternatives = Alternatives { tools: self.tools.clone(), controllers: vec![] };
         for (name, controller) in &self.controllers {
             alternatives.controllers.push((name.clone(), controller));
         }
@@ -101,40 +88,20 @@ impl Surroundings {
                 return Ok(Circumstances::default());
             };
             let name = format!("{}.json", stem(path));
-            let bytes = std::fs::read(path)
-                .map_err(|e| Failure::new(format!("{path}: cannot be read: {e}")))?;
+            let bytes = std::fs::read(path).map_err(|e| Failure::new(format!("{path}: cannot be read: {e}")))?;
             files.insert(name.clone(), bytes);
-            Ok(Circumstances {
-                controller: Some(name),
-                axis,
-            })
+            Ok(Circumstances { controller: Some(name), axis })
         };
         let sweeps: Vec<_> = loaded.sweeps.iter().map(|s| (&s.controller, 0)).collect();
         let sweeps = sweeps.into_iter().map(|(c, axis)| circumstances(c, axis));
         let sweeps = sweeps.collect::<Result<Vec<_>, _>>()?;
-        let hammers = loaded
-            .hammers
-            .iter()
-            .map(|h| circumstances(&h.controller, h.axis));
+        let hammers = loaded.hammers.iter().map(|h| circumstances(&h.controller, h.axis));
         let hammers = hammers.collect::<Result<Vec<_>, _>>()?;
         let machine = load_machine(&self.spindle, &self.tool)?;
         let mut copied: Vec<Copied> = files.into_iter().collect();
-        copied.push((
-            "spindle.yaml".into(),
-            crate::input::spindle_yaml(&machine.spindle).into_bytes(),
-        ));
-        copied.push((
-            "tool.yaml".into(),
-            crate::input::tool_yaml(&found.corrected.tool).into_bytes(),
-        ));
-        Ok(stage_records(
-            folder,
-            found,
-            &self.names,
-            &sweeps,
-            &hammers,
-            &copied,
-        )?)
+        copied.push(("spindle.yaml".into(), crate::input::spindle_yaml(&machine.spindle).into_bytes()));
+        copied.push(("tool.yaml".into(), crate::input::tool_yaml(&found.corrected.tool).into_bytes()));
+        Ok(stage_records(folder, found, &self.names, &sweeps, &hammers, &copied)?)
     }
 }
 

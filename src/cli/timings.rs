@@ -45,11 +45,7 @@ pub(crate) struct Stopwatch {
 impl Stopwatch {
     /// Starts without a lap.
     pub(crate) fn start() -> Self {
-        Self {
-            laps: vec![],
-            wall: Instant::now(),
-            processor_s: processor_s(),
-        }
+        Self { laps: vec![], wall: Instant::now(), processor_s: processor_s() }
     }
 
     /// Leaves what has passed since the last lap out of every stage.
@@ -67,11 +63,7 @@ impl Stopwatch {
                 lap.wall_s += wall_s;
                 lap.processor_s += own_s;
             }
-            None => self.laps.push(Lap {
-                stage: stage.to_owned(),
-                wall_s,
-                processor_s: own_s,
-            }),
+            None => self.laps.push(Lap { stage: stage.to_owned(), wall_s, processor_s: own_s }),
         }
     }
 

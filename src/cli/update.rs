@@ -20,8 +20,8 @@ use crate::report::updating::{HammerError, UpdatingSummary, error_table, figures
 use crate::spindle::Machine;
 use crate::update::machine::identified_targets;
 use crate::update::{
-    Target, Targets, UpdateError, UpdateSettings, Updated, UpdatedMachine, front_and_rear,
-    gauss_newton, nelder_mead, tool_error_db,
+    Target, Targets, UpdateError, UpdateSettings, Updated, UpdatedMachine, front_and_rear, gauss_newton, nelder_mead,
+    tool_error_db,
 };
 use clap::ValueEnum;
 use serde::Serialize;
@@ -77,15 +77,9 @@ pub(super) struct Arguments {
 impl From<UpdateError> for Failure {
     fn from(error: UpdateError) -> Self {
         let hint = match &error {
-            UpdateError::NoRegions => {
-                "give elements of spindle or tool a `region`: those share one modulus factor"
-            }
-            UpdateError::NoTargets { .. } => {
-                "add a sweep at 0 rpm or a record of kind frequencies to the measurement"
-            }
-            UpdateError::NoMatch { .. } => {
-                "check that spindle and tool are those that were measured"
-            }
+            UpdateError::NoRegions => "give elements of spindle or tool a `region`: those share one modulus factor",
+            UpdateError::NoTargets { .. } => "add a sweep at 0 rpm or a record of kind frequencies to the measurement",
+            UpdateError::NoMatch { .. } => "check that spindle and tool are those that were measured",
             _ => "check spindle, tool and measurement",
         };
         Self::new(error.to_string()).with_hint(hint)
@@ -96,31 +90,18 @@ impl From<UpdateError> for Failure {
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     let settings = settings(arguments)?;
     let measurement = load_measurement(&arguments.measurement)?;
-    let files = files_of_measurement(
-        &measurement,
-        arguments.spindle.as_deref(),
-        arguments.tool.as_deref(),
-    );
+    let files = files_of_measurement(&measurement, arguments.spindle.as_deref(), arguments.tool.as_deref());
     let machine = load_machine(files.0, files.1)?;
     let given = [&arguments.spindle, &arguments.tool].into_iter().flatten();
     let read = given.chain([&arguments.measurement]);
-    claim(
-        &arguments.out,
-        &["summary.json", "spindle.yaml"],
-        read.map(String::as_str),
-    )?;
+    claim(&arguments.out, &["summary.json", "spindle.yaml"], read.map(String::as_str))?;
     let progress = Progress::start(console);
     progress.timed("records");
     let records = Records::of(&measurement, &machine)?;
     records.refuse_for_updating()?;
     records.say();
     progress.timed("resonances and antiresonances");
-    let (mut targets, identification) = targets(
-        &measurement,
-        &records,
-        &machine,
-        arguments.relative_deviation,
-    )?;
+    let (mut targets, identification) = targets(&measurement, &records, &machine, arguments.relative_deviation)?;
     for (frf, code) in targets.antiresonances.iter_mut().zip(FRF_CODES) {
         frf.held_out = !arguments.frfs.iter().any(|f| f == code);
     }
@@ -131,10 +112,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     progress.timed("fit");
     let full = fit(&settings)?;
     let resonances_only = if arguments.resonances_only {
-        let settings = UpdateSettings {
-            use_antiresonances: false,
-            ..settings
-        };
+        let settings = UpdateSettings { use_antiresonances: false, ..settings };
         progress.timed("fit of resonances only");
         Some(fit(&settings)?)
     } else {
@@ -142,9 +120,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     };
     let delivered = resonances_only.as_ref().unwrap_or(&full);
     if !delivered.fit.explanation.explained {
-        measured_mesh_warning(&machine, files, targets.highest_hz())?
-            .iter()
-            .for_each(say);
+        measured_mesh_warning(&machine, files, targets.highest_hz())?.iter().for_each(say);
     }
     let models: Vec<(&str, &Updated)> = match &resonances_only {
         Some(only) => vec![("resonances_only", &only.fit), ("full", &full.fit)],
@@ -181,20 +157,12 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
 fn shown(arguments: &Arguments, met: bool, fit: &Updated) -> Shown {
     let out = arguments.out.as_str();
     Shown::met(met, fit.explanation.statement.as_str())
-        .row([
-            "largest error of a frequency, %".to_owned(),
-            format!("{:.4}", fit.largest_error_percent()),
-        ])
+        .row(["largest error of a frequency, %".to_owned(), format!("{:.4}", fit.largest_error_percent())])
         .row(["evaluations".to_owned(), fit.evaluations.to_string()])
         .file(format!("{out}/spindle.yaml"))
         .file(format!("{out}/tool.yaml"))
-        .next(format!(
-            "muspin design --spindle {out}/spindle.yaml --tool {out}/tool.yaml"
-        ))
-        .next(format!(
-            "muspin diagnose --measurement {}",
-            arguments.measurement
-        ))
+        .next(format!("muspin design --spindle {out}/spindle.yaml --tool {out}/tool.yaml"))
+        .next(format!("muspin diagnose --measurement {}", arguments.measurement))
 }
 
 /// The answer.
@@ -214,32 +182,19 @@ fn settings(arguments: &Arguments) -> Result<UpdateSettings, Failure> {
     if let Some(r) = arguments.relative_deviation
         && !(r > 0.0 && r < 1.0)
     {
-        return Err(Failure::new(format!(
-            "--relative-deviation: {r} must lie between 0 and 1"
-        ))
-        .with_hint("0.001 means that frequencies are known to 0.1 %"));
+        return Err(Failure::new(format!("--relative-deviation: {r} must lie between 0 and 1"))
+            .with_hint("0.001 means that frequencies are known to 0.1 %"));
     }
     if !(arguments.exponent > 0.0 && arguments.exponent <= 10.0) {
-        return Err(Failure::new(format!(
-            "--exponent: {} must lie between 0 and 10",
-            arguments.exponent
-        ))
-        .with_hint("1 sums errors, 2 sums their squares"));
+        return Err(Failure::new(format!("--exponent: {} must lie between 0 and 10", arguments.exponent))
+            .with_hint("1 sums errors, 2 sums their squares"));
     }
-    if let Some(unknown) = arguments
-        .frfs
-        .iter()
-        .find(|f| !FRF_CODES.contains(&f.as_str()))
-    {
-        return Err(Failure::new(format!(
-            "--frfs: {unknown:?} is none of {}",
-            FRF_CODES.join(", ")
-        ))
-        .with_hint("the first digit is the sensor, the second the actuator: 1 front, 3 rear"));
+    if let Some(unknown) = arguments.frfs.iter().find(|f| !FRF_CODES.contains(&f.as_str())) {
+        return Err(Failure::new(format!("--frfs: {unknown:?} is none of {}", FRF_CODES.join(", ")))
+            .with_hint("the first digit is the sensor, the second the actuator: 1 front, 3 rear"));
     }
     if arguments.iterations == 0 {
-        return Err(Failure::new("--iterations: 0 does nothing")
-            .with_hint("the reference method takes 400 to 500"));
+        return Err(Failure::new("--iterations: 0 does nothing").with_hint("the reference method takes 400 to 500"));
     }
     Ok(UpdateSettings {
         resonance_exponent: arguments.exponent,
@@ -266,24 +221,13 @@ pub(super) fn targets(
     } else if let Some(read) = measurement.frequencies.first() {
         let list = |frequencies: &[Option<f64>]| {
             let each = |f: &Option<f64>| {
-                f.map(|f| Target {
-                    frequency_hz: f,
-                    standard_deviation_hz: relative_deviation.map(|r| r * f),
-                })
+                f.map(|f| Target { frequency_hz: f, standard_deviation_hz: relative_deviation.map(|r| r * f) })
             };
             frequencies.iter().map(each).collect()
         };
-        front_and_rear(
-            machine,
-            list(&read.resonances_hz),
-            list(&read.front_hz),
-            list(&read.rear_hz),
-        )
+        front_and_rear(machine, list(&read.resonances_hz), list(&read.front_hz), list(&read.rear_hz))
     } else {
-        return Err(UpdateError::NoTargets {
-            what: "neither a sweep at 0 rpm nor frequencies",
-        }
-        .into());
+        return Err(UpdateError::NoTargets { what: "neither a sweep at 0 rpm nor frequencies" }.into());
     };
     targets.mode_shapes = measurement.mode_shapes.clone();
     Ok((targets, identification))
@@ -308,8 +252,7 @@ fn hammer_errors(
             let db = tool_error_db(machine, &hammer.frf, hammer.axis, controller)?;
             Ok((finite(db), growth))
         };
-        let ((before_db, before_growth), (after_db, after_growth)) =
-            (error(before)?, error(after)?);
+        let ((before_db, before_growth), (after_db, after_growth)) = (error(before)?, error(after)?);
         if after_growth >= 0.0 {
             eprintln!(
                 "warning: {}: the updated model is {}",

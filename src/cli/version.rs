@@ -9,8 +9,5 @@ pub(super) fn text() -> String {
         false => "release",
     };
     let (version, system) = (env!("CARGO_PKG_VERSION"), std::env::consts::OS);
-    format!(
-        "{version} (commit {commit}, {build} build, {system} {})",
-        std::env::consts::ARCH
-    )
+    format!("{version} (commit {commit}, {build} build, {system} {})", std::env::consts::ARCH)
 }

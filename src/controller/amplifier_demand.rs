@@ -43,10 +43,7 @@ pub fn high_frequency_hz(machine: &Machine) -> Result<f64, SpindleError> {
     let modes_hz = PlanarModes::new(&machine.rotor()?)?.flexible_hz();
     let last = LAST_SHARE * machine.spindle.electronics.sample_rate_hz;
     let kept = machine.spindle.flexible_modes;
-    let between = match (
-        kept.checked_sub(1).and_then(|k| modes_hz.get(k)),
-        modes_hz.get(kept),
-    ) {
+    let between = match (kept.checked_sub(1).and_then(|k| modes_hz.get(k)), modes_hz.get(kept)) {
         (Some(below), Some(above)) => (below * above).sqrt(),
         // A model without flexible modes: below the first one.
         (None, Some(above)) => *above,
@@ -62,8 +59,7 @@ pub fn high_frequency_hz(machine: &Machine) -> Result<f64, SpindleError> {
 pub fn high_frequency_gain(law: &StateSpace<Discrete>, from_hz: f64) -> Result<f64, NumericError> {
     let period = law.time.period_s;
     let poles = law.continuous_poles()?;
-    let grid =
-        FrequencyGrid::log_hz(from_hz, 0.4999 / period, LINES).refine_round_poles(&poles, A_SIDE);
+    let grid = FrequencyGrid::log_hz(from_hz, 0.4999 / period, LINES).refine_round_poles(&poles, A_SIDE);
     let response = FrequencyResponder::new(law);
     let gain = |omega: &f64| max_singular_value_complex(&response.transfer(law.time.point(*omega)));
     let gains: Vec<f64> = grid.omega_rad_s().par_iter().map(gain).collect();
@@ -80,14 +76,11 @@ pub(crate) fn amplifier_demand(
 ) -> Result<AmplifierDemand, VerificationError> {
     let from_hz = high_frequency_hz(machine)?;
     let fastest = machine.spindle.max_rpm * TAU / 60.0;
-    let noise: Result<Vec<f64>, VerificationError> = [0.0, fastest]
-        .into_par_iter()
-        .map(|speed| noise_current_a(machine, law, speed))
-        .collect();
+    let noise: Result<Vec<f64>, VerificationError> =
+        [0.0, fastest].into_par_iter().map(|speed| noise_current_a(machine, law, speed)).collect();
     Ok(AmplifierDemand {
         from_hz,
-        high_frequency_gain_a_per_m: high_frequency_gain(law, from_hz)
-            .map_err(in_step("gain of the controller"))?,
+        high_frequency_gain_a_per_m: high_frequency_gain(law, from_hz).map_err(in_step("gain of the controller"))?,
         noise_current_a: noise?.into_iter().fold(0.0, f64::max),
     })
 }

@@ -82,10 +82,7 @@ pub struct AntiWindup {
 ///
 /// # Errors
 /// [`ControllerError::Numeric`] when an eigenvalue iteration fails.
-pub fn anti_windup(
-    realisation: &Realisation,
-    plants: &[StateSpace<Discrete>],
-) -> Result<AntiWindup, ControllerError> {
+pub fn anti_windup(realisation: &Realisation, plants: &[StateSpace<Discrete>]) -> Result<AntiWindup, ControllerError> {
     let step = in_step("anti-windup");
     let system = realisation.to_state_space()?;
     let none = Mat::<f64>::zeros(system.order(), system.outputs());
@@ -121,11 +118,7 @@ pub fn anti_windup(
     }
     let (smallest, rate_1_s, gain) = best;
     let inner = &system.a - &gain * &system.c;
-    let radius = eigenvalues(&inner)
-        .map_err(&step)?
-        .iter()
-        .map(|z| z.norm())
-        .fold(0.0, f64::max);
+    let radius = eigenvalues(&inner).map_err(&step)?.iter().map(|z| z.norm()).fold(0.0, f64::max);
     Ok(AntiWindup {
         rate_1_s,
         smallest_gain: smallest,
@@ -219,14 +212,8 @@ fn conditioned(
             }
         }
     }
-    let part = StateSpace::new(
-        a,
-        inner,
-        c,
-        Mat::zeros(system.outputs(), system.outputs()),
-        system.time,
-    )
-    .map_err(in_step("anti-windup"))?;
+    let part = StateSpace::new(a, inner, c, Mat::zeros(system.outputs(), system.outputs()), system.time)
+        .map_err(in_step("anti-windup"))?;
     Ok(Some((gain, response(&part))))
 }
 
@@ -298,17 +285,11 @@ fn response(system: &StateSpace<Discrete>) -> Vec<Mat<c64>> {
 }
 
 fn zero_response(system: &StateSpace<Discrete>) -> Vec<Mat<c64>> {
-    grid()
-        .map(|_| Mat::zeros(system.outputs(), system.outputs()))
-        .collect()
+    grid().map(|_| Mat::zeros(system.outputs(), system.outputs())).collect()
 }
 
 fn gain_response(system: &StateSpace<Discrete>, gain: &Mat<f64>) -> Vec<Mat<c64>> {
-    response(&StateSpace {
-        b: gain.clone(),
-        d: Mat::zeros(system.outputs(), system.outputs()),
-        ..system.clone()
-    })
+    response(&StateSpace { b: gain.clone(), d: Mat::zeros(system.outputs(), system.outputs()), ..system.clone() })
 }
 
 fn points(plant: &StateSpace<Discrete>, controller: &StateSpace<Discrete>) -> Vec<LoopPoint> {
@@ -322,11 +303,7 @@ fn points(plant: &StateSpace<Discrete>, controller: &StateSpace<Discrete>) -> Ve
             let open = k * g;
             let sensitivity = solve_complex(&(&one - &open), &one);
             let transmission = &sensitivity * &open;
-            LoopPoint {
-                index,
-                sensitivity,
-                transmission,
-            }
+            LoopPoint { index, sensitivity, transmission }
         })
         .collect()
 }
@@ -360,10 +337,7 @@ fn smallest_gain(loops: &[LoopPoint], gamma: &[Mat<c64>]) -> f64 {
 }
 
 /// Smallest κ of the circle criterion, 1 − 1/max λ_max(½(M + Mᴴ)); zero when every sector is proven.
-fn circle_gain(
-    loops: &[LoopPoint],
-    gamma: &[Mat<c64>],
-) -> Result<f64, crate::linalg::NumericError> {
+fn circle_gain(loops: &[LoopPoint], gamma: &[Mat<c64>]) -> Result<f64, crate::linalg::NumericError> {
     let mut largest = 0.0f64;
     for point in loops {
         let m = dead_zone(point, gamma);
@@ -372,9 +346,5 @@ fn circle_gain(
         let (values, _) = hermitian_eigen(&half)?;
         largest = values.into_iter().fold(largest, f64::max);
     }
-    Ok(if largest > 1.0 {
-        1.0 - 1.0 / largest
-    } else {
-        0.0
-    })
+    Ok(if largest > 1.0 { 1.0 - 1.0 / largest } else { 0.0 })
 }

@@ -45,11 +45,7 @@ pub struct Float32Program {
 /// [`ControllerError::Range`] when a coefficient overflows single precision.
 pub fn float32(scaled: &ScaledRealisation) -> Result<Float32Program, ControllerError> {
     let rows = scaled.rows.map_coefficients(|c| f64::from(c as f32));
-    if let Some(bad) = rows
-        .rows()
-        .flatten()
-        .find(|term| !term.coefficient.is_finite())
-    {
+    if let Some(bad) = rows.rows().flatten().find(|term| !term.coefficient.is_finite()) {
         return Err(ControllerError::Range {
             what: "coefficient".to_owned(),
             value: bad.coefficient,
@@ -140,21 +136,13 @@ impl Float32Program {
 
 /// Rows with coefficients that single precision holds.
 fn single(rows: &[Row]) -> Vec<Row> {
-    let round = |term: &Term| Term {
-        coefficient: f64::from(term.coefficient as f32),
-        ..*term
-    };
-    rows.iter()
-        .map(|row| row.iter().map(round).collect())
-        .collect()
+    let round = |term: &Term| Term { coefficient: f64::from(term.coefficient as f32), ..*term };
+    rows.iter().map(|row| row.iter().map(round).collect()).collect()
 }
 
 /// Products are rounded one by one and added in row order.
 fn sum_f32(row: &Row, v: &[f32]) -> f32 {
-    row.iter()
-        .map(|term| term.coefficient as f32 * v[term.source])
-        .reduce(|sum, product| sum + product)
-        .unwrap_or(0.0)
+    row.iter().map(|term| term.coefficient as f32 * v[term.source]).reduce(|sum, product| sum + product).unwrap_or(0.0)
 }
 
 fn clamp_f32(value: f32, limit: f32) -> f32 {
@@ -215,23 +203,15 @@ pub fn q31(scaled: &ScaledRealisation) -> Result<Q31Program, ControllerError> {
         scaled.limits.input_m,
         scaled.limits.output_a,
     );
-    let rows = |list: &[Row]| -> Result<Vec<FixedRow>, ControllerError> {
-        list.iter().map(fixed).collect()
-    };
+    let rows = |list: &[Row]| -> Result<Vec<FixedRow>, ControllerError> { list.iter().map(fixed).collect() };
     // |u − v| is at most the reach of v, in full scales.
-    let excess_shift = (scaled.output_reach_a / scaled.limits.output_a)
-        .max(1.0)
-        .log2()
-        .ceil() as u32;
+    let excess_shift = (scaled.output_reach_a / scaled.limits.output_a).max(1.0).log2().ceil() as u32;
     let unit_a = scaled.limits.output_a * f64::from(excess_shift).exp2();
     let conditioning: Vec<Row> = scaled
         .conditioning
         .iter()
         .map(|row| {
-            let in_units = |t: &Term| Term {
-                coefficient: t.coefficient * unit_a,
-                ..*t
-            };
+            let in_units = |t: &Term| Term { coefficient: t.coefficient * unit_a, ..*t };
             row.iter().map(in_units).collect()
         })
         .collect();
@@ -256,17 +236,10 @@ pub fn q31(scaled: &ScaledRealisation) -> Result<Q31Program, ControllerError> {
 pub(super) fn fixed(row: &Row) -> Result<FixedRow, ControllerError> {
     let sum: f64 = row.iter().map(|t| t.coefficient.abs()).sum();
     // Rounding may add half a unit a term; the shift must leave room for it.
-    let exponent = if sum > 0.0 {
-        sum.log2().ceil() as i32
-    } else {
-        -31
-    };
+    let exponent = if sum > 0.0 { sum.log2().ceil() as i32 } else { -31 };
     for s in exponent.max(-31)..=30 {
         let factor = f64::from(31 - s).exp2();
-        let terms: Vec<(usize, f64)> = row
-            .iter()
-            .map(|t| (t.source, (t.coefficient * factor).round()))
-            .collect();
+        let terms: Vec<(usize, f64)> = row.iter().map(|t| (t.source, (t.coefficient * factor).round())).collect();
         let total: f64 = terms.iter().map(|t| t.1.abs()).sum();
         let largest = terms.iter().map(|t| t.1.abs()).fold(0.0, f64::max);
         if total <= Q31_ONE && largest < Q31_ONE {
@@ -304,18 +277,11 @@ impl Q31Program {
         }
         self.signal = v.split_off(self.state.len() + self.input.len());
         let v = self.values();
-        let wanted: Vec<i64> = self
-            .outputs
-            .iter()
-            .map(|row| rounded_sum(row, &v))
-            .collect();
+        let wanted: Vec<i64> = self.outputs.iter().map(|row| rounded_sum(row, &v)).collect();
         let u: Vec<i32> = wanted.iter().map(|v| saturate(*v)).collect();
         let half = (1i64 << self.excess_shift) >> 1;
-        self.excess = u
-            .iter()
-            .zip(&wanted)
-            .map(|(u, v)| saturate((i64::from(*u) - v + half) >> self.excess_shift))
-            .collect();
+        self.excess =
+            u.iter().zip(&wanted).map(|(u, v)| saturate((i64::from(*u) - v + half) >> self.excess_shift)).collect();
         u
     }
 
@@ -406,19 +372,11 @@ impl Q31Program {
         let held = self.held();
         let half_unit = 0.5 / Q31_ONE;
         let row_error = |exact: &Row, held: &Row| {
-            let coefficients: f64 = exact
-                .iter()
-                .zip(held)
-                .map(|(e, h)| (e.coefficient - h.coefficient).abs())
-                .sum();
+            let coefficients: f64 = exact.iter().zip(held).map(|(e, h)| (e.coefficient - h.coefficient).abs()).sum();
             half_unit + coefficients
         };
         let errors = |exact: &[Row], held: &[Row]| -> Vec<f64> {
-            exact
-                .iter()
-                .zip(held)
-                .map(|(e, h)| row_error(e, h))
-                .collect()
+            exact.iter().zip(held).map(|(e, h)| row_error(e, h)).collect()
         };
         let signals = errors(&self.exact.signals, &held.signals);
         let outputs = errors(&self.exact.outputs, &held.outputs);
@@ -426,10 +384,7 @@ impl Q31Program {
         let (n, m) = (self.exact.order(), self.inputs);
         // Injection points: every state, every signal; the response of the outputs to a unit injected once.
         let mut total = outputs;
-        for (point, size) in (0..n)
-            .map(|i| (i, states[i]))
-            .chain((0..signals.len()).map(|k| (n + m + k, signals[k])))
-        {
+        for (point, size) in (0..n).map(|i| (i, states[i])).chain((0..signals.len()).map(|k| (n + m + k, signals[k]))) {
             let mut state = vec![0.0; n];
             let mut injected = Some(point);
             if point < n {
@@ -467,9 +422,8 @@ fn sum_q31(row: &FixedRow, v: &[i32]) -> i32 {
 
 /// The sum of a row, rounded and shifted, not yet saturated; zero for an empty row.
 fn rounded_sum(row: &FixedRow, v: &[i32]) -> i64 {
-    let sum = row.terms.iter().fold(0i64, |sum, (source, coefficient)| {
-        sum + i64::from(*coefficient) * i64::from(v[*source])
-    });
+    let sum =
+        row.terms.iter().fold(0i64, |sum, (source, coefficient)| sum + i64::from(*coefficient) * i64::from(v[*source]));
     (sum + (1i64 << (row.shift - 1))) >> row.shift
 }
 

@@ -62,15 +62,11 @@ pub fn continuous_fit(law: &StateSpace<Discrete>) -> Result<ContinuousFit, Contr
                 scaled_by(&image, 2.0 / period_s)
             }
         };
-        a.submatrix_mut(start, start, *size, *size)
-            .copy_from(&image);
+        a.submatrix_mut(start, start, *size, *size).copy_from(&image);
         start += size;
     }
     let samples = samples(law, system, &a);
-    let (mut c, mut d) = (
-        Mat::zeros(system.outputs(), n),
-        Mat::zeros(system.outputs(), system.inputs()),
-    );
+    let (mut c, mut d) = (Mat::zeros(system.outputs(), n), Mat::zeros(system.outputs(), system.inputs()));
     let rows: Result<Vec<(Vec<usize>, Vec<f64>)>, NumericError> = (0..system.outputs())
         .into_par_iter()
         .map(|output| {
@@ -94,16 +90,10 @@ pub fn continuous_fit(law: &StateSpace<Discrete>) -> Result<ContinuousFit, Contr
         .map(|sample| {
             let difference = fitted.transfer(c64::new(0.0, sample.omega_rad_s)) - &sample.wanted;
             let size = max_singular_value_complex(&sample.wanted).max(f64::MIN_POSITIVE);
-            (
-                sample.omega_rad_s / (2.0 * PI),
-                max_singular_value_complex(&difference) / size,
-            )
+            (sample.omega_rad_s / (2.0 * PI), max_singular_value_complex(&difference) / size)
         })
         .collect();
-    Ok(ContinuousFit {
-        law: fitted,
-        relative_error,
-    })
+    Ok(ContinuousFit { law: fitted, relative_error })
 }
 
 /// One frequency of the fit.
@@ -130,28 +120,15 @@ fn samples(law: &StateSpace<Discrete>, modal: &StateSpace<Discrete>, a: &Mat<f64
                 let own = if i == j { omega_rad_s } else { 0.0 };
                 c64::new(-a[(i, j)], own)
             });
-            let states = if n == 0 {
-                b.clone()
-            } else {
-                solve_complex(&resolvent, &b)
-            };
+            let states = if n == 0 { b.clone() } else { solve_complex(&resolvent, &b) };
             let weight = 1.0 / wanted.norm_l2().max(f64::MIN_POSITIVE);
-            Sample {
-                omega_rad_s,
-                wanted,
-                states,
-                weight,
-            }
+            Sample { omega_rad_s, wanted, states, weight }
         })
         .collect()
 }
 
 /// Row [c, d] of one output over the states read and all inputs, by normal equations with columns of unit size.
-fn least_squares(
-    samples: &[Sample],
-    output: usize,
-    read: &[usize],
-) -> Result<Vec<f64>, NumericError> {
+fn least_squares(samples: &[Sample], output: usize, read: &[usize]) -> Result<Vec<f64>, NumericError> {
     let inputs = samples.first().map_or(0, |s| s.wanted.ncols());
     let unknowns = read.len() + inputs;
     let equations = 2 * inputs * samples.len();
@@ -193,8 +170,8 @@ fn logarithm(block: &Mat<f64>) -> Option<Mat<f64>> {
             let (real, imaginary) = (block[(0, 0)], block[(0, 1)]);
             let size = real.hypot(imaginary);
             let angle = imaginary.atan2(real);
-            let rotation = (block[(1, 1)] - real).abs() <= ROTATION * size
-                && (block[(1, 0)] + imaginary).abs() <= ROTATION * size;
+            let rotation =
+                (block[(1, 1)] - real).abs() <= ROTATION * size && (block[(1, 0)] + imaginary).abs() <= ROTATION * size;
             (rotation && angle.abs() < LARGEST_ANGLE).then(|| {
                 Mat::from_fn(2, 2, |i, j| match (i, j) {
                     (0, 1) => angle,
@@ -208,7 +185,5 @@ fn logarithm(block: &Mat<f64>) -> Option<Mat<f64>> {
 }
 
 fn scaled_by(matrix: &Mat<f64>, factor: f64) -> Mat<f64> {
-    Mat::from_fn(matrix.nrows(), matrix.ncols(), |i, j| {
-        factor * matrix[(i, j)]
-    })
+    Mat::from_fn(matrix.nrows(), matrix.ncols(), |i, j| factor * matrix[(i, j)])
 }

@@ -18,10 +18,6 @@ pub fn discretised(
     let ControlLaw::Continuous(law) = &controller.law else {
         return Ok(None);
     };
-    let sampled =
-        tustin_prewarped(law, period_s, TAU * prewarp_hz).map_err(in_step("discretisation"))?;
-    Ok(Some(Controller {
-        name: controller.name.clone(),
-        law: ControlLaw::Discrete(sampled),
-    }))
+    let sampled = tustin_prewarped(law, period_s, TAU * prewarp_hz).map_err(in_step("discretisation"))?;
+    Ok(Some(Controller { name: controller.name.clone(), law: ControlLaw::Discrete(sampled) }))
 }

@@ -50,9 +50,7 @@ impl FullLoop {
         let sampled = plant.sampled()?;
         let numeric = in_step("loop on the full plant");
         // Only a law that keeps the planes apart leaves them apart; x axes come first in pairs.
-        let across = |m: &Mat<c64>| {
-            (0..16).any(|k| (k / 4 + k % 4) % 2 == 1 && m[(k / 4, k % 4)].norm() > 0.0)
-        };
+        let across = |m: &Mat<c64>| (0..16).any(|k| (k / 4 + k % 4) % 2 == 1 && m[(k / 4, k % 4)].norm() > 0.0);
         let apart = speed_rad_s == 0.0 && plant.planes_are_alike() && !across(&law.at(TAU * 100.0));
         let axes: &[usize] = if apart { &[0, 2] } else { &[0, 1, 2, 3] };
         let own = connected_part(&law.select(axes, axes));
@@ -66,13 +64,7 @@ impl FullLoop {
             true => ModalLoop::new(&loops, planes.as_ref()),
             false => None,
         };
-        Ok(Self {
-            planes,
-            plant,
-            loops,
-            axes: axes.len(),
-            modes,
-        })
+        Ok(Self { planes, plant, loops, axes: axes.len(), modes })
     }
 
     /// Poles of the loop.
@@ -95,12 +87,7 @@ impl FullLoop {
     ///
     /// # Errors
     /// [`NormError`] for an unstable loop, or when an eigenvalue iteration fails.
-    pub(crate) fn sensitivity_peak(
-        &self,
-        j: usize,
-        poles: &[c64],
-        rel_tol: f64,
-    ) -> Result<HinfNorm, NormError> {
+    pub(crate) fn sensitivity_peak(&self, j: usize, poles: &[c64], rel_tol: f64) -> Result<HinfNorm, NormError> {
         let axis = self.bearing(j);
         let own = self.loops.select(&[self.axes + axis], &[axis]);
         Ok(match self.by_modes(j, &own, rel_tol) {
@@ -138,10 +125,7 @@ impl FullLoop {
         let n = loops.order();
         let noise = loops.b.submatrix(0, 0, n, self.axes);
         // Covariance of the states: A P Aᵀ − P + BBᵀ = 0.
-        let p = discrete_lyapunov(
-            &loops.a.transpose().to_owned(),
-            &(noise * noise.transpose()),
-        )?;
+        let p = discrete_lyapunov(&loops.a.transpose().to_owned(), &(noise * noise.transpose()))?;
         let variance = |j: usize| {
             let row = self.bearing(j);
             let c = loops.c.submatrix(row, 0, 1, n);
@@ -173,22 +157,11 @@ pub(crate) fn noise_current_a(
 }
 
 /// Noise at the sensors → (currents u, signals y): S and K S of the loop u = K y, y = G u + n.
-fn noisy_loops(
-    plant: &StateSpace<Discrete>,
-    law: &StateSpace<Discrete>,
-) -> Result<StateSpace<Discrete>, NumericError> {
+fn noisy_loops(plant: &StateSpace<Discrete>, law: &StateSpace<Discrete>) -> Result<StateSpace<Discrete>, NumericError> {
     let (n, states) = (plant.inputs(), plant.order());
     let unit = |i: usize, j: usize| f64::from(u8::from(i == j));
-    let b = Mat::from_fn(
-        states,
-        2 * n,
-        |i, j| if j < n { 0.0 } else { plant.b[(i, j - n)] },
-    );
-    let c = Mat::from_fn(
-        3 * n,
-        states,
-        |i, j| if i < n { 0.0 } else { plant.c[(i % n, j)] },
-    );
+    let b = Mat::from_fn(states, 2 * n, |i, j| if j < n { 0.0 } else { plant.b[(i, j - n)] });
+    let c = Mat::from_fn(3 * n, states, |i, j| if i < n { 0.0 } else { plant.c[(i % n, j)] });
     let d = Mat::from_fn(3 * n, 2 * n, |i, j| match (i < n, j < n) {
         (true, true) => 0.0,
         (true, false) => unit(i, j - n),

@@ -41,23 +41,11 @@ pub fn hand_over(scaled: &ScaledRealisation) -> Result<HandOver, ControllerError
     let map = state_map(&system, input, output)?;
     let rows = |factor: &dyn Fn(usize) -> f64| -> Vec<Row> {
         (0..map.nrows())
-            .map(|i| {
-                (0..map.ncols())
-                    .map(|j| Term {
-                        source: j,
-                        coefficient: map[(i, j)] * factor(j),
-                    })
-                    .collect()
-            })
+            .map(|i| (0..map.ncols()).map(|j| Term { source: j, coefficient: map[(i, j)] * factor(j) }).collect())
             .collect()
     };
     let single = |row: Row| -> Row {
-        row.into_iter()
-            .map(|t| Term {
-                coefficient: f64::from(t.coefficient as f32),
-                ..t
-            })
-            .collect()
+        row.into_iter().map(|t| Term { coefficient: f64::from(t.coefficient as f32), ..t }).collect()
     };
     let normalised = rows(&|j| if j < m { input } else { output });
     Ok(HandOver {
@@ -67,11 +55,7 @@ pub fn hand_over(scaled: &ScaledRealisation) -> Result<HandOver, ControllerError
 }
 
 /// G (n × (m + p)); the ranges of y and u balance the problem.
-fn state_map(
-    system: &StateSpace<Discrete>,
-    input_range: f64,
-    output_range: f64,
-) -> Result<Mat<f64>, ControllerError> {
+fn state_map(system: &StateSpace<Discrete>, input_range: f64, output_range: f64) -> Result<Mat<f64>, ControllerError> {
     let (n, m, p) = (system.order(), system.inputs(), system.outputs());
     if n == 0 {
         return Ok(Mat::zeros(0, m + p));
@@ -102,19 +86,17 @@ fn state_map(
     let continued = solve(&gain, &Mat::identity(p, p)).map_err(&named)?;
     let from_y = &free + &reach * &corrected;
     let from_u = &reach * &continued;
-    Ok(Mat::from_fn(n, m + p, |i, j| {
-        if j < m {
-            from_y[(i, j)] / input_range
-        } else {
-            from_u[(i, j - m)] / output_range
-        }
-    }))
+    Ok(Mat::from_fn(
+        n,
+        m + p,
+        |i, j| {
+            if j < m { from_y[(i, j)] / input_range } else { from_u[(i, j - m)] / output_range }
+        },
+    ))
 }
 
 fn times(matrix: &Mat<f64>, factor: f64) -> Mat<f64> {
-    Mat::from_fn(matrix.nrows(), matrix.ncols(), |i, j| {
-        factor * matrix[(i, j)]
-    })
+    Mat::from_fn(matrix.nrows(), matrix.ncols(), |i, j| factor * matrix[(i, j)])
 }
 
 /// Σ (Aᵀ)ᵏCᵀC Aᵏ over the horizon, by doubling.

@@ -39,9 +39,7 @@ pub enum ControllerError {
         source: NumericError,
     },
     /// The realised controller does not reproduce the transfer matrix it came from.
-    #[error(
-        "{step}: the transfer matrix changed by {error:.1e} of its peak, at most {allowed:.1e} is accepted"
-    )]
+    #[error("{step}: the transfer matrix changed by {error:.1e} of its peak, at most {allowed:.1e} is accepted")]
     Inaccurate {
         /// The step.
         step: &'static str,

@@ -54,9 +54,7 @@ impl ModalForm {
 /// # Errors
 /// [`ControllerError::Numeric`] when an eigenvalue iteration fails, [`ControllerError::Inaccurate`] when not even one
 /// block reproduces the transfer matrix.
-pub(crate) fn block_diagonalise(
-    system: &StateSpace<Discrete>,
-) -> Result<ModalForm, ControllerError> {
+pub(crate) fn block_diagonalise(system: &StateSpace<Discrete>) -> Result<ModalForm, ControllerError> {
     let mut error = f64::NAN;
     for limit in COUPLING_LIMITS {
         let form = block_diagonal(system, limit)?;
@@ -65,11 +63,7 @@ pub(crate) fn block_diagonalise(
             return Ok(form);
         }
     }
-    Err(ControllerError::Inaccurate {
-        step: "modal form",
-        error,
-        allowed: LARGEST_CHANGE,
-    })
+    Err(ControllerError::Inaccurate { step: "modal form", error, allowed: LARGEST_CHANGE })
 }
 
 /// The form with no coupling solution above `limit`, its accuracy measured and not yet judged.
@@ -87,14 +81,11 @@ fn block_diagonal(system: &StateSpace<Discrete>, limit: f64) -> Result<ModalForm
     for part in &parts {
         let size = part.a.nrows();
         a.submatrix_mut(start, start, size, size).copy_from(&part.a);
-        b.submatrix_mut(start, 0, size, system.inputs())
-            .copy_from(&part.b);
-        c.submatrix_mut(0, start, system.outputs(), size)
-            .copy_from(&part.c);
+        b.submatrix_mut(start, 0, size, system.inputs()).copy_from(&part.b);
+        c.submatrix_mut(0, start, system.outputs(), size).copy_from(&part.c);
         start += size;
     }
-    let modal =
-        StateSpace::new(a, b, c, system.d.clone(), system.time).map_err(in_step("modal form"))?;
+    let modal = StateSpace::new(a, b, c, system.d.clone(), system.time).map_err(in_step("modal form"))?;
     Ok(ModalForm {
         transfer_error: transfer_change(system, &modal),
         system: modal,
@@ -116,13 +107,8 @@ fn separate(
     let split = split(&balanced, limit)?;
     let inverse = solve(&split.transform, &Mat::identity(n, n)).map_err(in_step("modal form"))?;
     // x = D T x̃, hence B̃ = T⁻¹ D⁻¹ B and C̃ = C D T.
-    let b = &inverse
-        * Mat::from_fn(n, system.inputs(), |i, j| {
-            system.b[(states[i], j)] / scale[i]
-        });
-    let c = Mat::from_fn(system.outputs(), n, |i, j| {
-        system.c[(i, states[j])] * scale[j]
-    }) * &split.transform;
+    let b = &inverse * Mat::from_fn(n, system.inputs(), |i, j| system.b[(states[i], j)] / scale[i]);
+    let c = Mat::from_fn(system.outputs(), n, |i, j| system.c[(i, states[j])] * scale[j]) * &split.transform;
     let full = &inverse * &balanced * &split.transform;
     let mut start = 0;
     for size in split.blocks {
@@ -174,11 +160,7 @@ fn split(a: &Mat<f64>, limit: f64) -> Result<Split, ControllerError> {
     let bases = invariant_bases(a, limit).map_err(in_step("modal form"))?;
     if bases.len() == 1 && n > 2 {
         // Nothing is separated: the balanced matrix stays as it is, and no digit is lost.
-        return Ok(Split {
-            transform: Mat::identity(n, n),
-            blocks: vec![n],
-            condition: 1.0,
-        });
+        return Ok(Split { transform: Mat::identity(n, n), blocks: vec![n], condition: 1.0 });
     }
     let mut transform = Mat::zeros(n, n);
     let mut start = 0;
@@ -192,11 +174,7 @@ fn split(a: &Mat<f64>, limit: f64) -> Result<Split, ControllerError> {
     for _ in 0..REFINEMENTS {
         transform = refined(a, &transform, &blocks).map_err(in_step("modal form"))?;
     }
-    Ok(Split {
-        condition: condition(&transform).map_err(in_step("modal form"))?,
-        transform,
-        blocks,
-    })
+    Ok(Split { condition: condition(&transform).map_err(in_step("modal form"))?, transform, blocks })
 }
 
 /// One Newton step on T⁻¹AT = diag(Aₖ) + E: T ← T(I + P) with AᵢPᵢⱼ − PᵢⱼAⱼ = −Eᵢⱼ takes the rounding of the Schur form
@@ -213,9 +191,7 @@ fn refined(a: &Mat<f64>, transform: &Mat<f64>, blocks: &[usize]) -> Result<Mat<f
         })
         .collect();
     let part = |i: usize, j: usize, sign: f64| {
-        Mat::from_fn(blocks[i], blocks[j], |r, c| {
-            sign * full[(starts[i] + r, starts[j] + c)]
-        })
+        Mat::from_fn(blocks[i], blocks[j], |r, c| sign * full[(starts[i] + r, starts[j] + c)])
     };
     for i in 0..blocks.len() {
         for j in (0..blocks.len()).filter(|j| *j != i) {
@@ -223,9 +199,7 @@ fn refined(a: &Mat<f64>, transform: &Mat<f64>, blocks: &[usize]) -> Result<Mat<f
             // whether it matters.
             let p = sylvester(&part(i, i, 1.0), &part(j, j, -1.0), &part(i, j, -1.0));
             if let Some(p) = p.ok().filter(|p| p.norm_l2() <= LARGEST_STEP) {
-                correction
-                    .submatrix_mut(starts[i], starts[j], blocks[i], blocks[j])
-                    .copy_from(&p);
+                correction.submatrix_mut(starts[i], starts[j], blocks[i], blocks[j]).copy_from(&p);
             }
         }
     }
@@ -246,11 +220,7 @@ fn rotation_basis(a: &Mat<f64>, q: &Mat<f64>) -> Mat<f64> {
         return q.clone();
     }
     let pole = c64::new(0.5 * (a11 + a22), omega2.sqrt());
-    let v = if a12.abs() >= a21.abs() {
-        [c64::new(a12, 0.0), pole - a11]
-    } else {
-        [pole - a22, c64::new(a21, 0.0)]
-    };
+    let v = if a12.abs() >= a21.abs() { [c64::new(a12, 0.0), pole - a11] } else { [pole - a22, c64::new(a21, 0.0)] };
     // Turn the phase until real and imaginary part are orthogonal.
     let turn = c64::from_polar(1.0, -0.5 * (v[0] * v[0] + v[1] * v[1]).arg());
     let v = [v[0] * turn, v[1] * turn];
@@ -278,15 +248,9 @@ fn connected_states(a: &Mat<f64>) -> Vec<Vec<usize>> {
         for j in 0..n {
             if a[(i, j)] != 0.0 && label[i] != label[j] {
                 let (keep, drop) = (label[i].min(label[j]), label[i].max(label[j]));
-                label
-                    .iter_mut()
-                    .filter(|l| **l == drop)
-                    .for_each(|l| *l = keep);
+                label.iter_mut().filter(|l| **l == drop).for_each(|l| *l = keep);
             }
         }
     }
-    (0..n)
-        .map(|l| (0..n).filter(|i| label[*i] == l).collect::<Vec<_>>())
-        .filter(|states| !states.is_empty())
-        .collect()
+    (0..n).map(|l| (0..n).filter(|i| label[*i] == l).collect::<Vec<_>>()).filter(|states| !states.is_empty()).collect()
 }

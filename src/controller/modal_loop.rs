@@ -33,13 +33,10 @@ impl ModalLoop {
     /// The modes of a loop of one plane, or on r = x + jy of two equal ones; none where the planes are not equal, or
     /// the eigenvectors not accurate.
     pub(super) fn new(loops: &StateSpace<Discrete>, planes: Option<&EqualPlanes>) -> Option<Self> {
-        let complex =
-            |m: &Mat<f64>| Mat::from_fn(m.nrows(), m.ncols(), |i, j| c64::from(m[(i, j)]));
+        let complex = |m: &Mat<f64>| Mat::from_fn(m.nrows(), m.ncols(), |i, j| c64::from(m[(i, j)]));
         let [a, b, c, d] = match planes {
             Some(planes) => {
-                let axes = |count: usize| {
-                    EqualPlanes::of(&(0..count).map(|k| k % 2 == 1).collect::<Vec<_>>())
-                };
+                let axes = |count: usize| EqualPlanes::of(&(0..count).map(|k| k % 2 == 1).collect::<Vec<_>>());
                 let (inputs, outputs) = (axes(loops.inputs())?, axes(loops.outputs())?);
                 let (a, scale) = planes.turning(&loops.a)?;
                 let ones = |axes: usize| vec![1.0; axes / 2];
@@ -62,13 +59,7 @@ impl ModalLoop {
         if error.norm_max().is_nan() || error.norm_max() > TRUSTED * b.norm_max() {
             return None;
         }
-        Some(Self {
-            poles: eigen.values,
-            read: &c * &eigen.vectors,
-            drive,
-            direct: d,
-            is_turning: planes.is_some(),
-        })
+        Some(Self { poles: eigen.values, read: &c * &eigen.vectors, drive, direct: d, is_turning: planes.is_some() })
     }
 
     /// Poles of the loop, of both planes if it has two.

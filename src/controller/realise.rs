@@ -98,10 +98,7 @@ fn in_increments(state: usize, row: &mut Row) {
     if let Some(own) = row.iter_mut().find(|t| near_one(t)) {
         own.coefficient -= 1.0;
         row.retain(|t| t.coefficient != 0.0);
-        row.push(Term {
-            source: state,
-            coefficient: 1.0,
-        });
+        row.push(Term { source: state, coefficient: 1.0 });
     }
 }
 
@@ -113,19 +110,14 @@ pub(crate) fn from_state_space(system: &StateSpace<Discrete>, form: Form) -> Rea
             .map(|j| (j, states[(i, j)]))
             .chain((0..m).map(|j| (n + j, inputs[(i, j)])))
             .filter(|(_, coefficient)| *coefficient != 0.0)
-            .map(|(source, coefficient)| Term {
-                source,
-                coefficient,
-            })
+            .map(|(source, coefficient)| Term { source, coefficient })
             .collect()
     };
     Realisation {
         form,
         inputs: m,
         signals: Vec::new(),
-        outputs: (0..system.outputs())
-            .map(|i| row(&system.c, &system.d, i))
-            .collect(),
+        outputs: (0..system.outputs()).map(|i| row(&system.c, &system.d, i)).collect(),
         states: (0..n).map(|i| row(&system.a, &system.b, i)).collect(),
         sample_time_s: system.time.period_s,
         blocks: vec![n],
@@ -155,12 +147,7 @@ impl Realisation {
         let rows = |list: &[Row]| -> Vec<Row> {
             list.iter()
                 .map(|row| {
-                    row.iter()
-                        .map(|term| Term {
-                            source: term.source,
-                            coefficient: change(term.coefficient),
-                        })
-                        .collect()
+                    row.iter().map(|term| Term { source: term.source, coefficient: change(term.coefficient) }).collect()
                 })
                 .collect()
         };
@@ -180,8 +167,7 @@ impl Realisation {
     /// # Errors
     /// [`ControllerError::Numeric`] when a coefficient overflows single precision.
     pub fn rounded_f32(&self) -> Result<StateSpace<Discrete>, ControllerError> {
-        self.map_coefficients(|c| f64::from(c as f32))
-            .to_state_space()
+        self.map_coefficients(|c| f64::from(c as f32)).to_state_space()
     }
 
     /// The linear system that the rows compute, signals eliminated.
@@ -191,18 +177,13 @@ impl Realisation {
     pub fn to_state_space(&self) -> Result<StateSpace<Discrete>, ControllerError> {
         let (n, m) = (self.order(), self.inputs);
         let signals = self.signal_maps();
-        let (outputs, states) = (
-            self.expand(&self.outputs, &signals),
-            self.expand(&self.states, &signals),
-        );
+        let (outputs, states) = (self.expand(&self.outputs, &signals), self.expand(&self.states, &signals));
         StateSpace::new(
             Mat::from_fn(n, n, |i, j| states[i][j]),
             Mat::from_fn(n, m, |i, j| states[i][n + j]),
             Mat::from_fn(outputs.len(), n, |i, j| outputs[i][j]),
             Mat::from_fn(outputs.len(), m, |i, j| outputs[i][n + j]),
-            Discrete {
-                period_s: self.sample_time_s,
-            },
+            Discrete { period_s: self.sample_time_s },
         )
         .map_err(in_step("realisation"))
     }

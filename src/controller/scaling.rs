@@ -43,10 +43,7 @@ impl SignalLimits {
                 bearing.bias_current_a.min(range)
             })
             .fold(f64::INFINITY, f64::min);
-        Self {
-            input_m: machine.spindle.backup_clearance_m,
-            output_a: current,
-        }
+        Self { input_m: machine.spindle.backup_clearance_m, output_a: current }
     }
 }
 
@@ -77,10 +74,7 @@ pub struct ScaledRealisation {
 fn transition_rows(a: &Mat<f64>) -> Vec<Row> {
     let n = a.nrows();
     let row = |i: usize| {
-        let terms = (0..n).filter(|j| a[(i, *j)] != 0.0).map(|j| Term {
-            source: j,
-            coefficient: a[(i, j)],
-        });
+        let terms = (0..n).filter(|j| a[(i, *j)] != 0.0).map(|j| Term { source: j, coefficient: a[(i, j)] });
         terms.collect()
     };
     (0..n).map(row).collect()
@@ -90,14 +84,8 @@ fn transition_rows(a: &Mat<f64>) -> Vec<Row> {
 ///
 /// # Errors
 /// [`ControllerError::Range`] when a limit is not positive or a gain is not finite.
-pub fn scaled(
-    realisation: &Realisation,
-    limits: SignalLimits,
-) -> Result<ScaledRealisation, ControllerError> {
-    for (what, value) in [
-        ("input limit, m,", limits.input_m),
-        ("output limit, A,", limits.output_a),
-    ] {
+pub fn scaled(realisation: &Realisation, limits: SignalLimits) -> Result<ScaledRealisation, ControllerError> {
+    for (what, value) in [("input limit, m,", limits.input_m), ("output limit, A,", limits.output_a)] {
         if !(value > 0.0 && value.is_finite()) {
             return Err(range(what.to_owned(), value));
         }
@@ -108,27 +96,18 @@ pub fn scaled(
     let maps = realisation.signal_maps();
     let gains = l1_gains(&transitions, &maps, &system.b, limits.input_m);
     let authority = |i: usize| {
-        let largest = (0..system.outputs())
-            .map(|k| system.c[(k, i)].abs())
-            .fold(0.0, f64::max);
+        let largest = (0..system.outputs()).map(|k| system.c[(k, i)].abs()).fold(0.0, f64::max);
         limits.output_a / largest
     };
     let slow = 1.0 - TAU * WINDUP_CORNER_HZ * realisation.sample_time_s;
     let (mut state_scale, mut anti_windup) = (Vec::new(), Vec::new());
     let clamped = |anti_windup: &[bool]| -> Vec<bool> {
         let decays = gains.states.iter().map(Option::is_some);
-        anti_windup
-            .iter()
-            .zip(decays)
-            .map(|(held, decays)| *held || !decays)
-            .collect()
+        anti_windup.iter().zip(decays).map(|(held, decays)| *held || !decays).collect()
     };
     for i in 0..n {
         let own = transitions[i].iter().find(|t| t.source == i);
-        let alone = transitions
-            .iter()
-            .enumerate()
-            .all(|(k, row)| k == i || row.iter().all(|t| t.source != i))
+        let alone = transitions.iter().enumerate().all(|(k, row)| k == i || row.iter().all(|t| t.source != i))
             && transitions[i].iter().all(|t| t.source == i);
         let winds_up = alone && own.is_some_and(|t| t.coefficient >= slow);
         let limit = authority(i);
@@ -147,21 +126,13 @@ pub fn scaled(
         .map(|k| {
             // Without a finite gain: what the scaled states and inputs can add up to.
             let reach = || {
-                (0..n)
-                    .map(|j| maps[k][j].abs() * state_scale[j])
-                    .sum::<f64>()
-                    + (0..m)
-                        .map(|j| maps[k][n + j].abs() * limits.input_m)
-                        .sum::<f64>()
+                (0..n).map(|j| maps[k][j].abs() * state_scale[j]).sum::<f64>()
+                    + (0..m).map(|j| maps[k][n + j].abs() * limits.input_m).sum::<f64>()
             };
             power_of_two(gains.signals[k].unwrap_or_else(reach))
         })
         .collect();
-    if let Some(bad) = state_scale
-        .iter()
-        .chain(&signal_scale)
-        .find(|s| !(s.is_finite() && **s > 0.0))
-    {
+    if let Some(bad) = state_scale.iter().chain(&signal_scale).find(|s| !(s.is_finite() && **s > 0.0)) {
         return Err(range("state scale".to_owned(), *bad));
     }
     let rows = rescaled(realisation, &state_scale, &signal_scale, 1.0, 1.0);
@@ -195,25 +166,15 @@ fn output_reach_a(scaled: &StateSpace<Discrete>, limits: SignalLimits) -> f64 {
 ///
 /// # Errors
 /// As [`scaled`].
-pub(super) fn with_room(
-    scaled: ScaledRealisation,
-    gain: &Mat<f64>,
-) -> Result<ScaledRealisation, ControllerError> {
+pub(super) fn with_room(scaled: ScaledRealisation, gain: &Mat<f64>) -> Result<ScaledRealisation, ControllerError> {
     let system = scaled.rows.to_state_space()?;
     let (n, m) = (system.order(), system.inputs());
     let corrected = &system.a - gain * &system.c;
     let transitions = transition_rows(&corrected);
     let maps = scaled.rows.signal_maps();
-    let without_inputs: Vec<Vec<f64>> = maps
-        .iter()
-        .map(|map| map[..n].iter().copied().chain(vec![0.0; m]).collect())
-        .collect();
-    let of_y = l1_gains(
-        &transitions,
-        &maps,
-        &(&system.b - gain * &system.d),
-        scaled.limits.input_m,
-    );
+    let without_inputs: Vec<Vec<f64>> =
+        maps.iter().map(|map| map[..n].iter().copied().chain(vec![0.0; m]).collect()).collect();
+    let of_y = l1_gains(&transitions, &maps, &(&system.b - gain * &system.d), scaled.limits.input_m);
     let of_u = l1_gains(&transitions, &without_inputs, gain, scaled.limits.output_a);
     // A sum that does not converge, of a mode that L leaves alone, gives no more room than before.
     let factor = |y: Option<f64>, u: Option<f64>| match (y, u) {
@@ -226,9 +187,7 @@ pub(super) fn with_room(
             false => factor(of_y.states[i], of_u.states[i]),
         })
         .collect();
-    let signals: Vec<f64> = (0..maps.len())
-        .map(|k| factor(of_y.signals[k], of_u.signals[k]))
-        .collect();
+    let signals: Vec<f64> = (0..maps.len()).map(|k| factor(of_y.signals[k], of_u.signals[k])).collect();
     let rows = rescaled(&scaled.rows, &states, &signals, 1.0, 1.0);
     let times = |old: &[f64], by: &[f64]| old.iter().zip(by).map(|(s, f)| s * f).collect();
     Ok(ScaledRealisation {
@@ -237,10 +196,7 @@ pub(super) fn with_room(
         signal_scale: times(&scaled.signal_scale, &signals),
         conditioning: (0..n)
             .map(|i| {
-                let term = |j: usize| Term {
-                    source: j,
-                    coefficient: gain[(i, j)] / states[i],
-                };
+                let term = |j: usize| Term { source: j, coefficient: gain[(i, j)] / states[i] };
                 let all = (0..gain.ncols()).map(term);
                 all.filter(|t| t.coefficient != 0.0).collect()
             })
@@ -273,10 +229,7 @@ pub(super) fn rescaled(
             .enumerate()
             .map(|(i, row)| {
                 row.iter()
-                    .map(|t| Term {
-                        source: t.source,
-                        coefficient: t.coefficient * source(t.source) / target(i),
-                    })
+                    .map(|t| Term { source: t.source, coefficient: t.coefficient * source(t.source) / target(i) })
                     .collect()
             })
             .collect()
@@ -313,8 +266,7 @@ fn l1_gains(transitions: &[Row], maps: &[Vec<f64>], b: &Mat<f64>, limit: f64) ->
     let firsts: Vec<usize> = (0..m).step_by(LANES).collect();
     let sums: Vec<Gains> = firsts.into_par_iter().flat_map(of_inputs).collect();
     let total = |first: f64, of: &dyn Fn(&Gains) -> Option<f64>| {
-        sums.iter()
-            .try_fold(first, |sum, gains| of(gains).map(|own| sum + own))
+        sums.iter().try_fold(first, |sum, gains| of(gains).map(|own| sum + own))
     };
     let states: Vec<Option<f64>> = (0..n).map(|i| total(0.0, &|g| g.states[i])).collect();
     let signals = maps.iter().enumerate().map(|(k, map)| {
@@ -323,18 +275,12 @@ fn l1_gains(transitions: &[Row], maps: &[Vec<f64>], b: &Mat<f64>, limit: f64) ->
         let bounded = read[k].iter().all(|t| states[t.source].is_some());
         total(direct, &|g| g.signals[k]).filter(|_| bounded)
     });
-    Gains {
-        signals: signals.collect(),
-        states,
-    }
+    Gains { signals: signals.collect(), states }
 }
 
 /// Nonzero entries of a row.
 fn terms(row: &[f64]) -> Row {
-    let all = row.iter().enumerate().map(|(source, coefficient)| Term {
-        source,
-        coefficient: *coefficient,
-    });
+    let all = row.iter().enumerate().map(|(source, coefficient)| Term { source, coefficient: *coefficient });
     all.filter(|t| t.coefficient != 0.0).collect()
 }
 
@@ -356,18 +302,12 @@ fn reached<const K: usize>(transitions: &[Row], starts: &[[f64; K]]) -> Vec<usiz
 }
 
 /// Σₖ |x| of the states from each of some starts, and of the signals that read them; no sum where it did not converge.
-fn impulse_sums<const K: usize>(
-    transitions: &[Row],
-    read: &[Row],
-    starts: Vec<[f64; K]>,
-) -> Vec<Gains> {
+fn impulse_sums<const K: usize>(transitions: &[Row], read: &[Row], starts: Vec<[f64; K]>) -> Vec<Gains> {
     let n = transitions.len();
     let reached = reached(transitions, &starts);
     let product = |row: &Row, x: &[[f64; K]]| {
         let terms = row.iter().map(|t| (t.coefficient, &x[t.source]));
-        terms.fold([0.0; K], |sum: [f64; K], (coefficient, x)| {
-            std::array::from_fn(|l| sum[l] + coefficient * x[l])
-        })
+        terms.fold([0.0; K], |sum: [f64; K], (coefficient, x)| std::array::from_fn(|l| sum[l] + coefficient * x[l]))
     };
     let (mut x, mut next) = (starts.clone(), vec![[0.0; K]; n]);
     let (mut states, mut signals) = (vec![[0.0; K]; n], vec![[0.0; K]; read.len()]);
@@ -399,9 +339,7 @@ fn impulse_sums<const K: usize>(
             if !bounded && K > 1 {
                 // One that grows does not end the sums of the others.
                 let alone = |l: usize| starts.iter().map(|x| [x[l]]).collect();
-                return (0..K)
-                    .flat_map(|l| impulse_sums::<1>(transitions, read, alone(l)))
-                    .collect();
+                return (0..K).flat_map(|l| impulse_sums::<1>(transitions, read, alone(l))).collect();
             }
             let decayed = reached.iter().all(|i| has_decayed(&recent[*i], &peak[*i]));
             if decayed || !bounded || k + 1 == LONGEST_SUM {
@@ -430,11 +368,7 @@ fn has_decayed<const K: usize>(recent: &[f64; K], peak: &[f64; K]) -> bool {
 
 /// Smallest power of two that is not below `value`; 1 for zero.
 fn power_of_two(value: f64) -> f64 {
-    if value > 0.0 {
-        value.log2().ceil().exp2()
-    } else {
-        1.0
-    }
+    if value > 0.0 { value.log2().ceil().exp2() } else { 1.0 }
 }
 
 fn range(what: String, value: f64) -> ControllerError {
@@ -454,19 +388,11 @@ mod tests {
     fn sums_of_inputs_that_are_computed_together_are_those_of_geometric_series() {
         // Each of five inputs moves a state of its own; the fourth grows.
         let poles = [0.5, -0.9, 0.99, 1.1, 0.0];
-        let transitions: Vec<Row> = (0..5)
-            .map(|i| {
-                terms(&std::array::from_fn::<f64, 5, _>(|j| {
-                    poles[i] * f64::from(i == j)
-                }))
-            })
-            .collect();
+        let transitions: Vec<Row> =
+            (0..5).map(|i| terms(&std::array::from_fn::<f64, 5, _>(|j| poles[i] * f64::from(i == j)))).collect();
         let unit = Mat::from_fn(5, 5, |i, j| f64::from(i == j));
         // One signal reads the first two states, another the one that grows.
-        let maps = [
-            [1.0, -2.0, 0.0, 0.0, 0.0, 0.0, 3.0],
-            [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0],
-        ];
+        let maps = [[1.0, -2.0, 0.0, 0.0, 0.0, 0.0, 3.0], [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]];
         let maps = maps.map(|map| map.to_vec());
         let found = l1_gains(&transitions, &maps, &unit, 2.0);
         for (pole, sum) in poles.iter().zip(&found.states) {
@@ -477,10 +403,7 @@ mod tests {
             }
         }
         let signal = found.signals[0].expect("it reads states that decay");
-        assert!(
-            (signal / (4.0 + 2.0 * 20.0 + 6.0) - 1.0).abs() < 1e-4,
-            "{signal}"
-        );
+        assert!((signal / (4.0 + 2.0 * 20.0 + 6.0) - 1.0).abs() < 1e-4, "{signal}");
         assert!(found.signals[1].is_none());
     }
 }

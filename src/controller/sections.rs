@@ -20,12 +20,8 @@ const ZERO_AT_INFINITY: f64 = 1e7;
 ///
 /// # Errors
 /// As [`second_order_sections`], without the check of the transfer.
-pub(crate) fn cascades(
-    system: &StateSpace<Discrete>,
-) -> Result<Vec<Vec<Section>>, ControllerError> {
-    (0..system.inputs().min(system.outputs()))
-        .map(|axis| cascade(&axis_system(system, axis)?))
-        .collect()
+pub(crate) fn cascades(system: &StateSpace<Discrete>) -> Result<Vec<Vec<Section>>, ControllerError> {
+    (0..system.inputs().min(system.outputs())).map(|axis| cascade(&axis_system(system, axis)?)).collect()
 }
 
 /// Cascades of second-order sections of a decentralised controller (output i depends on input i alone).
@@ -33,24 +29,18 @@ pub(crate) fn cascades(
 /// # Errors
 /// [`ControllerError::NotDecentralised`] for a controller that mixes axes, [`ControllerError::Inaccurate`] when the
 /// cascade does not reproduce the controller, [`ControllerError::Numeric`] from the eigenvalue iterations.
-pub fn second_order_sections(
-    system: &StateSpace<Discrete>,
-) -> Result<Realisation, ControllerError> {
+pub fn second_order_sections(system: &StateSpace<Discrete>) -> Result<Realisation, ControllerError> {
     let cascades = cascades(system)?;
     let n: usize = cascades.iter().flatten().map(|s| s.order).sum();
     let m = system.inputs();
-    let (mut signals, mut outputs, mut states): (Vec<Row>, Vec<Row>, Vec<Row>) =
-        (Vec::new(), Vec::new(), Vec::new());
+    let (mut signals, mut outputs, mut states): (Vec<Row>, Vec<Row>, Vec<Row>) = (Vec::new(), Vec::new(), Vec::new());
     let mut blocks = Vec::new();
     for (axis, cascade) in cascades.iter().enumerate() {
         let mut source = n + axis;
         for section in cascade {
             let first = states.len();
             let out = n + m + signals.len();
-            let term = |source, coefficient| Term {
-                source,
-                coefficient,
-            };
+            let term = |source, coefficient| Term { source, coefficient };
             let mut row = vec![term(source, section.b[0])];
             if section.order > 0 {
                 row.push(term(first, 1.0));
@@ -66,10 +56,7 @@ pub fn second_order_sections(
             blocks.push(section.order);
             source = out;
         }
-        outputs.push(vec![Term {
-            source,
-            coefficient: 1.0,
-        }]);
+        outputs.push(vec![Term { source, coefficient: 1.0 }]);
     }
     let realisation = Realisation {
         form: Form::SecondOrderSections,
@@ -84,11 +71,7 @@ pub fn second_order_sections(
     };
     let error = transfer_change(system, &realisation.to_state_space()?);
     if error.is_nan() || error > LARGEST_CHANGE {
-        return Err(ControllerError::Inaccurate {
-            step: "second-order sections",
-            error,
-            allowed: LARGEST_CHANGE,
-        });
+        return Err(ControllerError::Inaccurate { step: "second-order sections", error, allowed: LARGEST_CHANGE });
     }
     Ok(realisation)
 }
@@ -106,25 +89,17 @@ pub struct Section {
 
 /// The part of the controller that axis `axis` reads and drives: states both reached from its input and seen at
 /// its output through the pattern of A.
-fn axis_system(
-    system: &StateSpace<Discrete>,
-    axis: usize,
-) -> Result<StateSpace<Discrete>, ControllerError> {
+fn axis_system(system: &StateSpace<Discrete>, axis: usize) -> Result<StateSpace<Discrete>, ControllerError> {
     let n = system.order();
     let seen = structure::seen(system, &[axis]);
     for input in (0..system.inputs()).filter(|j| *j != axis) {
         let other = structure::driven(system, &[input]);
         if system.d[(axis, input)] != 0.0 || (0..n).any(|i| other[i] && seen[i]) {
-            return Err(ControllerError::NotDecentralised {
-                output: axis,
-                input,
-            });
+            return Err(ControllerError::NotDecentralised { output: axis, input });
         }
     }
     let own = structure::driven(system, &[axis]);
-    Ok(system
-        .select(&[axis], &[axis])
-        .keep_states(|i| own[i] && seen[i]))
+    Ok(system.select(&[axis], &[axis]).keep_states(|i| own[i] && seen[i]))
 }
 
 fn cascade(axis: &StateSpace<Discrete>) -> Result<Vec<Section>, ControllerError> {
@@ -137,11 +112,7 @@ fn cascade(axis: &StateSpace<Discrete>) -> Result<Vec<Section>, ControllerError>
         .find(|(_, gain)| gain.is_finite() && *gain != 0.0)
         .unwrap_or((3.0, 0.0));
     if gain == 0.0 || poles.is_empty() {
-        return Ok(vec![Section {
-            order: 0,
-            b: [axis.d[(0, 0)], 0.0, 0.0],
-            a: [0.0; 2],
-        }]);
+        return Ok(vec![Section { order: 0, b: [axis.d[(0, 0)], 0.0, 0.0], a: [0.0; 2] }]);
     }
     let n = axis.order();
     let shifted = Mat::from_fn(n, n, |i, j| -axis.a[(i, j)] + if i == j { z0 } else { 0.0 });
@@ -199,11 +170,7 @@ fn radius(pair: &[c64]) -> f64 {
 
 /// Roots as conjugate pairs and couples of real roots (neighbours in size), one single real root left over.
 fn pairs(roots: &[c64]) -> Vec<Vec<c64>> {
-    let mut list: Vec<Vec<c64>> = roots
-        .iter()
-        .filter(|r| r.im > 0.0)
-        .map(|r| vec![*r, r.conj()])
-        .collect();
+    let mut list: Vec<Vec<c64>> = roots.iter().filter(|r| r.im > 0.0).map(|r| vec![*r, r.conj()]).collect();
     let mut real: Vec<c64> = roots.iter().filter(|r| r.im == 0.0).copied().collect();
     real.sort_by(|x, y| y.re.total_cmp(&x.re));
     list.extend(real.chunks(2).map(<[c64]>::to_vec));
@@ -227,9 +194,5 @@ fn section(poles: &[c64], zeros: &[c64]) -> Section {
         (_, 1) => [0.0, 1.0, z1],
         _ => [1.0, z1, z2],
     };
-    Section {
-        order,
-        b,
-        a: [a1, a2],
-    }
+    Section { order, b, a: [a1, a2] }
 }

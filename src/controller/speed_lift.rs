@@ -75,9 +75,7 @@ impl AffinePlant {
     ) -> Result<Self, ControllerError> {
         let n = rest.order();
         let slope = Mat::from_fn(n, n, |i, j| (full.a[(i, j)] - rest.a[(i, j)]) / speed_rad_s);
-        let middle = Mat::from_fn(n, n, |i, j| {
-            half.a[(i, j)] - rest.a[(i, j)] - 0.5 * speed_rad_s * slope[(i, j)]
-        });
+        let middle = Mat::from_fn(n, n, |i, j| half.a[(i, j)] - rest.a[(i, j)] - 0.5 * speed_rad_s * slope[(i, j)]);
         let change = [&half, &full]
             .iter()
             .flat_map(|p| [&p.b - &rest.b, &p.c - &rest.c, &p.d - &rest.d])
@@ -96,11 +94,7 @@ impl AffinePlant {
         }
         // |A₁ᵀ| = L Lᵀ and |A₁| = RᵀR.
         let f = svd(&slope).map_err(super::in_step("speed proof"))?;
-        let modulus = |v: &Mat<f64>| {
-            Mat::from_fn(n, n, |i, j| {
-                (0..n).map(|k| v[(i, k)] * f.s[k] * v[(j, k)]).sum()
-            })
-        };
+        let modulus = |v: &Mat<f64>| Mat::from_fn(n, n, |i, j| (0..n).map(|k| v[(i, k)] * f.s[k] * v[(j, k)]).sum());
         Ok(Self {
             force: modulus(&f.u),
             read: modulus(&f.v),
@@ -122,8 +116,7 @@ impl AffinePlant {
         speed_rad_s: f64,
         distance_rad_s: f64,
     ) -> Result<Neighbourhood, ControllerError> {
-        self.examine(controller, speed_rad_s, distance_rad_s)
-            .map_err(super::in_step("speed proof"))
+        self.examine(controller, speed_rad_s, distance_rad_s).map_err(super::in_step("speed proof"))
     }
 
     fn examine(
@@ -133,9 +126,7 @@ impl AffinePlant {
         distance_rad_s: f64,
     ) -> Result<Neighbourhood, NumericError> {
         let n = self.at_rest.order();
-        let a = Mat::from_fn(n, n, |i, j| {
-            self.at_rest.a[(i, j)] + speed_rad_s * self.slope[(i, j)]
-        });
+        let a = Mat::from_fn(n, n, |i, j| self.at_rest.a[(i, j)] + speed_rad_s * self.slope[(i, j)]);
         let (inside, reached) = self.within_a_sample(&a)?;
         let lifted = self.lifted(&a, &reached)?;
         let closed = lower_lft(&lifted, controller)?;
@@ -156,26 +147,16 @@ impl AffinePlant {
             return Ok(unproven(0.5 / inside, f64::NAN));
         }
         let (proven, omega_rad_s, gain) = stays_below(&closed, allowed, planes.as_ref())?;
-        Ok(Neighbourhood {
-            proven,
-            ..unproven(1.0 / (gain.max(allowed) + inside), omega_rad_s)
-        })
+        Ok(Neighbourhood { proven, ..unproven(1.0 / (gain.max(allowed) + inside), omega_rad_s) })
     }
 
     /// The sampled plant with lifted w as first inputs and lifted z as first outputs, commands and signals last;
     /// `reached` is C Cᵀ.
-    fn lifted(
-        &self,
-        a: &Mat<f64>,
-        reached: &Mat<f64>,
-    ) -> Result<StateSpace<Discrete>, NumericError> {
+    fn lifted(&self, a: &Mat<f64>, reached: &Mat<f64>) -> Result<StateSpace<Discrete>, NumericError> {
         let read = &self.read;
         let n = a.nrows();
         let axes: Vec<usize> = (0..AXES).collect();
-        let turning = StateSpace {
-            a: a.clone(),
-            ..self.at_rest.select(&axes, &axes)
-        };
+        let turning = StateSpace { a: a.clone(), ..self.at_rest.select(&axes, &axes) };
         let sampled = sample_with_delay(&turning, AXES, self.delay_s, self.period_s)?;
         let commands = turning.b.clone();
         // Commands that act before and after the change within a period, as rows over (states, inputs) of `sampled`.
@@ -183,11 +164,7 @@ impl AffinePlant {
         let ratio = self.delay_s / self.period_s;
         let whole = (ratio + 1e-9).floor() as usize;
         let split = steps > whole;
-        let late_s = if split {
-            self.delay_s - whole as f64 * self.period_s
-        } else {
-            0.0
-        };
+        let late_s = if split { self.delay_s - whole as f64 * self.period_s } else { 0.0 };
         let columns = sampled.order() + AXES;
         let command = |age: usize| {
             let first = match age {
@@ -202,9 +179,7 @@ impl AffinePlant {
             (true, false) => commands[(i, j - n)],
             _ => 0.0,
         });
-        let weight = Mat::from_fn(n + AXES, n + AXES, |i, j| {
-            if i < n && j < n { read[(i, j)] } else { 0.0 }
-        });
+        let weight = Mat::from_fn(n + AXES, n + AXES, |i, j| if i < n && j < n { read[(i, j)] } else { 0.0 });
         let energy = |from: &Mat<f64>, seconds: f64| -> Result<Mat<f64>, NumericError> {
             let (inner, _) = finite_gramian(&generator, &weight, seconds)?;
             Ok(from.transpose() * inner * from)
@@ -222,10 +197,7 @@ impl AffinePlant {
         let commanded = EqualPlanes::of(&[false, true, false, true]);
         let planes = self.plant.planes_of_states(sampled.order())?.zip(commanded);
         let planes = planes.map(|(states, commanded)| states.followed_by(&commanded));
-        let (rows, drive) = (
-            root(&seen, planes.as_ref())?,
-            root(reached, self.plant.planes_of_states(n)?.as_ref())?,
-        );
+        let (rows, drive) = (root(&seen, planes.as_ref())?, root(reached, self.plant.planes_of_states(n)?.as_ref())?);
         let (nz, nw) = (rows.nrows(), drive.nrows());
         let m = sampled.order();
         let b = Mat::from_fn(m, nw + AXES, |i, j| {
@@ -271,17 +243,11 @@ impl AffinePlant {
 /// ∫₀ᵗ e^{Fᵀs} Q e^{Fs} ds for symmetric Q ≥ 0, and e^{Ft}: over a short time h by their series,
 ///   X(h) = Σ_k h^{k+1} Λᵏ(Q)/(k+1)!,   Λ(Q) = FᵀQ + QF,   e^{Fh} = Σ_k (Fh)ᵏ/k!,
 /// then doubled, since X(2h) = X(h) + e^{Fᵀh} X(h) e^{Fh}: no growing exponential enters however stiff F is.
-fn finite_gramian(
-    f: &Mat<f64>,
-    q: &Mat<f64>,
-    seconds: f64,
-) -> Result<(Mat<f64>, Mat<f64>), NumericError> {
+fn finite_gramian(f: &Mat<f64>, q: &Mat<f64>, seconds: f64) -> Result<(Mat<f64>, Mat<f64>), NumericError> {
     let n = f.nrows();
     let norm = f.norm_l2() * seconds;
     if !norm.is_finite() {
-        return Err(NumericError::NotFinite {
-            what: "generator of a gramian",
-        });
+        return Err(NumericError::NotFinite { what: "generator of a gramian" });
     }
     let doublings = (norm / SHORT).log2().ceil().clamp(0.0, 60.0) as i32;
     let h = seconds / 2f64.powi(doublings);
@@ -320,9 +286,7 @@ fn root(w: &Mat<f64>, planes: Option<&EqualPlanes>) -> Result<Mat<f64>, NumericE
     }
     let (values, vectors) = symmetric_eigen(w)?;
     let kept = above_rounding(&values, GRAMIAN_ROUNDING);
-    Ok(Mat::from_fn(kept.len(), w.nrows(), |i, j| {
-        values[kept[i]].sqrt() * vectors[(j, kept[i])]
-    }))
+    Ok(Mat::from_fn(kept.len(), w.nrows(), |i, j| values[kept[i]].sqrt() * vectors[(j, kept[i])]))
 }
 
 #[cfg(test)]

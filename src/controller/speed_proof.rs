@@ -62,10 +62,7 @@ impl SpeedProof {
 
     /// The largest speed up to which everything is covered, rpm; zero when rest itself is not.
     pub fn proven_to_rpm(&self) -> f64 {
-        self.open_rpm
-            .iter()
-            .map(|piece| piece[0])
-            .fold(self.to_rpm, f64::min)
+        self.open_rpm.iter().map(|piece| piece[0]).fold(self.to_rpm, f64::min)
     }
 
     /// True when every speed from rest to `rpm` is covered.
@@ -81,15 +78,12 @@ impl SpeedProof {
 
     /// The narrowest proven interval.
     pub(crate) fn narrowest(&self) -> Option<&SpeedInterval> {
-        self.proven()
-            .min_by(|a, b| a.radius_rpm.total_cmp(&b.radius_rpm))
+        self.proven().min_by(|a, b| a.radius_rpm.total_cmp(&b.radius_rpm))
     }
 
     /// The least damped centre.
     pub(crate) fn slowest(&self) -> Option<&SpeedInterval> {
-        self.intervals
-            .iter()
-            .max_by(|a, b| a.growth_rate_per_s.total_cmp(&b.growth_rate_per_s))
+        self.intervals.iter().max_by(|a, b| a.growth_rate_per_s.total_cmp(&b.growth_rate_per_s))
     }
 }
 
@@ -111,11 +105,7 @@ pub fn prove(
     let delay_s = (rest.delay_s() - 0.5 * period_s).max(0.0);
     let plant = AffinePlant::new(
         &rest,
-        [
-            rest.state_space(0)?,
-            build(0.5 * top)?.state_space(0)?,
-            build(top)?.state_space(0)?,
-        ],
+        [rest.state_space(0)?, build(0.5 * top)?.state_space(0)?, build(top)?.state_space(0)?],
         top,
         delay_s,
         period_s,
@@ -146,11 +136,7 @@ pub fn prove(
             // A loop that is stable at the centre is asked again from more centres, at a distance it may grant.
             let granted = ADVISED * at.advised_rad_s * 60.0 / TAU;
             let spent = intervals.len() + next.len() >= CENTRES;
-            let shortest = if at.growth_rate_per_s < 0.0 {
-                SHORTEST_RPM
-            } else {
-                UNSTABLE_SHARE * to_rpm
-            };
+            let shortest = if at.growth_rate_per_s < 0.0 { SHORTEST_RPM } else { UNSTABLE_SHARE * to_rpm };
             if spent || 2.0 * half < shortest {
                 open.push(*piece);
             } else {
@@ -160,21 +146,14 @@ pub fn prove(
             }
         }
         // What is proven ends at the lowest unstable speed: nothing above it is asked.
-        let lost = intervals
-            .iter()
-            .filter(|i| i.growth_rate_per_s >= 0.0)
-            .map(|i| i.centre_rpm)
-            .fold(f64::INFINITY, f64::min);
+        let lost =
+            intervals.iter().filter(|i| i.growth_rate_per_s >= 0.0).map(|i| i.centre_rpm).fold(f64::INFINITY, f64::min);
         let (below, above): (Vec<_>, Vec<_>) = next.into_iter().partition(|piece| piece[0] < lost);
         pieces = below;
         open.extend(above);
     }
     intervals.sort_by(|a, b| a.centre_rpm.total_cmp(&b.centre_rpm));
-    Ok(SpeedProof {
-        to_rpm,
-        open_rpm: joined(open),
-        intervals,
-    })
+    Ok(SpeedProof { to_rpm, open_rpm: joined(open), intervals })
 }
 
 /// Equal parts of a piece, none longer than twice `radius`.

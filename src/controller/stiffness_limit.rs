@@ -63,17 +63,13 @@ pub fn stiffness_limit(
     taps: usize,
 ) -> Result<StiffnessLimit, VerificationError> {
     let plants = Plants::new(machine, 1.0, &[])?;
-    let own = controller
-        .growth_rate()
-        .map_err(in_step("poles of the controller"))?;
+    let own = controller.growth_rate().map_err(in_step("poles of the controller"))?;
     if own >= 0.0 {
         return Err(infeasible("the controller to start from is unstable itself").into());
     }
     let poles = loop_poles(&plants, controller)?;
     if poles.iter().any(|p| p.re >= 0.0) {
-        return Err(
-            infeasible("the controller to start from does not levitate the machine").into(),
-        );
+        return Err(infeasible("the controller to start from does not levitate the machine").into());
     }
     let lines = sharp_lines(&plants, FROM_HZ, (&poles, &[]), APART);
     let rotors = plants.on(&lines, &Known::NOTHING);
@@ -100,10 +96,7 @@ pub fn stiffness_limit(
 }
 
 /// Poles of the loop at rest as continuous ones, rad/s.
-fn loop_poles(
-    plants: &Plants,
-    controller: &StateSpace<Discrete>,
-) -> Result<Vec<c64>, VerificationError> {
+fn loop_poles(plants: &Plants, controller: &StateSpace<Discrete>) -> Result<Vec<c64>, VerificationError> {
     let numeric = in_step("poles of the loop");
     // One plane: the other one is unstable without its own controller.
     let plant = x_plane(&plants.at_rest().sampled()?);
@@ -146,16 +139,9 @@ impl BaseLine {
     }
 
     /// Real and imaginary part of `scale`·(base + left Q right) as affine functions of the taps.
-    fn parts(
-        &self,
-        (base, left, right): (c64, [c64; 2], [c64; 2]),
-        scale: f64,
-        taps: usize,
-    ) -> [Affine; 2] {
-        let mut both = [base.re, base.im].map(|constant| Affine {
-            terms: Vec::with_capacity(4 * taps),
-            constant: scale * constant,
-        });
+    fn parts(&self, (base, left, right): (c64, [c64; 2], [c64; 2]), scale: f64, taps: usize) -> [Affine; 2] {
+        let mut both = [base.re, base.im]
+            .map(|constant| Affine { terms: Vec::with_capacity(4 * taps), constant: scale * constant });
         let mut delay = c64::new(scale * GAIN, 0.0);
         for n in 0..taps {
             for i in 0..2 {
@@ -176,17 +162,9 @@ fn column(m: &Matrix2, j: usize) -> [c64; 2] {
 }
 
 /// The convex problem with a number of taps; the smallest stiffness, N/m.
-fn problem(
-    base: &[BaseLine],
-    limits: &LoopLimits,
-    nyquist_rad_s: f64,
-    taps: usize,
-) -> Result<f64, ControllerError> {
+fn problem(base: &[BaseLine], limits: &LoopLimits, nyquist_rad_s: f64, taps: usize) -> Result<f64, ControllerError> {
     let level = 4 * taps;
-    let constant = |constant: f64| Affine {
-        terms: vec![],
-        constant,
-    };
+    let constant = |constant: f64| Affine { terms: vec![], constant };
     let mut norms = vec![];
     let mut noise: [Vec<Affine>; 2] = [vec![], vec![]];
     let (low, high) = limits.stiffness_band_hz;
@@ -197,23 +175,16 @@ fn problem(
             // Compliance in µm/N.
             let h = (here.compliance, here.drive, here.read);
             norms.push(NormInequality {
-                bound: Affine {
-                    terms: vec![(level, 1.0)],
-                    constant: 0.0,
-                },
+                bound: Affine { terms: vec![(level, 1.0)], constant: 0.0 },
                 parts: here.parts(h, 1e6, taps).to_vec(),
             });
         }
         for j in 0..2 {
             let s = (here.s[j][j], here.gsu[j], column(&here.s, j));
-            norms.push(NormInequality {
-                bound: constant(limits.sensitivity),
-                parts: here.parts(s, 1.0, taps).to_vec(),
-            });
+            norms
+                .push(NormInequality { bound: constant(limits.sensitivity), parts: here.parts(s, 1.0, taps).to_vec() });
         }
-        let neighbour = |at: Option<&BaseLine>, end: f64| {
-            at.map_or(end, |b| 0.5 * (b.line.omega_rad_s + omega))
-        };
+        let neighbour = |at: Option<&BaseLine>, end: f64| at.map_or(end, |b| 0.5 * (b.line.omega_rad_s + omega));
         let below = neighbour(k.checked_sub(1).and_then(|k| base.get(k)), 0.0);
         let above = neighbour(base.get(k + 1), nyquist_rad_s);
         let share = ((above - below) / nyquist_rad_s).sqrt();
@@ -225,34 +196,22 @@ fn problem(
                 if hz >= limits.high_frequency_hz {
                     norms.push(NormInequality {
                         bound: constant(1.0),
-                        parts: here
-                            .parts(r, limits.high_frequency_gain_a_per_m.recip(), taps)
-                            .to_vec(),
+                        parts: here.parts(r, limits.high_frequency_gain_a_per_m.recip(), taps).to_vec(),
                     });
                 }
             }
         }
     }
-    norms.extend(noise.into_iter().map(|parts| NormInequality {
-        bound: constant(1.0),
-        parts,
-    }));
+    norms.extend(noise.into_iter().map(|parts| NormInequality { bound: constant(1.0), parts }));
     let mut objective = vec![0.0; level + 1];
     objective[level] = 1.0;
-    let programme = Programme {
-        objective,
-        norms,
-        ..Programme::default()
-    };
-    let found = programme
-        .solve()
-        .map_err(|error| infeasible(&error.to_string()))?;
+    let programme = Programme { objective, norms, ..Programme::default() };
+    let found = programme.solve().map_err(|error| infeasible(&error.to_string()))?;
     // Whatever accuracy the solver claims: the point it ended at has to keep every limit.
     let exceeded = programme.norms.iter().map(|n| n.excess(&found.x));
     let exceeded = exceeded.fold(0.0, |a: f64, b| if b.is_nan() { b } else { a.max(b) });
     if exceeded.is_nan() || exceeded > KEPT {
-        let reason =
-            format!("the solution of the convex problem exceeds a limit by {exceeded:.1e} of it");
+        let reason = format!("the solution of the convex problem exceeds a limit by {exceeded:.1e} of it");
         return Err(infeasible(&reason));
     }
     Ok(1e6 / found.x[level])

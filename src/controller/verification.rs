@@ -59,10 +59,7 @@ impl Verification {
     /// The same with the proof between the speeds.
     #[must_use]
     pub(crate) fn with_proof(self, proof: SpeedProof) -> Self {
-        Self {
-            proof: Some(proof),
-            ..self
-        }
+        Self { proof: Some(proof), ..self }
     }
 
     /// True when the loop is proven stable at every speed from rest to the largest one, not only at those computed.
@@ -77,10 +74,7 @@ impl Verification {
         let centres = self.proof.iter().flat_map(|proof| &proof.intervals);
         let below = centres
             .filter(|i| i.centre_rpm <= self.top_rpm && i.growth_rate_per_s >= 0.0)
-            .map(|i| SpeedCheck {
-                speed_rpm: i.centre_rpm,
-                growth_rate_per_s: i.growth_rate_per_s,
-            })
+            .map(|i| SpeedCheck { speed_rpm: i.centre_rpm, growth_rate_per_s: i.growth_rate_per_s })
             .next();
         self.first_unstable().or(below)
     }
@@ -92,18 +86,12 @@ impl Verification {
 
     /// The first speed at which the loop is unstable.
     pub(crate) fn first_unstable(&self) -> Option<SpeedCheck> {
-        self.speeds
-            .iter()
-            .find(|s| s.growth_rate_per_s.is_nan() || s.growth_rate_per_s >= 0.0)
-            .copied()
+        self.speeds.iter().find(|s| s.growth_rate_per_s.is_nan() || s.growth_rate_per_s >= 0.0).copied()
     }
 
     /// Slowest decay over the speeds, 1/s, as a (negative) growth rate.
     pub fn worst_growth_rate_per_s(&self) -> Option<f64> {
-        self.speeds
-            .iter()
-            .map(|s| s.growth_rate_per_s)
-            .max_by(f64::total_cmp)
+        self.speeds.iter().map(|s| s.growth_rate_per_s).max_by(f64::total_cmp)
     }
 }
 
@@ -111,10 +99,7 @@ impl Verification {
 ///
 /// # Errors
 /// [`NumericError`] when the loop is not well posed or the eigenvalue iteration fails.
-pub fn growth_rate(
-    plant: &StateSpace<Discrete>,
-    controller: &StateSpace<Discrete>,
-) -> Result<f64, NumericError> {
+pub fn growth_rate(plant: &StateSpace<Discrete>, controller: &StateSpace<Discrete>) -> Result<f64, NumericError> {
     let axes: Vec<usize> = (0..AXES).collect();
     lower_lft(&plant.select(&axes, &axes), controller)?.growth_rate()
 }
@@ -143,9 +128,7 @@ pub(crate) fn verify(
     conditions: &str,
 ) -> Result<Verification, VerificationError> {
     let last = points.max(2) - 1;
-    let speeds: Vec<f64> = (0..=last)
-        .map(|k| machine.spindle.max_rpm * k as f64 / last as f64)
-        .collect();
+    let speeds: Vec<f64> = (0..=last).map(|k| machine.spindle.max_rpm * k as f64 / last as f64).collect();
     verify_at(machine, controller, &speeds, conditions)
 }
 
@@ -168,10 +151,7 @@ pub(crate) fn verify_with_proof(
     }
     Ok(match prove(machine, controller, machine.spindle.max_rpm) {
         Ok(proof) => checked.with_proof(proof),
-        Err(error) => Verification {
-            proof_failure: Some(error.to_string()),
-            ..checked
-        },
+        Err(error) => Verification { proof_failure: Some(error.to_string()), ..checked },
     })
 }
 

@@ -59,16 +59,8 @@ pub struct FirmwareLabels {
 
 /// A name as C identifier: lower case, other characters as underscores, a letter first.
 pub fn c_identifier(name: &str) -> String {
-    let plain: String = name
-        .chars()
-        .map(|c| {
-            if c.is_ascii_alphanumeric() {
-                c.to_ascii_lowercase()
-            } else {
-                '_'
-            }
-        })
-        .collect();
+    let plain: String =
+        name.chars().map(|c| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '_' }).collect();
     match plain.chars().next() {
         Some(first) if first.is_ascii_lowercase() => plain,
         Some(_) => format!("tool_{}", plain.trim_start_matches('_')),
@@ -97,11 +89,7 @@ pub fn header(
     let generics: Vec<[String; 2]> = GENERIC_NAMES
         .iter()
         .map(|n| [format!("muspin_{n}"), format!("{}_{n}", labels.prefix)])
-        .chain(
-            GENERIC_CONSTANTS
-                .iter()
-                .map(|n| [format!("MUSPIN_{n}"), format!("{upper}_{n}")]),
-        )
+        .chain(GENERIC_CONSTANTS.iter().map(|n| [format!("MUSPIN_{n}"), format!("{upper}_{n}")]))
         .collect();
     let count = |list: &[Row]| list.iter().map(Vec::len).sum::<usize>();
     let conditioned = is_conditioned(&scaled.conditioning);
@@ -117,11 +105,7 @@ pub fn header(
              limit took away.",
         );
     }
-    let excess = if conditioned {
-        rows.outputs.len() + 1
-    } else {
-        0
-    };
+    let excess = if conditioned { rows.outputs.len() + 1 } else { 0 };
     let words = rows.order() + rows.inputs + rows.signals.len() + excess;
     render(
         HEADER,
@@ -167,10 +151,7 @@ pub fn source(
     let mut leaving = rows.signals.iter().chain(&rows.outputs);
     let output_reads_states = reads(&mut leaving.clone(), 0, n);
     let output_reads_inputs = reads(&mut leaving, n, n + m);
-    let (single, integer) = (
-        float32_statements(float, prefix),
-        q31_statements(fixed, prefix),
-    );
+    let (single, integer) = (float32_statements(float, prefix), q31_statements(fixed, prefix));
     render(
         SOURCE,
         context! {
@@ -225,8 +206,7 @@ fn is_conditioned(rows: &[Row]) -> bool {
 
 /// Rows of a two-dimensional C array.
 fn table(rows: impl Iterator<Item = Vec<String>>) -> String {
-    rows.map(|row| format!("        {{{}}},\n", row.join(", ")))
-        .collect()
+    rows.map(|row| format!("        {{{}}},\n", row.join(", "))).collect()
 }
 
 /// A C file from its template.
@@ -242,20 +222,11 @@ pub(crate) fn stability_words(verification: &Verification) -> String {
     let range = || {
         let first = verification.speeds.first().map_or(0.0, |s| s.speed_rpm);
         let last = verification.speeds.last().map_or(0.0, |s| s.speed_rpm);
-        format!(
-            "{} speeds from {first} to {last} rpm ({})",
-            verification.speeds.len(),
-            verification.conditions
-        )
+        format!("{} speeds from {first} to {last} rpm ({})", verification.speeds.len(), verification.conditions)
     };
-    let mu = verification
-        .mu_peak
-        .map_or(String::new(), |mu| format!("; peak of mu {mu:.4}"));
+    let mu = verification.mu_peak.map_or(String::new(), |mu| format!("; peak of mu {mu:.4}"));
     let proven = verification.is_proven();
-    let mut words = match (
-        verification.unstable(),
-        verification.worst_growth_rate_per_s(),
-    ) {
+    let mut words = match (verification.unstable(), verification.worst_growth_rate_per_s()) {
         (None, Some(worst)) if proven => format!(
             "verified, closed loop proven stable at every speed from 0 to {} rpm and computed at {}; slowest decay \
              {:.2} 1/s{mu}",
@@ -294,9 +265,5 @@ fn unproven_words(verification: &Verification) -> String {
 
 /// Text that cannot end a C comment, one line.
 pub(super) fn comment(text: &str) -> String {
-    text.replace("*/", "* /")
-        .replace("/*", "/ *")
-        .chars()
-        .map(|c| if c.is_control() { ' ' } else { c })
-        .collect()
+    text.replace("*/", "* /").replace("/*", "/ *").chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
 }

@@ -63,22 +63,17 @@ pub struct Firmware<'a> {
 
 /// SHA-256 of a byte string, hex.
 pub(crate) fn sha256_hex(bytes: &[u8]) -> String {
-    Sha256::digest(bytes)
-        .iter()
-        .fold(String::new(), |mut hex, byte| {
-            let _ = write!(hex, "{byte:02x}");
-            hex
-        })
+    Sha256::digest(bytes).iter().fold(String::new(), |mut hex, byte| {
+        let _ = write!(hex, "{byte:02x}");
+        hex
+    })
 }
 
 /// The files of the formats asked: (relative name, bytes), in a fixed order.
 ///
 /// # Errors
 /// [`FirmwareError`] when the controller is continuous, or does not fit the arithmetic.
-pub fn write_all(
-    firmware: &Firmware<'_>,
-    formats: &[Format],
-) -> Result<Vec<(String, Vec<u8>)>, FirmwareError> {
+pub fn write_all(firmware: &Firmware<'_>, formats: &[Format]) -> Result<Vec<(String, Vec<u8>)>, FirmwareError> {
     let ControlLaw::Discrete(law) = &firmware.discrete.law else {
         return Err(FirmwareError::Continuous(firmware.discrete.name.clone()));
     };
@@ -91,13 +86,7 @@ pub fn write_all(
     }
     if wants(Format::Mat) {
         let period = Mat::from_fn(1, 1, |_, _| law.time.period_s);
-        let matrices = [
-            ("A", &law.a),
-            ("B", &law.b),
-            ("C", &law.c),
-            ("D", &law.d),
-            ("Ts", &period),
-        ];
+        let matrices = [("A", &law.a), ("B", &law.b), ("C", &law.c), ("D", &law.d), ("Ts", &period)];
         files.push(("controller.mat".to_owned(), mat_file(&matrices)?));
     }
     if wants(Format::C) {
@@ -108,20 +97,10 @@ pub fn write_all(
             input_sha256: sha256_hex(&json),
         };
         let bound = fixed.error_bound_a(TEST_SAMPLES);
-        files.push((
-            "controller.h".to_owned(),
-            header(firmware.scaled, firmware.verification, &labels)?.into_bytes(),
-        ));
+        files.push(("controller.h".to_owned(), header(firmware.scaled, firmware.verification, &labels)?.into_bytes()));
         files.push((
             "controller.c".to_owned(),
-            source(
-                firmware.prefix,
-                &float,
-                &fixed,
-                &hand_over(firmware.scaled)?,
-                bound,
-            )?
-            .into_bytes(),
+            source(firmware.prefix, &float, &fixed, &hand_over(firmware.scaled)?, bound)?.into_bytes(),
         ));
     }
     if wants(Format::C)
@@ -149,35 +128,22 @@ fn continuous_files(
     law: &StateSpace<Discrete>,
 ) -> Result<Vec<(String, Vec<u8>)>, FirmwareError> {
     if let Some(continuous) = firmware.continuous {
-        return Ok(vec![(
-            "continuous.json".to_owned(),
-            controller_json(continuous, firmware.tag),
-        )]);
+        return Ok(vec![("continuous.json".to_owned(), controller_json(continuous, firmware.tag))]);
     }
     let fit = continuous_fit(law)?;
     let mut table = String::from("frequency_hz,relative_error\n");
     for (frequency_hz, error) in &fit.relative_error {
         let _ = writeln!(table, "{frequency_hz:e},{error:e}");
     }
-    let controller = Controller {
-        name: firmware.discrete.name.clone(),
-        law: ControlLaw::Continuous(fit.law),
-    };
+    let controller = Controller { name: firmware.discrete.name.clone(), law: ControlLaw::Continuous(fit.law) };
     Ok(vec![
-        (
-            "continuous.json".to_owned(),
-            controller_json(&controller, firmware.tag),
-        ),
+        ("continuous.json".to_owned(), controller_json(&controller, firmware.tag)),
         ("continuous_error.csv".to_owned(), table.into_bytes()),
     ])
 }
 
 /// One line per product: row, source, coefficient in double, float32 and Q31, post shift of the row.
-fn coefficient_table(
-    scaled: &ScaledRealisation,
-    float: &Float32Program,
-    fixed: &Q31Program,
-) -> String {
+fn coefficient_table(scaled: &ScaledRealisation, float: &Float32Program, fixed: &Q31Program) -> String {
     let rows = &scaled.rows;
     let (n, m) = (rows.order(), rows.inputs);
     let label = |kind: &str, k: usize| format!("{kind}_{k}");
@@ -194,19 +160,9 @@ fn coefficient_table(
         .map(|k| label("signal", k))
         .chain((0..rows.outputs.len()).map(|k| format!("output_{}", channel_name(k))))
         .chain((0..n).map(|k| label("next_state", k)));
-    let fixed_rows = fixed
-        .signals
-        .iter()
-        .chain(&fixed.outputs)
-        .chain(&fixed.states);
-    let mut text = String::from(
-        "row,source,coefficient,coefficient_float32,coefficient_q31,right_shift_q31\n",
-    );
-    for (((name, exact), single), fixed_row) in names
-        .zip(rows.rows())
-        .zip(float.rows.rows())
-        .zip(fixed_rows)
-    {
+    let fixed_rows = fixed.signals.iter().chain(&fixed.outputs).chain(&fixed.states);
+    let mut text = String::from("row,source,coefficient,coefficient_float32,coefficient_q31,right_shift_q31\n");
+    for (((name, exact), single), fixed_row) in names.zip(rows.rows()).zip(float.rows.rows()).zip(fixed_rows) {
         for ((term, single), integer) in exact.iter().zip(single).zip(&fixed_row.terms) {
             let _ = writeln!(
                 text,
@@ -224,11 +180,7 @@ fn coefficient_table(
 
 /// Inputs and expected outputs: an impulse on each axis, a random stretch within all limits, a step that saturates,
 /// and rest. Both programs start from zero states.
-fn test_vectors(
-    scaled: &ScaledRealisation,
-    mut float: Float32Program,
-    mut fixed: Q31Program,
-) -> String {
+fn test_vectors(scaled: &ScaledRealisation, mut float: Float32Program, mut fixed: Q31Program) -> String {
     let (inputs, outputs) = (float.rows.inputs, float.rows.outputs.len());
     let limit = fixed.input_full_scale_m;
     // Half the output limit at most: the states stay within ±1 for inputs at theirs.
@@ -236,11 +188,7 @@ fn test_vectors(
     let mut random = ChaCha8Rng::seed_from_u64(TEST_SEED);
     let mut text = String::from("sample");
     for unit in ["m", "a", "q31", "q31"].into_iter().enumerate() {
-        let (prefix, count) = if unit.0 % 2 == 0 {
-            ("y", inputs)
-        } else {
-            ("u", outputs)
-        };
+        let (prefix, count) = if unit.0 % 2 == 0 { ("y", inputs) } else { ("u", outputs) };
         for k in 0..count {
             let _ = write!(text, ",{prefix}_{}_{}", channel_name(k), unit.1);
         }

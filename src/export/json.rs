@@ -21,10 +21,7 @@ pub fn controller_json(controller: &Controller, machine: Option<&MachineTag>) ->
     object.insert("outputs".to_owned(), names(d.nrows()));
     object.insert("sample_time_s".to_owned(), json!(sample_time_s));
     if let Some(tag) = machine {
-        object.insert(
-            "machine".to_owned(),
-            json!({ "spindle": tag.spindle, "tool": tag.tool, "hash": tag.hash }),
-        );
+        object.insert("machine".to_owned(), json!({ "spindle": tag.spindle, "tool": tag.tool, "hash": tag.hash }));
     }
     for (key, matrix) in [("A", a), ("B", b), ("C", c), ("D", d)] {
         object.insert(key.to_owned(), rows(matrix));
@@ -36,9 +33,7 @@ pub fn controller_json(controller: &Controller, machine: Option<&MachineTag>) ->
 
 /// Channel names; channels beyond the four axes are numbered.
 pub(crate) fn channel_name(channel: usize) -> String {
-    AXIS_NAMES
-        .get(channel)
-        .map_or_else(|| format!("channel_{}", channel + 1), |n| (*n).to_owned())
+    AXIS_NAMES.get(channel).map_or_else(|| format!("channel_{}", channel + 1), |n| (*n).to_owned())
 }
 
 fn names(count: usize) -> Value {
@@ -48,11 +43,7 @@ fn names(count: usize) -> Value {
 /// A matrix as a list of rows.
 fn rows(matrix: &Mat<f64>) -> Value {
     (0..matrix.nrows())
-        .map(|i| {
-            (0..matrix.ncols())
-                .map(|j| matrix[(i, j)])
-                .collect::<Vec<_>>()
-        })
+        .map(|i| (0..matrix.ncols()).map(|j| matrix[(i, j)]).collect::<Vec<_>>())
         .collect::<Vec<_>>()
         .into()
 }

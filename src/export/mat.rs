@@ -19,9 +19,7 @@ pub fn mat_file(matrices: &[(&str, &Mat<f64>)]) -> io::Result<Vec<u8>> {
     let mut file = MatFile::new();
     for (name, matrix) in matrices {
         let (rows, columns) = (matrix.nrows(), matrix.ncols());
-        let data = (0..rows * columns)
-            .map(|k| matrix[(k % rows.max(1), k / rows.max(1))])
-            .collect();
+        let data = (0..rows * columns).map(|k| matrix[(k % rows.max(1), k / rows.max(1))]).collect();
         let array = NumericArray::new(vec![rows, columns], MatlabType::F64(data), None)
             .map_err(|e| io::Error::other(format!("matrix {name}: {e:?}")))?;
         file.insert(name, MatVariable::NumericArray(array));
@@ -29,14 +27,11 @@ pub fn mat_file(matrices: &[(&str, &Mat<f64>)]) -> io::Result<Vec<u8>> {
     // The library writes to a path only.
     let folder = tempfile::tempdir()?;
     let path = folder.path().join("matrices.mat");
-    let text = path
-        .to_str()
-        .ok_or_else(|| io::Error::other("temporary folder has a name that is not UTF-8"))?;
+    let text = path.to_str().ok_or_else(|| io::Error::other("temporary folder has a name that is not UTF-8"))?;
     save_matfile_v7(text, file, false).map_err(|e| io::Error::other(format!("{e:?}")))?;
     let mut bytes = std::fs::read(&path)?;
-    let header = bytes
-        .get_mut(..TEXT_LENGTH)
-        .ok_or_else(|| io::Error::other("level-5 file is shorter than its header"))?;
+    let header =
+        bytes.get_mut(..TEXT_LENGTH).ok_or_else(|| io::Error::other("level-5 file is shorter than its header"))?;
     header.fill(b' ');
     for (place, byte) in header.iter_mut().zip(TEXT.bytes()) {
         *place = byte;

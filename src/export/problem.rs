@@ -25,19 +25,11 @@ pub(crate) fn problem_files(set: &ProblemSet) -> Result<Vec<(String, Vec<u8>)>, 
         ("specification.json", problem(&set.specification)),
         ("closed_loop.json", closed),
         ("controller.json", system(&set.controller)),
-        (
-            "weights.json",
-            json!({ "input": system(&set.input_weights), "output": system(&set.output_weights) }),
-        ),
-        (
-            "d_scales.json",
-            json!({ "left": system(&set.d_left), "right_inverse": system(&set.d_right_inverse) }),
-        ),
+        ("weights.json", json!({ "input": system(&set.input_weights), "output": system(&set.output_weights) })),
+        ("d_scales.json", json!({ "left": system(&set.d_left), "right_inverse": system(&set.d_right_inverse) })),
     ];
-    let mut all: Vec<(String, Vec<u8>)> = files
-        .into_iter()
-        .map(|(name, value)| (name.to_owned(), format!("{value}\n").into_bytes()))
-        .collect();
+    let mut all: Vec<(String, Vec<u8>)> =
+        files.into_iter().map(|(name, value)| (name.to_owned(), format!("{value}\n").into_bytes())).collect();
     let named = [
         ("P", &set.synthesis.system),
         ("S", &set.specification.system),
@@ -48,10 +40,8 @@ pub(crate) fn problem_files(set: &ProblemSet) -> Result<Vec<(String, Vec<u8>)>, 
         ("DL", &set.d_left),
         ("DRi", &set.d_right_inverse),
     ];
-    let names: Vec<[String; 4]> = named
-        .iter()
-        .map(|(name, _)| ["A", "B", "C", "D"].map(|part| format!("{name}_{part}")))
-        .collect();
+    let names: Vec<[String; 4]> =
+        named.iter().map(|(name, _)| ["A", "B", "C", "D"].map(|part| format!("{name}_{part}"))).collect();
     let matrices: Vec<(&str, &Mat<f64>)> = names
         .iter()
         .zip(&named)

@@ -42,11 +42,7 @@ pub(crate) fn shaft_without_effects(machine: &Machine) -> Result<Option<Shaft>, 
     let mut pairs = own.into_iter().zip(same).take(COMPARED);
     // An effect that changes the shaft changes its frequencies; rounding of the eigenvalues is five decades below.
     let changed = pairs.any(|(a, b)| (a / b - 1.0).abs() > 1e-6);
-    Ok((!changed).then_some(Shaft {
-        origin_m,
-        sections,
-        discs,
-    }))
+    Ok((!changed).then_some(Shaft { origin_m, sections, discs }))
 }
 
 /// The file as a JSON object; `discs` have positions in the coordinate in which the shaft begins at `origin_m`.
@@ -67,8 +63,7 @@ pub(crate) fn ross_rotor(origin_m: f64, sections: &[Section], discs: &[Disc]) ->
     }
     for (k, disc) in discs.iter().enumerate() {
         let off = |z: &f64| (z - disc.position_m).abs();
-        let nearest = (0..position_m.len())
-            .min_by(|a, b| off(&position_m[*a]).total_cmp(&off(&position_m[*b])));
+        let nearest = (0..position_m.len()).min_by(|a, b| off(&position_m[*a]).total_cmp(&off(&position_m[*b])));
         let tag = format!("Disk {k}");
         let table = json!({
             "n": nearest.unwrap_or_default(),

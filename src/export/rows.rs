@@ -48,21 +48,12 @@ struct Dialect {
 /// Single precision; `prefix` is that of the controller's functions.
 pub(crate) fn float32_statements(program: &Float32Program, prefix: &str) -> Statements {
     let plain = |row: &Row| CodeRow {
-        products: row
-            .iter()
-            .map(|t| (t.source, float_literal(t.coefficient as f32)))
-            .collect(),
+        products: row.iter().map(|t| (t.source, float_literal(t.coefficient as f32))).collect(),
         open: String::new(),
         close: String::new(),
     };
     let rows = &program.rows;
-    let dialect = Dialect {
-        value: "float",
-        sum: "float",
-        cast: "",
-        states: rows.order(),
-        inputs: rows.inputs,
-    };
+    let dialect = Dialect { value: "float", sum: "float", cast: "", states: rows.order(), inputs: rows.inputs };
     let signals: Vec<CodeRow> = rows.signals.iter().map(plain).collect();
     let outputs: Vec<CodeRow> = rows.outputs.iter().map(plain).collect();
     let states: Vec<CodeRow> = rows.states.iter().map(plain).collect();
@@ -94,11 +85,7 @@ pub(crate) fn float32_statements(program: &Float32Program, prefix: &str) -> Stat
 /// Q31: 64-bit sums, rounded, shifted, saturated.
 pub(crate) fn q31_statements(program: &Q31Program, prefix: &str) -> Statements {
     let code = |row: &FixedRow| CodeRow {
-        products: row
-            .terms
-            .iter()
-            .map(|(source, coefficient)| (*source, coefficient.to_string()))
-            .collect(),
+        products: row.terms.iter().map(|(source, coefficient)| (*source, coefficient.to_string())).collect(),
         open: format!("{prefix}_q31_round("),
         close: format!(", {})", row.shift),
     };
@@ -124,9 +111,7 @@ pub(crate) fn q31_statements(program: &Q31Program, prefix: &str) -> Statements {
     for (i, row) in program.conditioning.iter().enumerate() {
         if !row.terms.is_empty() {
             let sum = dialect.sum(&code(row), &|source| format!("e[{source}]"));
-            let sum = sum
-                .replacen("_q31_round(", "_q31_correct(x[{i}], ", 1)
-                .replace("{i}", &i.to_string());
+            let sum = sum.replacen("_q31_round(", "_q31_correct(x[{i}], ", 1).replace("{i}", &i.to_string());
             let _ = writeln!(statements.conditioning, "        x[{i}] = {sum};");
         }
     }
@@ -134,20 +119,11 @@ pub(crate) fn q31_statements(program: &Q31Program, prefix: &str) -> Statements {
 }
 
 impl Dialect {
-    fn statements(
-        &self,
-        signals: &[CodeRow],
-        outputs: &[CodeRow],
-        states: &[CodeRow],
-    ) -> Statements {
+    fn statements(&self, signals: &[CodeRow], outputs: &[CodeRow], states: &[CodeRow]) -> Statements {
         let mut output = self.loads(signals.iter().chain(outputs), false);
         for (k, row) in signals.iter().enumerate() {
             let sum = self.sum(row, &|source| self.stored(source));
-            let _ = writeln!(
-                output,
-                "    const {} t{k} = {sum};\n    t[{k}] = t{k};",
-                self.value
-            );
+            let _ = writeln!(output, "    const {} t{k} = {sum};\n    t[{k}] = t{k};", self.value);
         }
         for cluster in clusters(outputs) {
             self.side_by_side(&mut output, outputs, &cluster);
@@ -169,12 +145,7 @@ impl Dialect {
             }
             update.push_str("    }\n");
         }
-        Statements {
-            output,
-            update,
-            conditioning: String::new(),
-            clamps: String::new(),
-        }
+        Statements { output, update, conditioning: String::new(), clamps: String::new() }
     }
 
     /// Locals of the inputs that any of the rows reads, and of the stored signals when `signals`.
@@ -185,11 +156,7 @@ impl Dialect {
             .filter(|k| *k >= self.states && (signals || *k < end))
             .collect();
         used.into_iter().fold(String::new(), |mut text, source| {
-            let (array, index) = if source < end {
-                ("y", source - self.states)
-            } else {
-                ("t", source - end)
-            };
+            let (array, index) = if source < end { ("y", source - self.states) } else { ("t", source - end) };
             let name = self.local(source);
             let _ = writeln!(text, "    const {} {name} = {array}[{index}];", self.value);
             text
@@ -207,19 +174,9 @@ impl Dialect {
         };
         text.push_str("    {\n");
         if first.products.is_empty() {
-            let _ = writeln!(
-                text,
-                "        const {} {};",
-                self.sum,
-                list(", ", &|i| format!("u{i} = 0"))
-            );
+            let _ = writeln!(text, "        const {} {};", self.sum, list(", ", &|i| format!("u{i} = 0")));
         } else {
-            let _ = writeln!(
-                text,
-                "        {} v = {};",
-                self.value,
-                self.stored(first.products[0].0)
-            );
+            let _ = writeln!(text, "        {} v = {};", self.value, self.stored(first.products[0].0));
         }
         for (k, product) in first.products.iter().enumerate() {
             let value = format!("{}v", self.cast);
@@ -278,21 +235,13 @@ impl Dialect {
 
     /// As [`Self::local`], but states where the instance keeps them.
     fn stored(&self, source: usize) -> String {
-        if source < self.states {
-            format!("x[{source}]")
-        } else {
-            self.local(source)
-        }
+        if source < self.states { format!("x[{source}]") } else { self.local(source) }
     }
 }
 
 /// Literal times value; a factor of one is left out, which rounds the same.
 fn times(literal: &str, value: &str) -> String {
-    if literal.is_empty() {
-        value.to_owned()
-    } else {
-        format!("{literal} * {value}")
-    }
+    if literal.is_empty() { value.to_owned() } else { format!("{literal} * {value}") }
 }
 
 /// Indices of rows that read the same values in the same order, by first appearance.
@@ -324,11 +273,7 @@ fn groups(states: &[CodeRow]) -> Vec<Range<usize>> {
 
 /// A float as C literal; empty for one.
 fn float_literal(value: f32) -> String {
-    if value == 1.0 {
-        String::new()
-    } else {
-        hex_float(value)
-    }
+    if value == 1.0 { String::new() } else { hex_float(value) }
 }
 
 /// A float as C99 hexadecimal constant: exact.

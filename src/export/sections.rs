@@ -53,11 +53,5 @@ pub(crate) fn section_tables(
 /// b₀, b₁, b₂, ±a₁, ±a₂ as C literals.
 fn numbers(section: &Section, sign: f64) -> String {
     let [a1, a2] = section.a;
-    section
-        .b
-        .into_iter()
-        .chain([sign * a1, sign * a2])
-        .map(|c| hex_float(c as f32))
-        .collect::<Vec<_>>()
-        .join(", ")
+    section.b.into_iter().chain([sign * a1, sign * a2]).map(|c| hex_float(c as f32)).collect::<Vec<_>>().join(", ")
 }

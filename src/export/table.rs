@@ -14,9 +14,7 @@ const SOURCE: &str = include_str!("templates/controllers.c");
 ///
 /// # Errors
 /// [`FirmwareError::Table`] when prefixes repeat, or sample times, limits or channels differ.
-pub fn controller_table(
-    controllers: &[Firmware<'_>],
-) -> Result<Vec<(String, Vec<u8>)>, FirmwareError> {
+pub fn controller_table(controllers: &[Firmware<'_>]) -> Result<Vec<(String, Vec<u8>)>, FirmwareError> {
     let Some(first) = controllers.first() else {
         return Ok(Vec::new());
     };
@@ -34,10 +32,7 @@ pub fn controller_table(
         } else {
             continue;
         };
-        return Err(FirmwareError::Table {
-            prefix: other.prefix.to_owned(),
-            what,
-        });
+        return Err(FirmwareError::Table { prefix: other.prefix.to_owned(), what });
     }
     let list: Vec<Value> = controllers
         .iter()
@@ -60,13 +55,7 @@ pub fn controller_table(
         outputs => rows.outputs.len().max(1),
     };
     Ok(vec![
-        (
-            "controllers.c".to_owned(),
-            render(SOURCE, values.clone())?.into_bytes(),
-        ),
-        (
-            "controllers.h".to_owned(),
-            render(HEADER, values)?.into_bytes(),
-        ),
+        ("controllers.c".to_owned(), render(SOURCE, values.clone())?.into_bytes()),
+        ("controllers.h".to_owned(), render(HEADER, values)?.into_bytes()),
     ])
 }

@@ -56,10 +56,7 @@ impl Reading {
     /// Standard deviation, Hz.
     pub fn standard_deviation_hz(&self) -> Option<f64> {
         match self {
-            Self::Found {
-                standard_deviation_hz,
-                ..
-            } => Some(*standard_deviation_hz),
+            Self::Found { standard_deviation_hz, .. } => Some(*standard_deviation_hz),
             Self::NotIdentified { .. } => None,
         }
     }
@@ -89,24 +86,10 @@ pub struct Identification {
 /// when no resonance stands out; [`IdentifyError::Machine`] when the machine has no model.
 pub fn identify(frf: &MeasuredFrf, machine: &Machine) -> Result<Identification, IdentifyError> {
     if frf.speed_rpm != 0.0 {
-        return Err(IdentifyError::NotAtRest {
-            speed_rpm: frf.speed_rpm,
-        });
+        return Err(IdentifyError::NotAtRest { speed_rpm: frf.speed_rpm });
     }
-    let entries = [
-        (0, 0),
-        (0, 2),
-        (2, 0),
-        (2, 2),
-        (1, 1),
-        (1, 3),
-        (3, 1),
-        (3, 3),
-    ];
-    let channels: Vec<Channel> = entries
-        .iter()
-        .map(|(i, j)| channel(frf, machine, *i, *j))
-        .collect();
+    let entries = [(0, 0), (0, 2), (2, 0), (2, 2), (1, 1), (1, 3), (3, 1), (3, 3)];
+    let channels: Vec<Channel> = entries.iter().map(|(i, j)| channel(frf, machine, *i, *j)).collect();
     let poles = resonances(&frf.frequency_hz, &channels);
     if poles.is_empty() {
         return Err(IdentifyError::NoResonance {
@@ -116,24 +99,19 @@ pub fn identify(frf: &MeasuredFrf, machine: &Machine) -> Result<Identification, 
     }
     let shift = Shift::of(machine, frf.frequency_hz.last().copied().unwrap_or(0.0))?;
     let zeros = |pair: [usize; 2], list: usize| {
-        let each =
-            pair.map(|k| antiresonances(&frf.frequency_hz, &channels[k], k, &poles, shift.from_hz));
+        let each = pair.map(|k| antiresonances(&frf.frequency_hz, &channels[k], k, &poles, shift.from_hz));
         merge(&each)
             .into_iter()
             .map(|zero| match zero {
-                Antiresonance::Found {
-                    frequency_hz,
-                    standard_deviation_hz,
-                } => shift.apply(Some(list), frequency_hz, standard_deviation_hz),
+                Antiresonance::Found { frequency_hz, standard_deviation_hz } => {
+                    shift.apply(Some(list), frequency_hz, standard_deviation_hz)
+                }
                 Antiresonance::NotIdentified { reason, .. } => Reading::NotIdentified { reason },
             })
             .collect()
     };
     Ok(Identification {
-        resonances: poles
-            .iter()
-            .map(|p| shift.apply(None, p.frequency_hz, p.standard_deviation_hz))
-            .collect(),
+        resonances: poles.iter().map(|p| shift.apply(None, p.frequency_hz, p.standard_deviation_hz)).collect(),
         damping_ratio: poles.iter().map(|p: &Resonance| p.damping_ratio).collect(),
         front: zeros([0, 4], 0),
         rear: zeros([3, 7], 1),
@@ -146,31 +124,22 @@ pub fn identify(frf: &MeasuredFrf, machine: &Machine) -> Result<Identification, 
 fn channel(frf: &MeasuredFrf, machine: &Machine, output: usize, input: usize) -> Channel {
     let effective = machine.effective();
     let electronics = &machine.spindle.electronics;
-    let (sensor, actuator) = (
-        &effective.bearings[output / 2],
-        &effective.bearings[input / 2],
-    );
+    let (sensor, actuator) = (&effective.bearings[output / 2], &effective.bearings[input / 2]);
     let one = c64::new(1.0, 0.0);
     let known: Vec<c64> = frf
         .frequency_hz
         .iter()
         .map(|f| {
             let lag = |corner_hz: f64| one / c64::new(1.0, f / corner_hz);
-            c64::from_polar(
-                actuator.ki_n_per_a * sensor.sensor_gain,
-                -TAU * f * effective.delay_s,
-            ) * lag(actuator.amplifier_bandwidth_hz)
+            c64::from_polar(actuator.ki_n_per_a * sensor.sensor_gain, -TAU * f * effective.delay_s)
+                * lag(actuator.amplifier_bandwidth_hz)
                 * lag(electronics.sensor_bandwidth_hz)
         })
         .collect();
     Channel {
         name: format!("g_{}{}", output + 1, input + 1),
-        value: (0..frf.len())
-            .map(|l| frf.response[(l, output, input)] / known[l])
-            .collect(),
-        sigma: (0..frf.len())
-            .map(|l| frf.sigma(l, output, input, ENTRY_FLOOR) / known[l].norm())
-            .collect(),
+        value: (0..frf.len()).map(|l| frf.response[(l, output, input)] / known[l]).collect(),
+        sigma: (0..frf.len()).map(|l| frf.sigma(l, output, input, ENTRY_FLOOR) / known[l].norm()).collect(),
     }
 }
 
@@ -178,19 +147,12 @@ fn channel(frf: &MeasuredFrf, machine: &Machine, output: usize, input: usize) ->
 fn merge(lists: &[Vec<Antiresonance>; 2]) -> Vec<Antiresonance> {
     let mut all: Vec<Antiresonance> = vec![];
     for zero in lists.iter().flatten() {
-        let Antiresonance::Found {
-            frequency_hz: f,
-            standard_deviation_hz: s,
-        } = zero
-        else {
+        let Antiresonance::Found { frequency_hz: f, standard_deviation_hz: s } = zero else {
             continue;
         };
         let partner = all.iter_mut().find_map(|other| match other {
-            Antiresonance::Found {
-                frequency_hz,
-                standard_deviation_hz,
-            } if (*frequency_hz - f).abs()
-                < (5.0 * standard_deviation_hz.hypot(*s)).max(2e-3 * f) =>
+            Antiresonance::Found { frequency_hz, standard_deviation_hz }
+                if (*frequency_hz - f).abs() < (5.0 * standard_deviation_hz.hypot(*s)).max(2e-3 * f) =>
             {
                 Some((frequency_hz, standard_deviation_hz))
             }
@@ -213,14 +175,8 @@ fn merge(lists: &[Vec<Antiresonance>; 2]) -> Vec<Antiresonance> {
             continue;
         };
         let settled = all.iter().any(|other| match other {
-            Antiresonance::Found { frequency_hz, .. } => {
-                frequency_hz > from_hz && frequency_hz < to_hz
-            }
-            Antiresonance::NotIdentified {
-                from_hz: a,
-                to_hz: b,
-                ..
-            } => a == from_hz && b == to_hz,
+            Antiresonance::Found { frequency_hz, .. } => frequency_hz > from_hz && frequency_hz < to_hz,
+            Antiresonance::NotIdentified { from_hz: a, to_hz: b, .. } => a == from_hz && b == to_hz,
         });
         if !settled {
             all.push(zero.clone());
@@ -251,22 +207,12 @@ impl Shift {
             with_magnets = with_magnets.with_spring(&actuator, -b.ks_n_per_m);
         }
         // Front, rear, front over rear, rear over front: sensor, actuator.
-        let frfs: Vec<(Port, Port)> = [(0, 0), (1, 1), (0, 1), (1, 0)]
-            .iter()
-            .map(|(s, a)| (ports[*s].0, ports[*a].1))
-            .collect();
+        let frfs: Vec<(Port, Port)> =
+            [(0, 0), (1, 1), (0, 1), (1, 0)].iter().map(|(s, a)| (ports[*s].0, ports[*a].1)).collect();
         let from_hz = lowest_hz(&rotor)?;
-        let query = Query {
-            frfs,
-            from_hz,
-            to_hz: 1.5 * to_hz.max(2.0 * from_hz),
-        };
+        let query = Query { frfs, from_hz, to_hz: 1.5 * to_hz.max(2.0 * from_hz) };
         let ones = vec![1.0; chain.regions.len()];
-        Ok(Self {
-            from_hz,
-            free: spectrum(&chain, &ones, &query),
-            held: spectrum(&with_magnets, &ones, &query),
-        })
+        Ok(Self { from_hz, free: spectrum(&chain, &ones, &query), held: spectrum(&with_magnets, &ones, &query) })
     }
 
     /// Reading of the free-free rotor from a measured peak; `list` is the FRF of a zero.

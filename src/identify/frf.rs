@@ -116,15 +116,10 @@ pub(super) fn neighbours(line: usize, lines: usize) -> Range<usize> {
 pub fn open_loop(record: &SweepRecord) -> Result<MeasuredFrf, IdentifyError> {
     let (lines, experiments, repeats, axes) = record.current.dim();
     if lines == 0 || repeats == 0 {
-        return Err(IdentifyError::Empty {
-            name: record.name.clone(),
-        });
+        return Err(IdentifyError::Empty { name: record.name.clone() });
     }
     if experiments != AXES || axes != AXES || record.signal.dim() != record.current.dim() {
-        return Err(IdentifyError::Experiments {
-            name: record.name.clone(),
-            found: experiments,
-        });
+        return Err(IdentifyError::Experiments { name: record.name.clone(), found: experiments });
     }
     let mean = |data: &Array4<c64>, line: usize| {
         Array2::from_shape_fn((AXES, AXES), |(axis, experiment)| {
@@ -147,9 +142,7 @@ pub fn open_loop(record: &SweepRecord) -> Result<MeasuredFrf, IdentifyError> {
     for line in 0..lines {
         let (u, y) = (mean(&record.current, line), mean(&record.signal, line));
         let u_mat = Mat::from_fn(AXES, AXES, |i, j| u[(i, j)]);
-        let identity = Mat::from_fn(AXES, AXES, |i, j| {
-            c64::new(if i == j { 1.0 } else { 0.0 }, 0.0)
-        });
+        let identity = Mat::from_fn(AXES, AXES, |i, j| c64::new(if i == j { 1.0 } else { 0.0 }, 0.0));
         let inverse = solve_complex(&u_mat, &identity);
         let condition = max_singular_value_complex(&u_mat) * max_singular_value_complex(&inverse);
         if condition.partial_cmp(&WORST_CONDITION) != Some(std::cmp::Ordering::Less) {
@@ -178,9 +171,7 @@ pub fn open_loop(record: &SweepRecord) -> Result<MeasuredFrf, IdentifyError> {
         for j in 0..AXES {
             for l in 0..AXES {
                 // (U Uᴴ)⁻ᵀ = U⁻ᵀ (U⁻ᵀ)ᴴ
-                let u = (0..AXES).fold(c64::new(0.0, 0.0), |sum, e| {
-                    sum + inverse[(e, j)] * inverse[(e, l)].conj()
-                });
+                let u = (0..AXES).fold(c64::new(0.0, 0.0), |sum, e| sum + inverse[(e, j)] * inverse[(e, l)].conj());
                 for i in 0..AXES {
                     for k in 0..AXES {
                         frf.covariance[(line, i + AXES * j, k + AXES * l)] =

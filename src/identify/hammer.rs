@@ -57,17 +57,11 @@ impl HammerFrf {
 
     /// Variance of the complex compliance at a line by its own coherence, m²/N².
     fn variance(&self, line: usize) -> f64 {
-        let (Some(h), Some(c), Some(n)) = (
-            self.compliance.get(line),
-            self.coherence.as_ref(),
-            self.averages.as_ref(),
-        ) else {
+        let (Some(h), Some(c), Some(n)) = (self.compliance.get(line), self.coherence.as_ref(), self.averages.as_ref())
+        else {
             return 0.0;
         };
-        let (c, n) = (
-            c.get(line).copied().unwrap_or(1.0),
-            n.get(line).copied().unwrap_or(1.0),
-        );
+        let (c, n) = (c.get(line).copied().unwrap_or(1.0), n.get(line).copied().unwrap_or(1.0));
         h.norm_sqr() * (1.0 - c).max(0.0) / (n * c)
     }
 }

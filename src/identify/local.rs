@@ -63,12 +63,7 @@ const STEP_LIMIT: f64 = 0.3;
 const STILL: f64 = 1e-9;
 
 /// Fits the window; `None` when there are too few lines, the equations are singular or a free pole runs away.
-pub(crate) fn fit(
-    data: &LocalData,
-    start: &[c64],
-    fixed: &[c64],
-    degree: usize,
-) -> Option<LocalFit> {
+pub(crate) fn fit(data: &LocalData, start: &[c64], fixed: &[c64], degree: usize) -> Option<LocalFit> {
     let (lines, channels) = (data.x.len(), data.channels.len());
     let per_channel = start.len() + fixed.len() + degree + 1;
     let unknowns = channels * per_channel + start.len();
@@ -180,11 +175,7 @@ impl LocalFit {
                 }
                 let sd = (0.5 * variance(&gradient)).sqrt() / slope(x).norm();
                 let slope_over_sd = slope(x).norm() / variance(&bend).sqrt();
-                return sd.is_finite().then_some(Root {
-                    x,
-                    sd,
-                    slope_over_sd,
-                });
+                return sd.is_finite().then_some(Root { x, sd, slope_over_sd });
             }
         }
         None
@@ -203,19 +194,13 @@ fn basis(poles: &[c64], degree: usize, x: c64) -> Vec<c64> {
 }
 
 fn dot(a: &[c64], b: &[c64]) -> c64 {
-    a.iter()
-        .zip(b)
-        .fold(c64::new(0.0, 0.0), |sum, (a, b)| sum + a * b)
+    a.iter().zip(b).fold(c64::new(0.0, 0.0), |sum, (a, b)| sum + a * b)
 }
 
 /// Coefficients of every channel for given poles.
 fn linear(data: &LocalData, poles: &[c64], fixed: &[c64], degree: usize) -> Option<Vec<Vec<c64>>> {
     let all: Vec<c64> = poles.iter().chain(fixed).copied().collect();
-    let rows: Vec<Vec<c64>> = data
-        .x
-        .iter()
-        .map(|x| basis(&all, degree, c64::new(*x, 0.0)))
-        .collect();
+    let rows: Vec<Vec<c64>> = data.x.iter().map(|x| basis(&all, degree, c64::new(*x, 0.0))).collect();
     let n = all.len() + degree + 1;
     data.channels
         .iter()
@@ -258,11 +243,7 @@ fn normal_equations(
         for (c, channel) in data.channels.iter().enumerate() {
             let w = channel.sigma[line].powi(-2);
             let residual = channel.value[line] - dot(&coefficients[c], &row);
-            let mut entries: Vec<(usize, c64)> = row
-                .iter()
-                .enumerate()
-                .map(|(k, v)| (c * n + k, *v))
-                .collect();
+            let mut entries: Vec<(usize, c64)> = row.iter().enumerate().map(|(k, v)| (c * n + k, *v)).collect();
             for (k, p) in poles.iter().enumerate() {
                 let gap = x - *p;
                 entries.push((base + k, coefficients[c][k] / (gap * gap)));
@@ -288,13 +269,9 @@ fn finish(
     let (normal, _) = normal_equations(data, &poles, fixed, degree, &coefficients);
     let total = normal.nrows();
     // Scale to unit diagonal before inverting: residues and polynomial differ by orders of magnitude.
-    let d: Vec<f64> = (0..total)
-        .map(|i| normal[(i, i)].re.max(f64::MIN_POSITIVE).sqrt())
-        .collect();
+    let d: Vec<f64> = (0..total).map(|i| normal[(i, i)].re.max(f64::MIN_POSITIVE).sqrt()).collect();
     let scaled = Mat::from_fn(total, total, |i, j| normal[(i, j)] / (d[i] * d[j]));
-    let identity = Mat::from_fn(total, total, |i, j| {
-        c64::new(if i == j { 1.0 } else { 0.0 }, 0.0)
-    });
+    let identity = Mat::from_fn(total, total, |i, j| c64::new(if i == j { 1.0 } else { 0.0 }, 0.0));
     let inverse = solve_complex(&scaled, &identity);
     let all: Vec<c64> = poles.iter().chain(fixed).copied().collect();
     let mut sum = 0.0;
@@ -311,19 +288,10 @@ fn finish(
     let scale = chi_squared.max(1.0);
     let covariance = Mat::from_fn(total, total, |i, j| inverse[(i, j)] * scale / (d[i] * d[j]));
     let base = total - poles.len();
-    let pole_sd: Vec<f64> = (0..poles.len())
-        .map(|k| (0.5 * covariance[(base + k, base + k)].re.max(0.0)).sqrt())
-        .collect();
+    let pole_sd: Vec<f64> =
+        (0..poles.len()).map(|k| (0.5 * covariance[(base + k, base + k)].re.max(0.0)).sqrt()).collect();
     if !pole_sd.iter().all(|s| s.is_finite()) || !chi_squared.is_finite() {
         return None;
     }
-    Some(LocalFit {
-        poles,
-        pole_sd,
-        fixed: fixed.to_vec(),
-        chi_squared,
-        degree,
-        coefficients,
-        covariance,
-    })
+    Some(LocalFit { poles, pole_sd, fixed: fixed.to_vec(), chi_squared, degree, coefficients, covariance })
 }

@@ -39,10 +39,7 @@ impl Resonance {
     /// The pole on the frequency axis, Hz: damped frequency + jζf.
     pub(crate) fn pole_hz(&self) -> c64 {
         let z = self.damping_ratio;
-        c64::new(
-            self.frequency_hz * (1.0 - z * z).max(0.0).sqrt(),
-            z * self.frequency_hz,
-        )
+        c64::new(self.frequency_hz * (1.0 - z * z).max(0.0).sqrt(), z * self.frequency_hz)
     }
 }
 
@@ -111,11 +108,7 @@ impl Window {
         let hi = hi.max(at + LINES_PER_SIDE).min(frequency_hz.len());
         let (first, last) = (frequency_hz.get(lo)?, frequency_hz.get(hi.checked_sub(1)?)?);
         let half_hz = 0.5 * (last - first);
-        (half_hz > 0.0).then(|| Self {
-            centre_hz: 0.5 * (first + last),
-            half_hz,
-            lines: lo..hi,
-        })
+        (half_hz > 0.0).then(|| Self { centre_hz: 0.5 * (first + last), half_hz, lines: lo..hi })
     }
 
     fn data(&self, frequency_hz: &[f64], channels: &[&Channel]) -> LocalData {
@@ -124,10 +117,7 @@ impl Window {
             sigma: c.sigma[self.lines.clone()].to_vec(),
         };
         LocalData {
-            x: frequency_hz[self.lines.clone()]
-                .iter()
-                .map(|f| (f - self.centre_hz) / self.half_hz)
-                .collect(),
+            x: frequency_hz[self.lines.clone()].iter().map(|f| (f - self.centre_hz) / self.half_hz).collect(),
             channels: channels.iter().map(cut).collect(),
         }
     }
@@ -142,11 +132,7 @@ impl Window {
 
     /// Known poles that shape the window: those within three half widths.
     fn nearby(&self, poles_hz: &[c64]) -> Vec<c64> {
-        poles_hz
-            .iter()
-            .map(|p| self.normalise(*p))
-            .filter(|x| x.re.abs() < 3.0)
-            .collect()
+        poles_hz.iter().map(|p| self.normalise(*p)).filter(|x| x.re.abs() < 3.0).collect()
     }
 }
 
@@ -163,12 +149,7 @@ pub fn resonances(frequency_hz: &[f64], channels: &[Channel]) -> Vec<Resonance> 
     let poles: Vec<c64> = found.iter().map(|(r, _)| r.pole_hz()).collect();
     let mut refined: Vec<(Resonance, f64)> = vec![];
     for (k, (first, score)) in found.into_iter().enumerate() {
-        let others: Vec<c64> = poles
-            .iter()
-            .enumerate()
-            .filter(|(i, _)| *i != k)
-            .map(|(_, p)| *p)
-            .collect();
+        let others: Vec<c64> = poles.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, p)| *p).collect();
         let again = Window::round(frequency_hz, first.frequency_hz, 1.0).and_then(|w| {
             let fixed = w.nearby(&others);
             let data = w.data(frequency_hz, &all);
@@ -208,8 +189,7 @@ fn candidates(frequency_hz: &[f64], channels: &[Channel]) -> Vec<usize> {
             let rise = 2.0 * size(k) - size(k - 2) - size(k + 2);
             // Second difference of the complex curve, several times what noise makes of it.
             let bend = (2.0 * c.value[k] - c.value[k - 1] - c.value[k + 1]).norm();
-            let noise =
-                (4.0 * c.sigma[k].powi(2) + c.sigma[k - 1].powi(2) + c.sigma[k + 1].powi(2)).sqrt();
+            let noise = (4.0 * c.sigma[k].powi(2) + c.sigma[k - 1].powi(2) + c.sigma[k + 1].powi(2)).sqrt();
             let around = (k - 2..=k + 2).map(|i| {
                 let j = i.clamp(1, n - 2);
                 (2.0 * c.value[j] - c.value[j - 1] - c.value[j + 1]).norm()
@@ -224,12 +204,7 @@ fn candidates(frequency_hz: &[f64], channels: &[Channel]) -> Vec<usize> {
     lines
 }
 
-fn try_poles(
-    frequency_hz: &[f64],
-    channels: &[&Channel],
-    at_hz: f64,
-    fixed_hz: &[c64],
-) -> Vec<(Resonance, f64)> {
+fn try_poles(frequency_hz: &[f64], channels: &[&Channel], at_hz: f64, fixed_hz: &[c64]) -> Vec<(Resonance, f64)> {
     let Some(window) = Window::round(frequency_hz, at_hz, 1.0) else {
         return vec![];
     };
@@ -250,18 +225,13 @@ fn try_poles(
         if let Some(pair) = pair
             && pair.chi_squared * SPLIT_GAIN < residual
         {
-            let both: Vec<_> = (0..2)
-                .filter_map(|k| accept(&window, &pair, k, channels.len()))
-                .collect();
+            let both: Vec<_> = (0..2).filter_map(|k| accept(&window, &pair, k, channels.len())).collect();
             if both.len() == 2 {
                 return both;
             }
         }
     }
-    single
-        .and_then(|f| accept(&window, &f, 0, channels.len()))
-        .into_iter()
-        .collect()
+    single.and_then(|f| accept(&window, &f, 0, channels.len())).into_iter().collect()
 }
 
 /// A fitted pole as a resonance when it is one: inside the window, lightly damped, seen in the residues.
@@ -270,9 +240,8 @@ fn accept(window: &Window, f: &LocalFit, k: usize, channels: usize) -> Option<(R
     let frequency = pole.norm();
     let damping = pole.im / frequency;
     let sd = f.pole_sd[k] * window.half_hz;
-    let seen: Vec<f64> = (0..channels)
-        .map(|c| f.residue(c, k).norm() / f.residue_sd(c, k).max(f64::MIN_POSITIVE))
-        .collect();
+    let seen: Vec<f64> =
+        (0..channels).map(|c| f.residue(c, k).norm() / f.residue_sd(c, k).max(f64::MIN_POSITIVE)).collect();
     let strongest = seen.iter().copied().fold(0.0, f64::max);
     // A damping ratio of zero within its standard deviation is possible, a negative one beyond it is not a mode.
     let light = damping < MOST_DAMPING && damping > -3.0 * sd / frequency - 1e-5;
@@ -281,9 +250,7 @@ fn accept(window: &Window, f: &LocalFit, k: usize, channels: usize) -> Option<(R
         return None;
     }
     // Near the pole 1/(f_k² − f²) = −1/((f − f_k)·2f_k): a positive modal product has a negative residue in f.
-    let residue_over_sd = (0..channels)
-        .map(|c| -f.residue(c, k).re.signum() * seen[c])
-        .collect();
+    let residue_over_sd = (0..channels).map(|c| -f.residue(c, k).re.signum() * seen[c]).collect();
     let resonance = Resonance {
         frequency_hz: frequency,
         standard_deviation_hz: sd,
@@ -322,10 +289,7 @@ pub fn antiresonances(
         }
         match zero_near(frequency_hz, channel, &poles, frequency_hz[k]) {
             Ok(Some((f, sd))) if f >= from_hz => {
-                if !found
-                    .iter()
-                    .any(|(g, s)| (g - f).abs() < (3.0 * s.hypot(sd)).max(1e-3 * f))
-                {
+                if !found.iter().any(|(g, s)| (g - f).abs() < (3.0 * s.hypot(sd)).max(1e-3 * f)) {
                     found.push((f, sd));
                 }
             }
@@ -334,13 +298,8 @@ pub fn antiresonances(
         }
     }
     found.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut list: Vec<Antiresonance> = found
-        .iter()
-        .map(|(f, sd)| Antiresonance::Found {
-            frequency_hz: *f,
-            standard_deviation_hz: *sd,
-        })
-        .collect();
+    let mut list: Vec<Antiresonance> =
+        found.iter().map(|(f, sd)| Antiresonance::Found { frequency_hz: *f, standard_deviation_hz: *sd }).collect();
     for pair in resonances.windows(2) {
         let sign = |r: &Resonance| r.residue_over_sd.get(index).copied().unwrap_or(0.0);
         let (a, b) = (sign(&pair[0]), sign(&pair[1]));
@@ -352,13 +311,10 @@ pub fn antiresonances(
             let reason = match hint {
                 Some((f, why)) => format!("near {f:.0} Hz {why}"),
                 None => "no minimum between the two resonances, whose residues have equal sign: too shallow, or too \
-                    close to one of them".to_owned(),
+                    close to one of them"
+                    .to_owned(),
             };
-            list.push(Antiresonance::NotIdentified {
-                from_hz: lo,
-                to_hz: hi,
-                reason,
-            });
+            list.push(Antiresonance::NotIdentified { from_hz: lo, to_hz: hi, reason });
         }
     }
     list.sort_by(|a, b| a.place_hz().total_cmp(&b.place_hz()));
@@ -408,10 +364,7 @@ fn zero_near(
     }
     match widest {
         Some((f, sd)) if sd < WORST_RELATIVE_SD * f => Ok(Some((f, sd))),
-        Some((f, sd)) => Err(format!(
-            "the noise leaves a standard deviation of {:.1} % of {f:.0} Hz",
-            100.0 * sd / f
-        )),
+        Some((f, sd)) => Err(format!("the noise leaves a standard deviation of {:.1} % of {f:.0} Hz", 100.0 * sd / f)),
         None => Err("a minimum is there, but no rational fit with a zero in the window".to_owned()),
     }
 }

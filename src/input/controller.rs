@@ -56,12 +56,9 @@ pub(super) struct MachineFile {
 /// [`InputError`] that says what is wrong and where.
 pub fn load_tagged_controller(source: &str) -> Result<TaggedController, InputError> {
     let path = Path::new(source);
-    let is_mat = path
-        .extension()
-        .is_some_and(|e| e.eq_ignore_ascii_case("mat"));
+    let is_mat = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("mat"));
     if is_mat && path.is_file() {
-        let bytes = std::fs::read(path)
-            .map_err(|e| InputError::new(source, format!("cannot be read: {e}")))?;
+        let bytes = std::fs::read(path).map_err(|e| InputError::new(source, format!("cannot be read: {e}")))?;
         return mat::read_controller(source, &bytes);
     }
     read_tagged_controller(source, &shipped::text(source, "controller", &[])?)
@@ -87,29 +84,17 @@ pub fn read_controller(file: &str, text: &str) -> Result<Controller, InputError>
 ///
 /// # Errors
 /// As [`read_controller`].
-pub(crate) fn read_tagged_controller(
-    file: &str,
-    text: &str,
-) -> Result<TaggedController, InputError> {
-    let read: ControllerFile =
-        serde_json::from_str(text).map_err(|e| InputError::json(file, &e))?;
+pub(crate) fn read_tagged_controller(file: &str, text: &str) -> Result<TaggedController, InputError> {
+    let read: ControllerFile = serde_json::from_str(text).map_err(|e| InputError::json(file, &e))?;
     for (key, names) in [("inputs", &read.inputs), ("outputs", &read.outputs)] {
         if names.iter().ne(CHANNELS.iter()) {
-            let rule = format!(
-                "{key}: {} must be {}",
-                names.join(", "),
-                CHANNELS.join(", ")
-            );
+            let rule = format!("{key}: {} must be {}", names.join(", "), CHANNELS.join(", "));
             return Err(InputError::new(file, rule)
                 .with_hint("reorder the rows or columns of the matrices to this channel order"));
         }
     }
     let parts = [read.a, read.b, read.c, read.d];
     let mut found = from_matrices(file, &read.name, parts, read.sample_time_s)?;
-    found.machine = read.machine.map(|m| MachineTag {
-        spindle: m.spindle,
-        tool: m.tool,
-        hash: m.hash,
-    });
+    found.machine = read.machine.map(|m| MachineTag { spindle: m.spindle, tool: m.tool, hash: m.hash });
     Ok(found)
 }

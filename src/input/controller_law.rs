@@ -43,13 +43,7 @@ pub(super) fn from_matrices(
     } else {
         ControlLaw::Discrete(StateSpace::new(a, b, c, d, Discrete { period_s }).map_err(numeric)?)
     };
-    Ok(TaggedController {
-        controller: Controller {
-            name: name.to_owned(),
-            law,
-        },
-        machine: None,
-    })
+    Ok(TaggedController { controller: Controller { name: name.to_owned(), law }, machine: None })
 }
 
 fn matrix(
@@ -66,20 +60,12 @@ fn matrix(
     }
     for (i, row) in rows.iter().enumerate() {
         if row.len() != expected_columns {
-            let rule = format!(
-                "{key}[{i}]: has {} columns, must have {expected_columns}",
-                row.len()
-            );
+            let rule = format!("{key}[{i}]: has {} columns, must have {expected_columns}", row.len());
             return Err(InputError::new(file, rule).with_hint(hint));
         }
         if let Some(j) = row.iter().position(|x| !x.is_finite()) {
-            return Err(InputError::new(
-                file,
-                format!("{key}[{i}][{j}]: must be a number"),
-            ));
+            return Err(InputError::new(file, format!("{key}[{i}][{j}]: must be a number")));
         }
     }
-    Ok(Mat::from_fn(expected_rows, expected_columns, |i, j| {
-        rows[i][j]
-    }))
+    Ok(Mat::from_fn(expected_rows, expected_columns, |i, j| rows[i][j]))
 }

@@ -16,12 +16,7 @@ const ANY: [Range; 2] = [[0.0, f64::INFINITY]; 2];
 
 /// Keys of a curve.
 pub(super) const KEYS: &[Key] = &[
-    open(
-        "points[]",
-        "Hz, value",
-        ANY,
-        "the limits of a specification over frequency",
-    ),
+    open("points[]", "Hz, value", ANY, "the limits of a specification over frequency"),
     open("numerator[]", "", ANY, "falling powers of s in rad/s"),
     open("denominator[]", "", ANY, "falling powers of s in rad/s"),
 ];
@@ -78,8 +73,7 @@ enum Sense {
 impl CurvesFile {
     /// Weights of loads, displacements and current.
     pub(super) fn weights(&self, file: &str) -> Result<Curves, InputError> {
-        let of =
-            |key: &str, curve: &Option<CurveFile>, sense| shape(file, key, curve.as_ref(), sense);
+        let of = |key: &str, curve: &Option<CurveFile>, sense| shape(file, key, curve.as_ref(), sense);
         Ok(Curves {
             load: [
                 of("tool_load_n", &self.tool_load_n, Sense::Direct)?,
@@ -87,21 +81,9 @@ impl CurvesFile {
                 of("rear_load_n", &self.rear_load_n, Sense::Direct)?,
             ],
             displacement: [
-                of(
-                    "tool_displacement_m",
-                    &self.tool_displacement_m,
-                    Sense::Inverse,
-                )?,
-                of(
-                    "front_displacement_m",
-                    &self.front_displacement_m,
-                    Sense::Inverse,
-                )?,
-                of(
-                    "rear_displacement_m",
-                    &self.rear_displacement_m,
-                    Sense::Inverse,
-                )?,
+                of("tool_displacement_m", &self.tool_displacement_m, Sense::Inverse)?,
+                of("front_displacement_m", &self.front_displacement_m, Sense::Inverse)?,
+                of("rear_displacement_m", &self.rear_displacement_m, Sense::Inverse)?,
             ],
             current: of("current_a", &self.current_a, Sense::Inverse)?,
             noise: of("sensor_noise_m", &self.sensor_noise_m, Sense::Direct)?,
@@ -115,24 +97,13 @@ impl CurvesFile {
 
     /// Additive error of the signals.
     pub(super) fn sensor(&self, file: &str) -> Result<Option<Shape>, InputError> {
-        shape(
-            file,
-            "sensor_m_per_a",
-            self.sensor_m_per_a.as_ref(),
-            Sense::Direct,
-        )
+        shape(file, "sensor_m_per_a", self.sensor_m_per_a.as_ref(), Sense::Direct)
     }
 }
 
-fn shape(
-    file: &str,
-    key: &str,
-    curve: Option<&CurveFile>,
-    sense: Sense,
-) -> Result<Option<Shape>, InputError> {
-    let refused = |rule: String, hint: &str| {
-        InputError::new(file, format!("over_frequency.{key}: {rule}")).with_hint(hint)
-    };
+fn shape(file: &str, key: &str, curve: Option<&CurveFile>, sense: Sense) -> Result<Option<Shape>, InputError> {
+    let refused =
+        |rule: String, hint: &str| InputError::new(file, format!("over_frequency.{key}: {rule}")).with_hint(hint);
     let Some(curve) = curve else {
         return Ok(None);
     };
@@ -174,66 +145,40 @@ fn through(points: &[[f64; 2]], sense: Sense) -> Result<Shape, Refused> {
         let ascends = k == 0 || *frequency_hz > points[k - 1][0];
         let good = |x: f64| x.is_finite() && x > 0.0;
         if !(good(*frequency_hz) && good(*value) && ascends) {
-            let rule = format!(
-                "points[{k}]: [{frequency_hz}, {value}] must be positive and ascending in frequency"
-            );
+            let rule = format!("points[{k}]: [{frequency_hz}, {value}] must be positive and ascending in frequency");
             return Err((rule, "each point is a frequency in Hz and a value"));
         }
     }
     let (ln_hz, ln_value): (Vec<f64>, Vec<f64>) = points
         .iter()
-        .map(|[hz, value]| {
-            (
-                hz.ln(),
-                if sense == Sense::Inverse {
-                    -value.ln()
-                } else {
-                    value.ln()
-                },
-            )
-        })
+        .map(|[hz, value]| (hz.ln(), if sense == Sense::Inverse { -value.ln() } else { value.ln() }))
         .unzip();
     // Half a decade of the constants beyond either end.
     let beyond = 0.5 * std::f64::consts::LN_10;
     let (from, to) = (ln_hz[0] - beyond, ln_hz[ln_hz.len() - 1] + beyond);
-    let count = ((to - from) / std::f64::consts::LN_10 * LINES_PER_DECADE)
-        .ceil()
-        .max(2.0) as usize;
-    let mut lines: Vec<f64> = (0..=count)
-        .map(|k| from + (to - from) * k as f64 / count as f64)
-        .chain(ln_hz.iter().copied())
-        .collect();
+    let count = ((to - from) / std::f64::consts::LN_10 * LINES_PER_DECADE).ceil().max(2.0) as usize;
+    let mut lines: Vec<f64> =
+        (0..=count).map(|k| from + (to - from) * k as f64 / count as f64).chain(ln_hz.iter().copied()).collect();
     lines.sort_by(f64::total_cmp);
     // Points that fall on a line would be the same frequency twice.
     lines.dedup_by(|a, b| (*a - *b).abs() < 1e-9);
     let omega = lines.iter().map(|l| TAU * l.exp()).collect();
-    let written: Vec<f64> = lines
-        .iter()
-        .map(|l| between(&ln_hz, &ln_value, *l))
-        .collect();
+    let written: Vec<f64> = lines.iter().map(|l| between(&ln_hz, &ln_value, *l)).collect();
     let magnitude = written.iter().map(|l| l.exp()).collect();
     let failed = |error: String| (error, "give fewer points, or a transfer function");
-    let data = Magnitudes::new(omega, magnitude, vec![1.0; lines.len()])
-        .map_err(|e| failed(e.to_string()))?;
+    let data = Magnitudes::new(omega, magnitude, vec![1.0; lines.len()]).map_err(|e| failed(e.to_string()))?;
     let fits = fit_up_to(&data, HIGHEST_ORDER).map_err(|e| failed(e.to_string()))?;
     let close = fits.iter().position(|fit| fit.max_abs_ln_error <= CLOSE);
     let fit = &fits[close.unwrap_or(fits.len() - 1)];
     // The fit bends between its lines by a little more than at them.
-    let finely =
-        (0..=BETWEEN * count).map(|k| from + (to - from) * k as f64 / (BETWEEN * count) as f64);
+    let finely = (0..=BETWEEN * count).map(|k| from + (to - from) * k as f64 / (BETWEEN * count) as f64);
     let error = finely.fold(fit.max_abs_ln_error, |error, l| {
         let own = fit.factors.ln_magnitude(TAU * l.exp());
         error.max((own - between(&ln_hz, &ln_value, l)).abs())
     });
     if error > FAR {
-        let rule = format!(
-            "a weight of order {HIGHEST_ORDER} misses the points by a factor of {:.2}",
-            error.exp()
-        );
-        return Err((
-            rule,
-            "draw the limit with gentler bends, or give a transfer function",
-        ));
+        let rule = format!("a weight of order {HIGHEST_ORDER} misses the points by a factor of {:.2}", error.exp());
+        return Err((rule, "draw the limit with gentler bends, or give a transfer function"));
     }
     let roots = |list: &[Factor]| list.iter().flat_map(factor_roots).collect::<Vec<_>>();
     // Raised by the error: the weight asks nowhere for less than is written.
@@ -261,16 +206,10 @@ fn between(places: &[f64], values: &[f64], x: f64) -> f64 {
 /// Roots of a fitted factor: a pair, or two real ones where its damping is one or more.
 fn factor_roots(factor: &Factor) -> Vec<Root> {
     let omega = factor.ln_omega.exp();
-    let real = |omega_rad_s: f64| Root {
-        omega_rad_s,
-        damping: None,
-    };
+    let real = |omega_rad_s: f64| Root { omega_rad_s, damping: None };
     match factor.ln_damping.map(f64::exp) {
         None => vec![real(omega)],
-        Some(zeta) if zeta < 1.0 => vec![Root {
-            omega_rad_s: omega,
-            damping: Some(zeta),
-        }],
+        Some(zeta) if zeta < 1.0 => vec![Root { omega_rad_s: omega, damping: Some(zeta) }],
         Some(zeta) => {
             let larger = zeta + (zeta * zeta - 1.0).sqrt();
             vec![real(omega / larger), real(omega * larger)]
@@ -280,10 +219,7 @@ fn factor_roots(factor: &Factor) -> Vec<Root> {
 
 /// The weight of a transfer function.
 fn rational(numerator: &[f64], denominator: &[f64], sense: Sense) -> Result<Shape, Refused> {
-    let (top, bottom) = (
-        polynomial("numerator", numerator)?,
-        polynomial("denominator", denominator)?,
-    );
+    let (top, bottom) = (polynomial("numerator", numerator)?, polynomial("denominator", denominator)?);
     let ((over, zeros), (under, poles)) = match sense {
         Sense::Direct => (top, bottom),
         Sense::Inverse => (bottom, top),
@@ -291,9 +227,7 @@ fn rational(numerator: &[f64], denominator: &[f64], sense: Sense) -> Result<Shap
     Shape::from_roots(over / under, &zeros, &poles).map_err(|_| {
         let rule = match sense {
             Sense::Direct => "has more zeros than poles: it would grow without bound",
-            Sense::Inverse => {
-                "has more poles than zeros: nothing would be allowed at high frequency"
-            }
+            Sense::Inverse => "has more poles than zeros: nothing would be allowed at high frequency",
         };
         (rule.to_owned(), "add a far zero or pole, such as s/1e6 + 1")
     })
@@ -304,25 +238,16 @@ fn polynomial(name: &str, coefficients: &[f64]) -> Result<(f64, Vec<Root>), Refu
     let list = coefficients.iter().skip_while(|c| **c == 0.0);
     let list: Vec<f64> = list.copied().collect();
     let (Some(lead), Some(last)) = (list.first(), list.last()) else {
-        return Err((
-            format!("{name} has no coefficient"),
-            "falling powers of s, the constant last",
-        ));
+        return Err((format!("{name} has no coefficient"), "falling powers of s, the constant last"));
     };
-    let constant_hint =
-        "a pole or zero at s = 0 has no finite level there: move it to a small frequency";
+    let constant_hint = "a pole or zero at s = 0 has no finite level there: move it to a small frequency";
     if list.iter().any(|c| !c.is_finite()) || *last == 0.0 || list.len() > MOST_COEFFICIENTS {
-        let rule =
-            format!("{name} needs 1 to {MOST_COEFFICIENTS} finite coefficients, the last not zero");
+        let rule = format!("{name} needs 1 to {MOST_COEFFICIENTS} finite coefficients, the last not zero");
         return Err((rule, constant_hint));
     }
     let n = list.len() - 1;
     // Roots of the polynomial in s over its mean corner, so that coefficients are of one size.
-    let corner = if n == 0 {
-        1.0
-    } else {
-        (last / lead).abs().powf(1.0 / n as f64)
-    };
+    let corner = if n == 0 { 1.0 } else { (last / lead).abs().powf(1.0 / n as f64) };
     let scaled = |k: usize| list[k] / lead * corner.powi(-i32::try_from(k).unwrap_or(0));
     let rising: Vec<c64> = (0..=n).rev().map(|k| c64::new(scaled(k), 0.0)).collect();
     let roots = polynomial_roots(&rising).map_err(|e| (format!("{name}: {e}"), constant_hint))?;
@@ -332,14 +257,8 @@ fn polynomial(name: &str, coefficients: &[f64]) -> Result<(f64, Vec<Root>), Refu
             root.re * corner,
             (root.im * corner).abs()
         );
-        return Err((
-            rule,
-            "only the magnitude counts: mirror the root to the left",
-        ));
+        return Err((rule, "only the magnitude counts: mirror the root to the left"));
     }
-    let own = roots
-        .iter()
-        .filter(|r| r.im >= 0.0)
-        .map(|r| Root::of(*r * corner));
+    let own = roots.iter().filter(|r| r.im >= 0.0).map(|r| Root::of(*r * corner));
     Ok((last.abs(), own.collect()))
 }

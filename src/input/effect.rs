@@ -188,24 +188,16 @@ impl EffectFile {
         } else {
             self.location(kind.location()).ok_or_else(|| {
                 let name = self.bearing.clone().unwrap_or_default();
-                fail(format!(
-                    "{path}.bearing: {name:?} must be front, rear or both"
-                ))
+                fail(format!("{path}.bearing: {name:?} must be front, rear or both"))
             })?
         };
         let value = |name: &str| self.numbers.get(name).copied().unwrap_or_default();
         let values = kind.parameters().iter().map(|p| value(p.name)).collect();
         Effect::new(kind, location, values).map_err(|error| {
             let error = match error {
-                SpindleError::Value {
-                    path: key,
-                    value,
-                    rule,
-                } => SpindleError::Value {
-                    path: format!("{path}.{key}"),
-                    value,
-                    rule,
-                },
+                SpindleError::Value { path: key, value, rule } => {
+                    SpindleError::Value { path: format!("{path}.{key}"), value, rule }
+                }
                 other => other,
             };
             InputError::rule(file, &error)
@@ -230,9 +222,7 @@ impl EffectFile {
         Some(match kind {
             LocationKind::None => Location::None,
             LocationKind::Bearing => Location::Bearing(Bearings::from_name(&text(&self.bearing))?),
-            LocationKind::Position => {
-                Location::Position(self.numbers.get("position_m").copied().unwrap_or_default())
-            }
+            LocationKind::Position => Location::Position(self.numbers.get("position_m").copied().unwrap_or_default()),
             LocationKind::Mode => Location::Mode(self.mode.unwrap_or_default()),
             LocationKind::Region => Location::Region(text(&self.region)),
         })

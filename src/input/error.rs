@@ -20,12 +20,7 @@ pub struct InputError {
 impl InputError {
     /// A message without a line.
     pub fn new(file: &str, message: impl Into<String>) -> Self {
-        Self {
-            file: file.to_owned(),
-            line: None,
-            message: message.into(),
-            hint: None,
-        }
+        Self { file: file.to_owned(), line: None, message: message.into(), hint: None }
     }
 
     /// The same message with the next step.
@@ -50,14 +45,11 @@ impl InputError {
             SpindleError::Name { .. } => {
                 "take one of the names listed, or complete the entry as the rule says".to_owned()
             }
-            SpindleError::Numeric(_) => {
-                "look for extreme or inconsistent numbers in the file".to_owned()
-            }
+            SpindleError::Numeric(_) => "look for extreme or inconsistent numbers in the file".to_owned(),
             _ => {
                 let text = error.to_string();
                 if text.contains("node") {
-                    "a node lies at every end of an element: split an element there, or move the disc"
-                        .to_owned()
+                    "a node lies at every end of an element: split an element there, or move the disc".to_owned()
                 } else {
                     "correct the value; the file format gives units in the key".to_owned()
                 }
@@ -84,9 +76,7 @@ impl InputError {
         let hint = if text.contains("unknown field") {
             match quoted.split_first() {
                 Some((unknown, known)) => nearest(unknown, known.iter().copied())
-                    .map_or("remove the key".to_owned(), |best| {
-                        format!("did you mean `{best}`?")
-                    }),
+                    .map_or("remove the key".to_owned(), |best| format!("did you mean `{best}`?")),
                 None => "remove the key".to_owned(),
             }
         } else if text.contains("missing field") {
@@ -94,17 +84,11 @@ impl InputError {
         } else if text.contains("duplicate") {
             "keep one of the two".to_owned()
         } else if text.contains("invalid type") || text.contains("invalid value") {
-            "numbers are written plainly, without units or quotes; units stand in the key"
-                .to_owned()
+            "numbers are written plainly, without units or quotes; units stand in the key".to_owned()
         } else {
             "check indentation, brackets and colons at this line".to_owned()
         };
-        Self {
-            file: file.to_owned(),
-            line,
-            message: plain_words(text),
-            hint: Some(hint),
-        }
+        Self { file: file.to_owned(), line, message: plain_words(text), hint: Some(hint) }
     }
 }
 

@@ -17,9 +17,7 @@ pub fn read_hammer(file: &str, bytes: &[u8], speed_rpm: f64) -> Result<HammerFrf
     if lower.ends_with(".uff") || lower.ends_with(".unv") {
         return from_universal(file, bytes, speed_rpm);
     }
-    let names: Vec<String> = ["frequency_hz", "h_re", "h_im", "coherence", "averages"]
-        .map(str::to_owned)
-        .to_vec();
+    let names: Vec<String> = ["frequency_hz", "h_re", "h_im", "coherence", "averages"].map(str::to_owned).to_vec();
     let mut frf = HammerFrf {
         speed_rpm,
         frequency_hz: vec![],
@@ -34,14 +32,10 @@ pub fn read_hammer(file: &str, bytes: &[u8], speed_rpm: f64) -> Result<HammerFrf
             return rule(format!("frequency_hz: {f} must be positive"));
         }
         if frf.frequency_hz.last().is_some_and(|last| f <= *last) {
-            return rule(format!(
-                "frequency_hz: {f} does not exceed the line before; frequencies must ascend"
-            ));
+            return rule(format!("frequency_hz: {f} does not exceed the line before; frequencies must ascend"));
         }
         if !(coherence > 0.0 && coherence <= 1.0) {
-            return rule(format!(
-                "coherence: {coherence} must be above 0 and at most 1"
-            ));
+            return rule(format!("coherence: {coherence} must be above 0 and at most 1"));
         }
         if averages < 1.0 {
             return rule(format!("averages: {averages} must be at least 1"));
@@ -89,25 +83,16 @@ fn from_universal(file: &str, bytes: &[u8], speed_rpm: f64) -> Result<HammerFrf,
 /// # Errors
 /// [`InputError`] with the line of what is wrong.
 pub fn read_mode_shapes(file: &str, bytes: &[u8]) -> Result<Vec<MeasuredShape>, InputError> {
-    let names: Vec<String> = ["mode", "position_m", "amplitude"]
-        .map(str::to_owned)
-        .to_vec();
+    let names: Vec<String> = ["mode", "position_m", "amplitude"].map(str::to_owned).to_vec();
     let mut shapes: Vec<MeasuredShape> = vec![];
     for (line, row) in numbers(file, bytes, &names)? {
         if row[0].fract() != 0.0 || row[0] < 1.0 {
-            return Err(at(
-                file,
-                line,
-                format!("mode: {} must be a whole number from 1", row[0]),
-            ));
+            return Err(at(file, line, format!("mode: {} must be a whole number from 1", row[0])));
         }
         let mode = row[0] as usize;
         let known = shapes.iter().position(|s| s.mode == mode);
         let k = known.unwrap_or_else(|| {
-            shapes.push(MeasuredShape {
-                mode,
-                points: vec![],
-            });
+            shapes.push(MeasuredShape { mode, points: vec![] });
             shapes.len() - 1
         });
         shapes[k].points.push((row[1], row[2]));

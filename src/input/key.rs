@@ -28,33 +28,13 @@ pub struct Group {
 
 pub(super) type Range = [f64; 2];
 
-pub(super) const fn needed(
-    name: &'static str,
-    unit: &'static str,
-    ranges: [Range; 2],
-    reason: &'static str,
-) -> Key {
+pub(super) const fn needed(name: &'static str, unit: &'static str, ranges: [Range; 2], reason: &'static str) -> Key {
     let [plausible, possible] = ranges;
-    Key {
-        name,
-        unit,
-        required: true,
-        plausible,
-        possible,
-        reason,
-    }
+    Key { name, unit, required: true, plausible, possible, reason }
 }
 
-pub(super) const fn open(
-    name: &'static str,
-    unit: &'static str,
-    ranges: [Range; 2],
-    reason: &'static str,
-) -> Key {
-    Key {
-        required: false,
-        ..needed(name, unit, ranges, reason)
-    }
+pub(super) const fn open(name: &'static str, unit: &'static str, ranges: [Range; 2], reason: &'static str) -> Key {
+    Key { required: false, ..needed(name, unit, ranges, reason) }
 }
 
 pub(super) const fn words(name: &'static str) -> Key {

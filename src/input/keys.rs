@@ -26,37 +26,17 @@ pub(crate) const MATERIAL: &[Key] = &[
         [[1000.0, 2e4], [500.0, 2.5e4]],
         "carbon fibre has 1 600 kg/m³, steel 7 850 kg/m³, tungsten 19 300 kg/m³",
     ),
-    needed(
-        "poisson_ratio",
-        "",
-        [[0.05, 0.46], [0.0, 1.0]],
-        "metals lie between 0.2 and 0.45",
-    ),
+    needed("poisson_ratio", "", [[0.05, 0.46], [0.0, 1.0]], "metals lie between 0.2 and 0.45"),
 ];
 
 /// Keys of an element.
 pub(crate) const ELEMENT: &[Key] = &[
     needed("length_m", "m", [[2e-4, 0.3], [1e-5, 5.0]], LENGTH),
-    needed(
-        "outer_diameter_m",
-        "m",
-        [[2e-4, 0.5], [5e-5, 3.0]],
-        DIAMETER,
-    ),
+    needed("outer_diameter_m", "m", [[2e-4, 0.5], [5e-5, 3.0]], DIAMETER),
     words("material"),
     open("inner_diameter_m", "m", [[1e-4, 0.4], [0.0, 3.0]], DIAMETER),
-    open(
-        "mass_outer_diameter_m",
-        "m",
-        [[2e-4, 0.6], [0.0, 3.0]],
-        DIAMETER,
-    ),
-    open(
-        "mass_inner_diameter_m",
-        "m",
-        [[1e-4, 0.5], [0.0, 3.0]],
-        DIAMETER,
-    ),
+    open("mass_outer_diameter_m", "m", [[2e-4, 0.6], [0.0, 3.0]], DIAMETER),
+    open("mass_inner_diameter_m", "m", [[1e-4, 0.5], [0.0, 3.0]], DIAMETER),
     open(
         "modulus_scale",
         "",
@@ -67,18 +47,8 @@ pub(crate) const ELEMENT: &[Key] = &[
 
 /// Keys of a disc.
 pub(crate) const DISC: &[Key] = &[
-    needed(
-        "position_m",
-        "m",
-        [[0.0, 3.0], [0.0, 10.0]],
-        "shafts on magnetic bearings are shorter than 3 m",
-    ),
-    needed(
-        "mass_kg",
-        "kg",
-        [[1e-5, 200.0], [0.0, 1e4]],
-        "discs of a spindle have grams to some kilograms",
-    ),
+    needed("position_m", "m", [[0.0, 3.0], [0.0, 10.0]], "shafts on magnetic bearings are shorter than 3 m"),
+    needed("mass_kg", "kg", [[1e-5, 200.0], [0.0, 1e4]], "discs of a spindle have grams to some kilograms"),
     needed(
         "polar_inertia_kg_m2",
         "kg m²",
@@ -94,81 +64,26 @@ pub(crate) const DISC: &[Key] = &[
 ];
 
 const BEARING: &[Key] = &[
-    needed(
-        "ki_n_per_a",
-        "N/A",
-        [[1.0, 5e3], [1e-2, 1e6]],
-        "bearings of 50 N to 5 kN have 10 to 1000 N/A",
-    ),
-    needed(
-        "ks_n_per_m",
-        "N/m",
-        [[1e3, 1e8], [0.0, 1e10]],
-        "bearings of 50 N to 5 kN have 10⁴ to 10⁷ N/m",
-    ),
-    needed(
-        "max_force_n",
-        "N",
-        [[1.0, 1e5], [1e-2, 1e7]],
-        "radial bearings carry some newtons to some ten kilonewtons",
-    ),
-    needed(
-        "bias_current_a",
-        "A",
-        [[0.05, 50.0], [1e-3, 1e3]],
-        "coils are biased with some tenths to some ten amperes",
-    ),
-    needed(
-        "max_current_a",
-        "A",
-        [[0.1, 200.0], [1e-3, 1e4]],
-        "switching amplifiers give some to some ten amperes",
-    ),
-    needed(
-        "gap_m",
-        "m",
-        [[5e-5, 3e-3], [1e-5, 2e-2]],
-        "air gaps are 0.2 to 1 mm",
-    ),
-    open(
-        "sensor_gain",
-        "",
-        [[0.5, 2.0], [1e-2, 1e2]],
-        "a factor near 1 on the calibrated signal",
-    ),
+    needed("ki_n_per_a", "N/A", [[1.0, 5e3], [1e-2, 1e6]], "bearings of 50 N to 5 kN have 10 to 1000 N/A"),
+    needed("ks_n_per_m", "N/m", [[1e3, 1e8], [0.0, 1e10]], "bearings of 50 N to 5 kN have 10⁴ to 10⁷ N/m"),
+    needed("max_force_n", "N", [[1.0, 1e5], [1e-2, 1e7]], "radial bearings carry some newtons to some ten kilonewtons"),
+    needed("bias_current_a", "A", [[0.05, 50.0], [1e-3, 1e3]], "coils are biased with some tenths to some ten amperes"),
+    needed("max_current_a", "A", [[0.1, 200.0], [1e-3, 1e4]], "switching amplifiers give some to some ten amperes"),
+    needed("gap_m", "m", [[5e-5, 3e-3], [1e-5, 2e-2]], "air gaps are 0.2 to 1 mm"),
+    open("sensor_gain", "", [[0.5, 2.0], [1e-2, 1e2]], "a factor near 1 on the calibrated signal"),
 ];
 
 const ELECTRONICS: &[Key] = &[
-    needed(
-        "amplifier_bandwidth_hz",
-        "Hz",
-        [[50.0, 1e5], [1.0, 1e7]],
-        "current loops reach 500 Hz to 5 kHz",
-    ),
+    needed("amplifier_bandwidth_hz", "Hz", [[50.0, 1e5], [1.0, 1e7]], "current loops reach 500 Hz to 5 kHz"),
     needed(
         "sensor_bandwidth_hz",
         "Hz",
         [[200.0, 1e6], [10.0, 1e8]],
         "position sensors reach some kilohertz to some ten kilohertz",
     ),
-    needed(
-        "sensor_noise_m",
-        "m",
-        [[1e-11, 5e-6], [0.0, 1e-4]],
-        "position sensors have 10 nm to 1 µm of noise",
-    ),
-    needed(
-        "delay_s",
-        "s",
-        [[1e-7, 2e-3], [0.0, 1e-2]],
-        "one and a half samples at 1 to 100 kHz are 15 µs to 1.5 ms",
-    ),
-    needed(
-        "sample_rate_hz",
-        "Hz",
-        [[1e3, 5e5], [100.0, 1e7]],
-        "magnetic bearings are sampled at 5 to 100 kHz",
-    ),
+    needed("sensor_noise_m", "m", [[1e-11, 5e-6], [0.0, 1e-4]], "position sensors have 10 nm to 1 µm of noise"),
+    needed("delay_s", "s", [[1e-7, 2e-3], [0.0, 1e-2]], "one and a half samples at 1 to 100 kHz are 15 µs to 1.5 ms"),
+    needed("sample_rate_hz", "Hz", [[1e3, 5e5], [100.0, 1e7]], "magnetic bearings are sampled at 5 to 100 kHz"),
 ];
 
 const PLANES: &[Key] = {
@@ -190,30 +105,15 @@ const EFFECT: &[Key] = &[
         [[1e-8, 1e-3], [0.0, 1e-2]],
         "delays between controller and coil are microseconds to a few samples",
     ),
-    open(
-        "bandwidth_hz",
-        "Hz",
-        [[50.0, 1e6], [1.0, 1e9]],
-        "amplifiers and sensors reach 500 Hz to 100 kHz",
-    ),
+    open("bandwidth_hz", "Hz", [[50.0, 1e6], [1.0, 1e9]], "amplifiers and sensors reach 500 Hz to 100 kHz"),
     open(
         "corner_hz",
         "Hz",
         [[1.0, 1e7], [1e-3, 1e12]],
         "eddy currents begin at some hertz in solid and some kilohertz in laminated cores",
     ),
-    open(
-        "offset_m",
-        "m",
-        [[1e-6, 0.1], [0.0, 1.0]],
-        "planes are known to some millimetres",
-    ),
-    open(
-        "mass_kg",
-        "kg",
-        [[1e-5, 1e4], [0.0, 1e6]],
-        "parts of a spindle and its housing have grams to tonnes",
-    ),
+    open("offset_m", "m", [[1e-6, 0.1], [0.0, 1.0]], "planes are known to some millimetres"),
+    open("mass_kg", "kg", [[1e-5, 1e4], [0.0, 1e6]], "parts of a spindle and its housing have grams to tonnes"),
 ];
 
 /// A spindle file.
@@ -233,12 +133,7 @@ pub const SPINDLE: &[Group] = &[
                 [[1e-5, 0.1], [0.0, 1.0]],
                 "steel shafts with shrink fits have 0.001 to 0.02 of critical damping",
             ),
-            needed(
-                "flexible_modes",
-                "",
-                [[1.0, 10.0], [0.0, 1e4]],
-                "a controller acts on the first few bending modes",
-            ),
+            needed("flexible_modes", "", [[1.0, 10.0], [0.0, 1e4]], "a controller acts on the first few bending modes"),
         ],
     ),
     group("planes", PLANES),
@@ -341,12 +236,7 @@ const LIMITS: &[Key] = {
         needed("max_dc_displacement_m", "m", PATH, MOVE),
         needed("max_hf_displacement_m", "m", PATH, MOVE),
         open("load_crossover_hz", "Hz", [[0.1, 1e4], [1e-4, 1e7]], CROSS),
-        open(
-            "displacement_crossover_hz",
-            "Hz",
-            [[0.1, 1e4], [1e-4, 1e7]],
-            CROSS,
-        ),
+        open("displacement_crossover_hz", "Hz", [[0.1, 1e4], [1e-4, 1e7]], CROSS),
     ]
 };
 
@@ -359,10 +249,7 @@ pub const WEIGHTS: &[Group] = &[
     group(
         "",
         &[
-            Key {
-                required: false,
-                ..words("defaults")
-            },
+            Key { required: false, ..words("defaults") },
             needed(
                 "mode_uncertainty[]",
                 "",
@@ -375,30 +262,15 @@ pub const WEIGHTS: &[Group] = &[
                 [[0.01, 100.0], [1e-6, 1e6]],
                 "control currents are below the bias current of some amperes",
             ),
-            open(
-                "current_rolloff_hz",
-                "Hz",
-                [[50.0, 1e5], [0.1, 1e9]],
-                "current loops reach 500 Hz to 5 kHz",
-            ),
-            open(
-                "current_rolloff_ratio",
-                "",
-                [[1.5, 1e3], [1.0, 1e9]],
-                "10 is a decade of roll-off",
-            ),
+            open("current_rolloff_hz", "Hz", [[50.0, 1e5], [0.1, 1e9]], "current loops reach 500 Hz to 5 kHz"),
+            open("current_rolloff_ratio", "", [[1.5, 1e3], [1.0, 1e9]], "10 is a decade of roll-off"),
             open(
                 "tool_tightening",
                 "",
                 [[0.01, 100.0], [1e-9, 1e9]],
                 "a specification is tightened by tens of per cent",
             ),
-            open(
-                "sensor_noise_m",
-                "m",
-                [[1e-11, 5e-6], [1e-15, 1e-3]],
-                "position sensors have 10 nm to 1 µm of noise",
-            ),
+            open("sensor_noise_m", "m", [[1e-11, 5e-6], [1e-15, 1e-3]], "position sensors have 10 nm to 1 µm of noise"),
             open(
                 "complementary_sensitivity_limit",
                 "",
@@ -425,13 +297,7 @@ pub const FREQUENCIES: &[Group] = {
     const WHY: &str = "bending modes of a spindle lie between 50 Hz and 20 kHz";
     &[
         group("", &[needed("resonances_hz[]", "Hz", RANGE, WHY)]),
-        group(
-            "antiresonances_hz",
-            &[
-                open("front[]", "Hz", RANGE, WHY),
-                open("rear[]", "Hz", RANGE, WHY),
-            ],
-        ),
+        group("antiresonances_hz", &[open("front[]", "Hz", RANGE, WHY), open("rear[]", "Hz", RANGE, WHY)]),
     ]
 };
 

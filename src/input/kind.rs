@@ -105,21 +105,14 @@ impl FileKind {
     fn of_table(source: &str) -> Result<Self, InputError> {
         let text = shipped::text(source, "input", &[])?;
         let header = text.lines().next().unwrap_or_default();
-        let known = [
-            ("experiment", Self::Sweep),
-            ("coherence", Self::Hammer),
-            ("amplitude", Self::ModeShapes),
-        ];
+        let known = [("experiment", Self::Sweep), ("coherence", Self::Hammer), ("amplitude", Self::ModeShapes)];
         let told = known.iter().find(|(column, _)| header.contains(column));
         told.map(|(_, kind)| *kind).ok_or_else(|| {
-            InputError::new(
-                source,
-                "is no table that muspin knows: no column experiment, coherence or amplitude",
-            )
-            .with_hint(
-                "the first line of a record names its columns, for example \
+            InputError::new(source, "is no table that muspin knows: no column experiment, coherence or amplitude")
+                .with_hint(
+                    "the first line of a record names its columns, for example \
                     frequency_hz,h_re,h_im,coherence,averages",
-            )
+                )
         })
     }
 

@@ -50,29 +50,27 @@ impl Matrix {
 /// [`InputError`] with the byte at which the file is not what the format says.
 pub fn matrices(file: &str, bytes: &[u8]) -> Result<Vec<Matrix>, InputError> {
     let fail = |at: usize, rule: &str| {
-        InputError::new(file, format!("byte {at}: {rule}"))
-            .with_hint("a controller has A, B, C, D and Ts: save them with MATLAB's `save` (not -v7.3) or SciPy's \
-                `savemat`")
+        InputError::new(file, format!("byte {at}: {rule}")).with_hint(
+            "a controller has A, B, C, D and Ts: save them with MATLAB's `save` (not -v7.3) or SciPy's \
+                `savemat`",
+        )
     };
     let little = match bytes.get(HEADER - 2..HEADER) {
         Some(b"IM") => true,
         Some(b"MI") => false,
         _ => {
-            return Err(fail(
-                HEADER - 2,
-                "no byte order mark: not a MATLAB level-5 file",
-            ));
+            return Err(fail(HEADER - 2, "no byte order mark: not a MATLAB level-5 file"));
         }
     };
     let mut found = vec![];
     let mut at = HEADER;
     while at < bytes.len() {
-        let element = element(bytes, at, little)
-            .ok_or_else(|| fail(at, "an element does not fit into the file"))?;
+        let element = element(bytes, at, little).ok_or_else(|| fail(at, "an element does not fit into the file"))?;
         let read = match element.kind {
             MATRIX => matrix(element.data, little),
-            COMPRESSED => unpacked(element.data, little)
-                .ok_or_else(|| fail(at, "a compressed element cannot be unpacked"))?,
+            COMPRESSED => {
+                unpacked(element.data, little).ok_or_else(|| fail(at, "a compressed element cannot be unpacked"))?
+            }
             _ => return Err(fail(at, "neither a matrix nor a compressed one")),
         };
         found.push(read.ok_or_else(|| fail(at, "a matrix without sizes or name"))?);
@@ -99,11 +97,8 @@ pub fn read_controller(file: &str, bytes: &[u8]) -> Result<TaggedController, Inp
     let named = |name: &str| {
         let matrix = found.iter().find(|m| m.name == name).ok_or_else(|| {
             let names: Vec<&str> = found.iter().map(|m| m.name.as_str()).collect();
-            InputError::new(
-                file,
-                format!("has no matrix {name}; it has: {}", names.join(", ")),
-            )
-            .with_hint("a controller has A, B, C, D and Ts")
+            InputError::new(file, format!("has no matrix {name}; it has: {}", names.join(", ")))
+                .with_hint("a controller has A, B, C, D and Ts")
         })?;
         matrix.rows().ok_or_else(|| {
             InputError::new(file, format!("{name}: is no full real matrix of two sizes"))
@@ -112,9 +107,7 @@ pub fn read_controller(file: &str, bytes: &[u8]) -> Result<TaggedController, Inp
     };
     let period = named("Ts")?;
     let [[period_s]] = [period.first().map_or(&[][..], Vec::as_slice)] else {
-        return Err(
-            InputError::new(file, "Ts: must be one number").with_hint("0 means continuous time")
-        );
+        return Err(InputError::new(file, "Ts: must be one number").with_hint("0 means continuous time"));
     };
     let parts = [named("A")?, named("B")?, named("C")?, named("D")?];
     let stem = std::path::Path::new(file).file_stem();
@@ -131,11 +124,7 @@ struct Element<'a> {
 
 fn word(bytes: &[u8], at: usize, little: bool) -> Option<u32> {
     let raw: [u8; 4] = bytes.get(at..at.checked_add(4)?)?.try_into().ok()?;
-    Some(if little {
-        u32::from_le_bytes(raw)
-    } else {
-        u32::from_be_bytes(raw)
-    })
+    Some(if little { u32::from_le_bytes(raw) } else { u32::from_be_bytes(raw) })
 }
 
 fn element(bytes: &[u8], at: usize, little: bool) -> Option<Element<'_>> {
@@ -144,25 +133,13 @@ fn element(bytes: &[u8], at: usize, little: bool) -> Option<Element<'_>> {
     if first >> 16 != 0 {
         let size = (first >> 16) as usize;
         let data = bytes.get(at + 4..at + 4 + size.min(4))?;
-        return Some(Element {
-            kind: first & 0xffff,
-            data,
-            end: at + 8,
-        });
+        return Some(Element { kind: first & 0xffff, data, end: at + 8 });
     }
     let size = word(bytes, at + 4, little)? as usize;
     let data = bytes.get(at + 8..at.checked_add(8 + size)?)?;
     // Compressed elements are not padded.
-    let padded = if first == COMPRESSED {
-        size
-    } else {
-        size.next_multiple_of(8)
-    };
-    Some(Element {
-        kind: first,
-        data,
-        end: at + 8 + padded,
-    })
+    let padded = if first == COMPRESSED { size } else { size.next_multiple_of(8) };
+    Some(Element { kind: first, data, end: at + 8 + padded })
 }
 
 /// Array flags, sizes, name, numbers: the first four elements of a matrix.
@@ -180,9 +157,7 @@ fn matrix(data: &[u8], little: bool) -> Option<Matrix> {
     };
     Some(Matrix {
         name: String::from_utf8_lossy(name.data).into_owned(),
-        sizes: (0..count)
-            .filter_map(|k| word(sizes.data, 4 * k, little))
-            .collect(),
+        sizes: (0..count).filter_map(|k| word(sizes.data, 4 * k, little)).collect(),
         values,
     })
 }

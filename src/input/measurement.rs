@@ -76,11 +76,7 @@ impl Measurement {
     ///
     /// # Errors
     /// [`InputError`] of whichever file is wrong.
-    pub fn machine(
-        &self,
-        spindle: Option<&str>,
-        tool: Option<&str>,
-    ) -> Result<Machine, InputError> {
+    pub fn machine(&self, spindle: Option<&str>, tool: Option<&str>) -> Result<Machine, InputError> {
         load_machine(spindle.unwrap_or(&self.spindle), tool.unwrap_or(&self.tool))
     }
 }
@@ -150,11 +146,8 @@ pub fn load_measurement(folder: &str) -> Result<Measurement, InputError> {
     let list = path.join("measurement.yaml");
     let name = list.display().to_string();
     if !list.is_file() {
-        return Err(
-            InputError::new(folder, "has no measurement.yaml").with_hint(
-                "a measurement is a folder with measurement.yaml that names spindle, tool and records",
-            ),
-        );
+        return Err(InputError::new(folder, "has no measurement.yaml")
+            .with_hint("a measurement is a folder with measurement.yaml that names spindle, tool and records"));
     }
     let text = shipped::text(&name, "measurement", &[])?;
     let read: MeasurementFile = yaml::read(&name, &text, keys::MEASUREMENT)?;
@@ -168,11 +161,8 @@ pub fn load_measurement(folder: &str) -> Result<Measurement, InputError> {
         frequencies: vec![],
     };
     if read.records.is_empty() {
-        return Err(
-            InputError::new(&name, "records: the list is empty").with_hint(
-                "list at least one record of kind sweep, hammer, mode_shapes or frequencies",
-            ),
-        );
+        return Err(InputError::new(&name, "records: the list is empty")
+            .with_hint("list at least one record of kind sweep, hammer, mode_shapes or frequencies"));
     }
     for (k, record) in read.records.iter().enumerate() {
         read_record(&mut measurement, &name, path, k, record)?;
@@ -202,10 +192,7 @@ fn frequencies_alone(source: &str) -> Result<Measurement, InputError> {
 }
 
 /// Kind of a record, and that it has only the keys of its kind; `broken` makes the error of a key.
-fn check_keys(
-    record: &RecordFile,
-    broken: &dyn Fn(&str, String) -> InputError,
-) -> Result<(), InputError> {
+fn check_keys(record: &RecordFile, broken: &dyn Fn(&str, String) -> InputError) -> Result<(), InputError> {
     let known = ["sweep", "hammer", "mode_shapes", "frequencies"];
     if !known.contains(&record.kind.as_str()) {
         let near = nearest(&record.kind, known.into_iter()).unwrap_or_default();
@@ -214,9 +201,8 @@ fn check_keys(
     }
     if record.hold.is_some() && record.kind != "sweep" {
         let rule = format!("a record of kind {} has no such key", record.kind);
-        return Err(broken("hold", rule).with_hint(
-            "only a sweep has currents that may have been logged before the hold; remove the key",
-        ));
+        return Err(broken("hold", rule)
+            .with_hint("only a sweep has currents that may have been logged before the hold; remove the key"));
     }
     let taken_at_speed = matches!(record.kind.as_str(), "sweep" | "hammer");
     if !taken_at_speed {
@@ -226,11 +212,9 @@ fn check_keys(
             ("axis", record.axis.is_some()),
         ];
         if let Some((key, _)) = extra.iter().find(|(_, given)| *given) {
-            return Err(broken(
-                key,
-                format!("a record of kind {} has no such key", record.kind),
-            )
-            .with_hint("remove the key"));
+            return Err(
+                broken(key, format!("a record of kind {} has no such key", record.kind)).with_hint("remove the key")
+            );
         }
     }
     Ok(())
@@ -279,26 +263,20 @@ fn read_record(
         if path.is_file() {
             return Ok(Some(path.display().to_string()));
         }
-        Err(
-            broken("controller", format!("there is no {}", path.display()))
-                .with_hint("name the JSON file of the controller that levitated the rotor"),
-        )
+        Err(broken("controller", format!("there is no {}", path.display()))
+            .with_hint("name the JSON file of the controller that levitated the rotor"))
     };
     match record.kind.as_str() {
         "sweep" => {
             if record.axis.is_some() {
-                return Err(broken("axis", "a sweep excites all four axes".into())
-                    .with_hint("remove the key"));
+                return Err(broken("axis", "a sweep excites all four axes".into()).with_hint("remove the key"));
             }
             let mut read = read_sweep(&name, &bytes()?, speed()?)?;
             if record.hold == Some(true) {
                 let spindle = load_spindle(&measurement.spindle)?;
                 read = read.behind_hold(spindle.electronics.sample_period_s());
             }
-            let sweep = Sweep {
-                record: read,
-                controller: controller()?,
-            };
+            let sweep = Sweep { record: read, controller: controller()? };
             measurement.sweeps.push(sweep);
         }
         "hammer" => {
@@ -316,14 +294,10 @@ fn read_record(
                 controller: controller()?,
             });
         }
-        "mode_shapes" => measurement
-            .mode_shapes
-            .extend(read_mode_shapes(&name, &bytes()?)?),
+        "mode_shapes" => measurement.mode_shapes.extend(read_mode_shapes(&name, &bytes()?)?),
         "frequencies" => {
             let text = shipped::utf8(&name, bytes()?)?;
-            measurement
-                .frequencies
-                .push(read_frequencies(&name, &text)?);
+            measurement.frequencies.push(read_frequencies(&name, &text)?);
         }
         _ => {}
     }
@@ -346,11 +320,8 @@ pub fn read_frequencies(file: &str, text: &str) -> Result<ReadOff, InputError> {
             if let Some(f) = f
                 && !(f.is_finite() && *f > 0.0)
             {
-                return Err(
-                    InputError::new(file, format!("{key}[{k}]: {f} must be positive")).with_hint(
-                        "frequencies are in Hz; write null for a peak that could not be identified",
-                    ),
-                );
+                return Err(InputError::new(file, format!("{key}[{k}]: {f} must be positive"))
+                    .with_hint("frequencies are in Hz; write null for a peak that could not be identified"));
             }
         }
     }

@@ -48,8 +48,7 @@ pub fn missing(groups: &[Group], file: &Value) -> Vec<String> {
 
 /// Groups that a file may leave out.
 fn is_optional(at: &str) -> bool {
-    ["rotor.discs", "discs", "effects", "materials"]
-        .contains(&at.trim_end_matches("[]").trim_end_matches(".*"))
+    ["rotor.discs", "discs", "effects", "materials"].contains(&at.trim_end_matches("[]").trim_end_matches(".*"))
 }
 
 /// Refuses the first value whose size cannot be.
@@ -74,13 +73,7 @@ fn outside(file: &str, path: &str, key: &Key, size: f64) -> InputError {
     let rule = match size {
         x if !x.is_finite() => "must be a finite number".to_owned(),
         x if x <= 0.0 => "must be a positive number".to_owned(),
-        _ => format!(
-            "must lie between {} and {}{}: {}",
-            short(low),
-            short(high),
-            unit(key),
-            key.reason
-        ),
+        _ => format!("must lie between {} and {}{}: {}", short(low), short(high), unit(key), key.reason),
     };
     let told = InputError::new(file, format!("{path}: {size} {rule}"));
     match looks_like(key, size) {
@@ -105,10 +98,7 @@ pub fn warnings(file: &str, groups: &[Group], value: &Value) -> Vec<Warning> {
             unit(key),
             key.reason
         );
-        found.push(Warning {
-            file: file.to_owned(),
-            message,
-        });
+        found.push(Warning { file: file.to_owned(), message });
     });
     found
 }
@@ -134,9 +124,7 @@ fn unit(key: &Key) -> String {
 fn looks_like(key: &Key, size: f64) -> Option<String> {
     let [low, high] = key.plausible;
     let fits = |factor: f64| (low..=high).contains(&(size.abs() * factor));
-    let (name, factor) = other_units(key.unit)
-        .iter()
-        .find(|(_, factor)| fits(*factor))?;
+    let (name, factor) = other_units(key.unit).iter().find(|(_, factor)| fits(*factor))?;
     let right = short(size * factor);
     Some(match key.unit {
         "" => format!("{size} looks like {name}: write {right}"),

@@ -21,8 +21,7 @@ impl Problem {
     /// # Errors
     /// A file that cannot be read, is not JSON, or is not an object.
     pub fn read(file: &Path) -> Result<Self, InputError> {
-        let bytes = std::fs::read(file)
-            .map_err(|e| InputError::new(&file.display().to_string(), e.to_string()))?;
+        let bytes = std::fs::read(file).map_err(|e| InputError::new(&file.display().to_string(), e.to_string()))?;
         Self::parse(file, &utf8(&file.display().to_string(), bytes)?)
     }
 
@@ -36,10 +35,8 @@ impl Problem {
                 .with_hint("JSON has no NaN and no Infinity; every number must be finite")
         })?;
         let Value::Object(mut top) = value else {
-            return Err(
-                InputError::new(&file.display().to_string(), "expected a JSON object")
-                    .with_hint("put the matrices into {\"data\": {\"A\": [[..]], ..}}"),
-            );
+            return Err(InputError::new(&file.display().to_string(), "expected a JSON object")
+                .with_hint("put the matrices into {\"data\": {\"A\": [[..]], ..}}"));
         };
         let fields = match top.remove("data") {
             None => top,
@@ -51,18 +48,12 @@ impl Problem {
                 ));
             }
         };
-        Ok(Self {
-            file: file.to_path_buf(),
-            fields,
-        })
+        Ok(Self { file: file.to_path_buf(), fields })
     }
 
     /// An error about a field of this file.
     pub(crate) fn failure(&self, field: &str, message: impl std::fmt::Display) -> InputError {
-        InputError::new(
-            &self.file.display().to_string(),
-            format!("{field}: {message}"),
-        )
+        InputError::new(&self.file.display().to_string(), format!("{field}: {message}"))
     }
 
     /// True when the field is there and not `null`.
@@ -77,8 +68,7 @@ impl Problem {
     pub fn value(&self, field: &str) -> Result<&Value, InputError> {
         self.fields.get(field).ok_or_else(|| {
             let known: Vec<&str> = self.fields.keys().map(String::as_str).collect();
-            self.failure(field, "missing")
-                .with_hint(format!("fields found: {}", known.join(", ")))
+            self.failure(field, "missing").with_hint(format!("fields found: {}", known.join(", ")))
         })
     }
 
@@ -104,11 +94,7 @@ impl Problem {
     /// # Errors
     /// A missing field or something else.
     pub(crate) fn counts(&self, field: &str) -> Result<Vec<usize>, InputError> {
-        self.list(field)?
-            .iter()
-            .enumerate()
-            .map(|(i, v)| self.whole(v, &format!("{field}[{i}]")))
-            .collect()
+        self.list(field)?.iter().enumerate().map(|(i, v)| self.whole(v, &format!("{field}[{i}]"))).collect()
     }
 
     /// A list of finite numbers.
@@ -116,11 +102,7 @@ impl Problem {
     /// # Errors
     /// A missing field or something else.
     pub(crate) fn numbers(&self, field: &str) -> Result<Vec<f64>, InputError> {
-        self.list(field)?
-            .iter()
-            .enumerate()
-            .map(|(i, v)| self.finite(v, &format!("{field}[{i}]")))
-            .collect()
+        self.list(field)?.iter().enumerate().map(|(i, v)| self.finite(v, &format!("{field}[{i}]"))).collect()
     }
 
     /// A real matrix of any shape.
@@ -135,12 +117,7 @@ impl Problem {
     ///
     /// # Errors
     /// As [`Self::matrix`], and another shape.
-    pub(crate) fn matrix_of(
-        &self,
-        field: &str,
-        rows: usize,
-        cols: usize,
-    ) -> Result<Mat<f64>, InputError> {
+    pub(crate) fn matrix_of(&self, field: &str, rows: usize, cols: usize) -> Result<Mat<f64>, InputError> {
         let m = self.matrix(field)?;
         // An empty list of rows carries no column count.
         if m.nrows() == 0 && rows == 0 {
@@ -149,14 +126,7 @@ impl Problem {
         if (m.nrows(), m.ncols()) == (rows, cols) {
             return Ok(m);
         }
-        Err(self.failure(
-            field,
-            format!(
-                "expected a {rows} x {cols} matrix, found {} x {}",
-                m.nrows(),
-                m.ncols()
-            ),
-        ))
+        Err(self.failure(field, format!("expected a {rows} x {cols} matrix, found {} x {}", m.nrows(), m.ncols())))
     }
 
     /// A square real matrix.
@@ -168,14 +138,7 @@ impl Problem {
         if m.nrows() == m.ncols() {
             return Ok(m);
         }
-        Err(self.failure(
-            field,
-            format!(
-                "expected a square matrix, found {} x {}",
-                m.nrows(),
-                m.ncols()
-            ),
-        ))
+        Err(self.failure(field, format!("expected a square matrix, found {} x {}", m.nrows(), m.ncols())))
     }
 
     /// A complex matrix `{"re": rows, "im": rows}`, or a real one.
@@ -186,9 +149,7 @@ impl Problem {
         let value = self.value(field)?;
         let Value::Object(parts) = value else {
             let re = self.rows(value, field)?;
-            return Ok(Mat::from_fn(re.nrows(), re.ncols(), |i, j| {
-                c64::new(re[(i, j)], 0.0)
-            }));
+            return Ok(Mat::from_fn(re.nrows(), re.ncols(), |i, j| c64::new(re[(i, j)], 0.0)));
         };
         let part = |name: &str| match parts.get(name) {
             Some(v) => self.rows(v, &format!("{field}.{name}")),
@@ -198,9 +159,7 @@ impl Problem {
         if (re.nrows(), re.ncols()) != (im.nrows(), im.ncols()) {
             return Err(self.failure(field, "re and im differ in shape"));
         }
-        Ok(Mat::from_fn(re.nrows(), re.ncols(), |i, j| {
-            c64::new(re[(i, j)], im[(i, j)])
-        }))
+        Ok(Mat::from_fn(re.nrows(), re.ncols(), |i, j| c64::new(re[(i, j)], im[(i, j)])))
     }
 
     /// The continuous system A, B, C, D.
@@ -245,9 +204,7 @@ impl Problem {
             if (rows, cols) != (m1, p1) {
                 return Err(self.failure(
                     "blocks",
-                    format!(
-                        "rows and cols sum to {rows} and {cols}, expected m1 = {m1} and p1 = {p1}"
-                    ),
+                    format!("rows and cols sum to {rows} and {cols}, expected m1 = {m1} and p1 = {p1}"),
                 ));
             }
             blocks
@@ -255,8 +212,7 @@ impl Problem {
             vec![]
         };
         Ok(GeneralizedPlant {
-            system: StateSpace::new(a, b, c, d, Continuous)
-                .map_err(|e| self.failure("A, B, C, D", e))?,
+            system: StateSpace::new(a, b, c, d, Continuous).map_err(|e| self.failure("A, B, C, D", e))?,
             controls: m2,
             measurements: p2,
             blocks,
@@ -272,10 +228,7 @@ impl Problem {
         if list.is_empty() {
             return Err(self.failure("blocks", "expected at least one block"));
         }
-        list.iter()
-            .enumerate()
-            .map(|(i, v)| self.block(v, &format!("blocks[{i}]")))
-            .collect()
+        list.iter().enumerate().map(|(i, v)| self.block(v, &format!("blocks[{i}]"))).collect()
     }
 
     fn block(&self, value: &Value, path: &str) -> Result<Block, InputError> {
@@ -290,20 +243,12 @@ impl Problem {
             }
         };
         match value.get("type").and_then(Value::as_str) {
-            Some("complex_full") => Ok(Block::ComplexFull {
-                rows: size("rows")?,
-                cols: size("cols")?,
-            }),
+            Some("complex_full") => Ok(Block::ComplexFull { rows: size("rows")?, cols: size("cols")? }),
             Some("complex_scalar") => Ok(Block::ComplexScalar { n: size("n")? }),
             Some("real_scalar") => Ok(Block::RealScalar { n: size("n")? }),
             other => Err(self
-                .failure(
-                    &format!("{path}.type"),
-                    format!("unknown block type {}", other.unwrap_or("(none)")),
-                )
-                .with_hint(
-                    "complex_full with rows and cols, complex_scalar or real_scalar with n",
-                )),
+                .failure(&format!("{path}.type"), format!("unknown block type {}", other.unwrap_or("(none)")))
+                .with_hint("complex_full with rows and cols, complex_scalar or real_scalar with n")),
         }
     }
 
@@ -314,10 +259,7 @@ impl Problem {
         }
         match self.count(field)? {
             found if found == expected => Ok(()),
-            found => Err(self.failure(
-                field,
-                format!("is {found}, but the matrices say {expected}"),
-            )),
+            found => Err(self.failure(field, format!("is {found}, but the matrices say {expected}"))),
         }
     }
 
@@ -330,19 +272,13 @@ impl Problem {
 
     fn rows(&self, value: &Value, path: &str) -> Result<Mat<f64>, InputError> {
         let Value::Array(rows) = value else {
-            return Err(self.failure(
-                path,
-                format!("expected a matrix (list of rows), found {}", kind(value)),
-            ));
+            return Err(self.failure(path, format!("expected a matrix (list of rows), found {}", kind(value))));
         };
         let mut entries: Vec<Vec<f64>> = Vec::with_capacity(rows.len());
         for (i, row) in rows.iter().enumerate() {
             let Value::Array(row) = row else {
                 return Err(self
-                    .failure(
-                        &format!("{path}[{i}]"),
-                        format!("expected a row (list of numbers), found {}", kind(row)),
-                    )
+                    .failure(&format!("{path}[{i}]"), format!("expected a row (list of numbers), found {}", kind(row)))
                     .with_hint("real matrices are row-major nested lists, also 1 x n and n x 1"));
             };
             let row: Vec<f64> = row
@@ -355,11 +291,7 @@ impl Problem {
             {
                 return Err(self.failure(
                     &format!("{path}[{i}]"),
-                    format!(
-                        "has {} entries, the first row has {}",
-                        row.len(),
-                        first.len()
-                    ),
+                    format!("has {} entries, the first row has {}", row.len(), first.len()),
                 ));
             }
             entries.push(row);
@@ -371,10 +303,7 @@ impl Problem {
     fn finite(&self, value: &Value, path: &str) -> Result<f64, InputError> {
         match value.as_f64() {
             Some(x) if x.is_finite() => Ok(x),
-            _ => Err(self.failure(
-                path,
-                format!("expected a finite number, found {}", kind(value)),
-            )),
+            _ => Err(self.failure(path, format!("expected a finite number, found {}", kind(value)))),
         }
     }
 
@@ -382,10 +311,7 @@ impl Problem {
         // 2^53: beyond it a JSON number is no longer a whole number everywhere; no dimension comes near.
         match value.as_f64() {
             Some(x) if x >= 0.0 && x.fract() == 0.0 && x < 9.0e15 => Ok(x as usize),
-            _ => Err(self.failure(
-                path,
-                format!("expected a whole number >= 0, found {}", kind(value)),
-            )),
+            _ => Err(self.failure(path, format!("expected a whole number >= 0, found {}", kind(value)))),
         }
     }
 }

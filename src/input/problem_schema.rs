@@ -41,16 +41,8 @@ const SYSTEM: [Field; 7] = [
 
 const PLANT: [Field; 9] = [
     ("A", "matrix", "n x n"),
-    (
-        "B",
-        "matrix",
-        "n x (m1 + m2), disturbances first, controls last",
-    ),
-    (
-        "C",
-        "matrix",
-        "(p1 + p2) x n, errors first, measurements last",
-    ),
+    ("B", "matrix", "n x (m1 + m2), disturbances first, controls last"),
+    ("C", "matrix", "(p1 + p2) x n, errors first, measurements last"),
     ("D", "matrix", "(p1 + p2) x (m1 + m2)"),
     ("m1", "count", "number of disturbances"),
     ("m2", "count", "number of controls, at least 1"),
@@ -59,17 +51,11 @@ const PLANT: [Field; 9] = [
     ("n", "count?", "number of states, checked against A"),
 ];
 
-const BLOCKS: Field = (
-    "blocks",
-    "blocks",
-    "structure of Δ in the order of the channels: Σ rows inputs, Σ cols outputs",
-);
+const BLOCKS: Field =
+    ("blocks", "blocks", "structure of Δ in the order of the channels: Σ rows inputs, Σ cols outputs");
 
-const PLANT_BLOCKS: Field = (
-    "blocks",
-    "blocks?",
-    "structure of Δ, performance block last: Σ rows = m1, Σ cols = p1; left out: one full block",
-);
+const PLANT_BLOCKS: Field =
+    ("blocks", "blocks?", "structure of Δ, performance block last: Σ rows = m1, Σ cols = p1; left out: one full block");
 
 impl ProblemKind {
     /// All of them.
@@ -129,29 +115,18 @@ impl ProblemKind {
             Self::Hinfnorm => (&[], &SYSTEM),
             Self::Hinfsyn => (
                 &[
-                    (
-                        "gamma",
-                        "number?",
-                        "level of the central controller; left out: the optimum is searched for",
-                    ),
+                    ("gamma", "number?", "level of the central controller; left out: the optimum is searched for"),
                     PLANT_BLOCKS,
                 ],
                 &PLANT,
             ),
-            Self::Mu => (
-                &[("M", "complex", "Σ cols x Σ rows of the blocks"), BLOCKS],
-                &[],
-            ),
+            Self::Mu => (&[("M", "complex", "Σ cols x Σ rows of the blocks"), BLOCKS], &[]),
             Self::Musys => (&[BLOCKS], &SYSTEM),
             Self::Dfit => (
                 &[
                     ("omega", "numbers", "frequencies, rad/s, rising"),
                     ("magnitude", "numbers", "magnitudes there, positive"),
-                    (
-                        "weight",
-                        "numbers?",
-                        "weights of the errors in the answer; left out: 1",
-                    ),
+                    ("weight", "numbers?", "weights of the errors in the answer; left out: 1"),
                     ("orders", "counts", "orders to fit, at most 20"),
                 ],
                 &[],
@@ -172,11 +147,7 @@ impl ProblemKind {
             Self::Discretise => (
                 &[
                     ("Ts", "number", "sample time, s, positive"),
-                    (
-                        "w_prewarp",
-                        "number?",
-                        "frequency, rad/s, below π/Ts, at which Tustin's rule is exact",
-                    ),
+                    ("w_prewarp", "number?", "frequency, rad/s, below π/Ts, at which Tustin's rule is exact"),
                 ],
                 &SYSTEM,
             ),
@@ -196,8 +167,7 @@ pub fn problem_schema(kind: ProblemKind) -> Value {
     }
     let fields = json!({ "type": "object", "required": required, "properties": properties });
     let mut inside = fields.clone();
-    inside["description"] =
-        json!("The problem; what stands beside it (title, source, expected answer) is not read");
+    inside["description"] = json!("The problem; what stands beside it (title, source, expected answer) is not read");
     let mut top = fields;
     // Without `data`: a file that has it is read from there alone.
     top["properties"]["data"] = json!({ "enum": [] });
@@ -214,8 +184,7 @@ pub fn problem_schema(kind: ProblemKind) -> Value {
 
 /// The schema of a field; one that may be left out may be `null` as well.
 fn shaped(shape: &str, meaning: &str) -> Value {
-    let matrix =
-        json!({ "type": "array", "items": { "type": "array", "items": { "type": "number" } } });
+    let matrix = json!({ "type": "array", "items": { "type": "array", "items": { "type": "number" } } });
     let mut schema = match shape.trim_end_matches('?') {
         "matrix" => matrix,
         "complex" => {
@@ -246,14 +215,8 @@ fn blocks() -> Value {
         for key in sizes {
             properties.insert((*key).to_owned(), size.clone());
         }
-        let required: Vec<&str> = std::iter::once("type")
-            .chain(sizes.iter().copied())
-            .collect();
+        let required: Vec<&str> = std::iter::once("type").chain(sizes.iter().copied()).collect();
         json!({ "type": "object", "required": required, "properties": properties })
     };
-    json!([
-        block("complex_full", &["rows", "cols"]),
-        block("complex_scalar", &["n"]),
-        block("real_scalar", &["n"]),
-    ])
+    json!([block("complex_full", &["rows", "cols"]), block("complex_scalar", &["n"]), block("real_scalar", &["n"]),])
 }

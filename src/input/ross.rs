@@ -79,9 +79,7 @@ impl RossRotor {
                 list.push(section);
                 continue;
             }
-            told.push(format!(
-                "element {k}: a cone, written as {SLICES} cylinders of the same volume"
-            ));
+            told.push(format!("element {k}: a cone, written as {SLICES} cylinders of the same volume"));
             for slice in 0..SLICES {
                 let at = |d: [f64; 2], x: usize| d[0] + (d[1] - d[0]) * x as f64 / SLICES as f64;
                 let mean = |d: [f64; 2]| {
@@ -104,14 +102,8 @@ impl RossRotor {
     /// The same rotor counted from its right end.
     pub fn reversed(&self) -> Self {
         let length: f64 = self.sections.iter().map(|s| s.length_m).sum();
-        let turned = |d: &Disc| Disc {
-            position_m: length - d.position_m,
-            ..*d
-        };
-        let moved = |b: &RossBearing| RossBearing {
-            position_m: length - b.position_m,
-            ..b.clone()
-        };
+        let turned = |d: &Disc| Disc { position_m: length - d.position_m, ..*d };
+        let moved = |b: &RossBearing| RossBearing { position_m: length - b.position_m, ..b.clone() };
         Self {
             sections: self.sections.iter().rev().map(Section::reversed).collect(),
             discs: self.discs.iter().rev().map(turned).collect(),
@@ -162,13 +154,7 @@ pub fn read_ross(file: &str, text: &str) -> Result<RossRotor, InputError> {
                 .with_hint("give a file that ROSS has saved with `rotor.save(\"name.toml\")`")
         })?,
     };
-    let mut reader = Reader {
-        file,
-        beams: vec![],
-        discs: vec![],
-        supports: vec![],
-        left_out: vec![],
-    };
+    let mut reader = Reader { file, beams: vec![], discs: vec![], supports: vec![], left_out: vec![] };
     let mut speed = None;
     for (name, value) in &top {
         let Value::Object(table) = value else {
@@ -217,18 +203,13 @@ fn with_mass_of(stiff: &Section, heavy: &Section) -> Option<Section> {
         return Some(Section {
             mass_outer_diameter_m: heavy.outer_diameter_m,
             mass_inner_diameter_m: heavy.inner_diameter_m,
-            material: Material {
-                density_kg_m3: h.density_kg_m3,
-                ..s.clone()
-            },
+            material: Material { density_kg_m3: h.density_kg_m3, ..s.clone() },
             ..stiff.clone()
         });
     }
     let around = heavy.inner_diameter_m == stiff.outer_diameter_m;
-    (around && s.density_kg_m3 == h.density_kg_m3).then(|| Section {
-        mass_outer_diameter_m: heavy.outer_diameter_m,
-        ..stiff.clone()
-    })
+    (around && s.density_kg_m3 == h.density_kg_m3)
+        .then(|| Section { mass_outer_diameter_m: heavy.outer_diameter_m, ..stiff.clone() })
 }
 
 /// A table of the file.
@@ -259,10 +240,9 @@ impl Table<'_> {
     /// A number, or the first of a list of two equal ones, as some bearings have them.
     fn first(&self, key: &str) -> Result<f64, InputError> {
         match self.table.get(key) {
-            Some(Value::Array(list)) => list
-                .first()
-                .and_then(Value::as_f64)
-                .ok_or_else(|| self.wrong(format!("{key}: expected numbers"))),
+            Some(Value::Array(list)) => {
+                list.first().and_then(Value::as_f64).ok_or_else(|| self.wrong(format!("{key}: expected numbers")))
+            }
             _ => self.number(key),
         }
     }
@@ -331,12 +311,7 @@ impl Reader<'_> {
             }
             self.discs.push((
                 table.node()?,
-                Disc {
-                    position_m: 0.0,
-                    mass_kg,
-                    polar_inertia_kg_m2: 0.0,
-                    diametral_inertia_kg_m2: 0.0,
-                },
+                Disc { position_m: 0.0, mass_kg, polar_inertia_kg_m2: 0.0, diametral_inertia_kg_m2: 0.0 },
             ));
         } else if class.starts_with("Seal") {
             self.left_out.push(format!(
@@ -344,10 +319,7 @@ impl Reader<'_> {
                 table.name
             ));
         } else if table.has("kxx") {
-            let magnet = match ["g0", "i0", "ag", "nw", "alpha"]
-                .iter()
-                .all(|k| table.has(k))
-            {
+            let magnet = match ["g0", "i0", "ag", "nw", "alpha"].iter().all(|k| table.has(k)) {
                 true => Some(RossMagnet::of(
                     table.number("g0")?,
                     table.first("i0")?,
@@ -358,11 +330,7 @@ impl Reader<'_> {
                 false => None,
             };
             let tag = table.table.get("tag").and_then(Value::as_str);
-            self.supports.push(Placed {
-                node: table.node()?,
-                tag: tag.unwrap_or(table.name).to_owned(),
-                magnet,
-            });
+            self.supports.push(Placed { node: table.node()?, tag: tag.unwrap_or(table.name).to_owned(), magnet });
         } else {
             return Err(table
                 .wrong("an element of this class is not known")
@@ -376,11 +344,7 @@ impl Reader<'_> {
             return Err(table.wrong("material: missing"));
         };
         let inner = format!("{}.material", table.name);
-        let material = Table {
-            file: self.file,
-            name: &inner,
-            table: material,
-        };
+        let material = Table { file: self.file, name: &inner, table: material };
         let (e, g) = (material.number("E")?, material.number("G_s")?);
         let name = material.table.get("name").and_then(Value::as_str);
         for (key, what) in [
@@ -390,10 +354,7 @@ impl Reader<'_> {
             ("beta", "stiffness-proportional damping"),
         ] {
             if table.is_nonzero(key) {
-                self.left_out.push(format!(
-                    "{}: {key}: {what}; damping is `damping_ratio`, by mode",
-                    table.name
-                ));
+                self.left_out.push(format!("{}: {key}: {what}; damping is `damping_ratio`, by mode", table.name));
             }
         }
         let method = table.table.get("shear_method_calc").and_then(Value::as_str);
@@ -443,9 +404,7 @@ impl Reader<'_> {
                      than a millionth of that below it",
                 ));
             }
-            section
-                .validate(k)
-                .map_err(|e| InputError::new(self.file, format!("{name}: {e}")))?;
+            section.validate(k).map_err(|e| InputError::new(self.file, format!("{name}: {e}")))?;
             position_m.push(position_m[k] + section.length_m);
             sections.push(section);
         }
@@ -456,37 +415,21 @@ impl Reader<'_> {
         let mut discs = vec![];
         for (node, disc) in self.discs {
             match position_m.get(node) {
-                Some(z) => discs.push(Disc {
-                    position_m: *z,
-                    ..disc
-                }),
-                None => self.left_out.push(format!(
-                    "node {node}: a mass of {} kg that is not on the shaft",
-                    disc.mass_kg
-                )),
+                Some(z) => discs.push(Disc { position_m: *z, ..disc }),
+                None => {
+                    self.left_out.push(format!("node {node}: a mass of {} kg that is not on the shaft", disc.mass_kg))
+                }
             }
         }
         discs.sort_by(|a, b| a.position_m.total_cmp(&b.position_m));
         let mut bearings = vec![];
         for Placed { node, tag, magnet } in self.supports {
             match position_m.get(node) {
-                Some(z) => bearings.push(RossBearing {
-                    tag,
-                    position_m: *z,
-                    magnet,
-                }),
-                None => self.left_out.push(format!(
-                    "{tag}: a support of node {node}, which is not on the shaft"
-                )),
+                Some(z) => bearings.push(RossBearing { tag, position_m: *z, magnet }),
+                None => self.left_out.push(format!("{tag}: a support of node {node}, which is not on the shaft")),
             }
         }
         bearings.sort_by(|a, b| a.position_m.total_cmp(&b.position_m));
-        Ok(RossRotor {
-            sections,
-            discs,
-            bearings,
-            speed_rad_s,
-            left_out: self.left_out,
-        })
+        Ok(RossRotor { sections, discs, bearings, speed_rad_s, left_out: self.left_out })
     }
 }

@@ -30,25 +30,17 @@ pub(crate) fn parts(rotor: &RossRotor, nose_m: f64) -> Result<Parts, f64> {
         position_m += rotor.sections[split].length_m;
         split += 1;
     }
-    if !nose_m.is_finite() || (position_m - nose_m).abs() > NODE_M || split == rotor.sections.len()
-    {
+    if !nose_m.is_finite() || (position_m - nose_m).abs() > NODE_M || split == rotor.sections.len() {
         return Err(position_m);
     }
     let side = |sections: &[Section]| {
-        let part = RossRotor {
-            sections: sections.to_vec(),
-            ..rotor.clone()
-        };
+        let part = RossRotor { sections: sections.to_vec(), ..rotor.clone() };
         part.cylinders()
     };
     let (sections, mut told) = side(&rotor.sections[split..]);
-    let moved = |d: &Disc| Disc {
-        position_m: d.position_m - nose_m,
-        ..*d
-    };
+    let moved = |d: &Disc| Disc { position_m: d.position_m - nose_m, ..*d };
     let discs: Vec<Disc> = rotor.discs.iter().map(moved).collect();
-    let (front, own): (Vec<Disc>, Vec<Disc>) =
-        discs.into_iter().partition(|d| d.position_m < -NODE_M);
+    let (front, own): (Vec<Disc>, Vec<Disc>) = discs.into_iter().partition(|d| d.position_m < -NODE_M);
     let mut tool = None;
     if split > 0 {
         let (mut outwards, more) = side(&rotor.sections[..split]);
@@ -63,10 +55,5 @@ pub(crate) fn parts(rotor: &RossRotor, nose_m: f64) -> Result<Parts, f64> {
     }
     let left_out = rotor.left_out.iter();
     told.extend(left_out.map(|words| format!("left out: {words}")));
-    Ok(Parts {
-        tool,
-        sections,
-        discs: own,
-        told,
-    })
+    Ok(Parts { tool, sections, discs: own, told })
 }

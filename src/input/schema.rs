@@ -33,14 +33,8 @@ pub enum SchemaKind {
 
 impl SchemaKind {
     /// All of them, in the order of the formats page.
-    pub const ALL: [Self; 6] = [
-        Self::Spindle,
-        Self::Tool,
-        Self::Weights,
-        Self::Measurement,
-        Self::Frequencies,
-        Self::Controller,
-    ];
+    pub const ALL: [Self; 6] =
+        [Self::Spindle, Self::Tool, Self::Weights, Self::Measurement, Self::Frequencies, Self::Controller];
 
     /// Its name on the command line and in file names.
     pub(crate) fn name(self) -> &'static str {
@@ -90,10 +84,7 @@ pub fn schema(kind: SchemaKind) -> Value {
 
 fn derived<T: JsonSchema>() -> Value {
     let settings = SchemaSettings::draft2020_12().with(|s| s.inline_subschemas = true);
-    settings
-        .into_generator()
-        .into_root_schema_for::<T>()
-        .to_value()
+    settings.into_generator().into_root_schema_for::<T>().to_value()
 }
 
 /// Visits every schema at a path: `name[]` are the entries of a list, `*` is every name.
@@ -103,26 +94,18 @@ fn at_every(schema: &mut Value, path: &[&str], visit: &mut dyn FnMut(&mut Value)
     };
     if *step == "*" {
         let open = schema["additionalProperties"].is_object();
-        let names = schema.get_mut(if open {
-            "additionalProperties"
-        } else {
-            "properties"
-        });
+        let names = schema.get_mut(if open { "additionalProperties" } else { "properties" });
         match names {
             Some(any) if open => at_every(any, rest, visit),
             Some(Value::Object(listed)) => {
-                listed
-                    .values_mut()
-                    .for_each(|own| at_every(own, rest, visit));
+                listed.values_mut().for_each(|own| at_every(own, rest, visit));
             }
             _ => {}
         }
         return;
     }
     let name = step.trim_end_matches("[]");
-    let mut found = schema
-        .get_mut("properties")
-        .and_then(|all| all.get_mut(name));
+    let mut found = schema.get_mut("properties").and_then(|all| all.get_mut(name));
     if step.ends_with("[]") {
         found = found.and_then(|list| list.get_mut("items"));
     }
@@ -165,9 +148,7 @@ pub fn page() -> String {
 
 fn capital(name: &str) -> String {
     let mut letters = name.chars();
-    letters
-        .next()
-        .map_or(String::new(), |c| c.to_uppercase().chain(letters).collect())
+    letters.next().map_or(String::new(), |c| c.to_uppercase().chain(letters).collect())
 }
 
 /// The table of the keys of an object, then those of the objects below it.
@@ -191,11 +172,7 @@ fn object(schema: &Value, path: &str, text: &mut String) {
         let name = format!("{key}{suffix}");
         text.push_str(&row(&name, value, entry, required(key)));
         if entry.get("properties").is_some() || entry.get("oneOf").is_some() {
-            let below = if path.is_empty() {
-                name
-            } else {
-                format!("{path}.{name}")
-            };
+            let below = if path.is_empty() { name } else { format!("{path}.{name}") };
             deeper.push((below, entry));
         }
     }
@@ -237,17 +214,12 @@ fn row(name: &str, value: &Value, entry: &Value, required: bool) -> String {
         (false, _) => "none".to_owned(),
     };
     let unit = entry["x-unit"].as_str().unwrap_or_default();
-    let words = value["description"]
-        .as_str()
-        .unwrap_or_default()
-        .replace('\n', " ");
+    let words = value["description"].as_str().unwrap_or_default().replace('\n', " ");
     format!("| `{name}` | {unit} | {absent} | {plausible} | {possible} | {words} |\n")
 }
 
 fn effects(alternatives: &[Value], path: &str, text: &mut String) {
-    text.push_str(&format!(
-        "\nAt `{path}`, all of them required:\n\n| `effect` | its other keys |\n|---|---|\n"
-    ));
+    text.push_str(&format!("\nAt `{path}`, all of them required:\n\n| `effect` | its other keys |\n|---|---|\n"));
     let empty = Map::new();
     for entry in alternatives {
         let keys = entry["properties"].as_object().unwrap_or(&empty).keys();
@@ -260,9 +232,5 @@ fn effects(alternatives: &[Value], path: &str, text: &mut String) {
 /// A number as people write it.
 fn short(x: f64) -> String {
     let size = x.abs();
-    if size == 0.0 || (1e-3..1e5).contains(&size) {
-        format!("{x}")
-    } else {
-        format!("{x:e}")
-    }
+    if size == 0.0 || (1e-3..1e5).contains(&size) { format!("{x}") } else { format!("{x:e}") }
 }

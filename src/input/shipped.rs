@@ -46,8 +46,7 @@ pub const WEIGHTS: &[Shipped] = shipped![
     "chatter-band" => "weights/chatter-band.yaml",
 ];
 /// Published frequencies.
-pub const FREQUENCIES: &[Shipped] =
-    shipped!["paper-frequencies" => "spindles/paper-frequencies.yaml"];
+pub const FREQUENCIES: &[Shipped] = shipped!["paper-frequencies" => "spindles/paper-frequencies.yaml"];
 
 /// The text of a file that is given by path or by shipped name. A file that exists wins over a name.
 ///
@@ -69,16 +68,12 @@ pub fn text(source: &str, what: &str, shipped: &[Shipped]) -> Result<String, Inp
         let hint = if names.is_empty() {
             "check the path".to_owned()
         } else {
-            format!(
-                "check the path, or take a shipped {what}: {} (nearest: {near})",
-                names.join(", ")
-            )
+            format!("check the path, or take a shipped {what}: {} (nearest: {near})", names.join(", "))
         };
         return Err(InputError::new(source, rule).with_hint(hint));
     }
     let bytes = std::fs::read(path).map_err(|error| {
-        InputError::new(source, format!("cannot be read: {error}"))
-            .with_hint("check the access rights of the file")
+        InputError::new(source, format!("cannot be read: {error}")).with_hint("check the access rights of the file")
     })?;
     utf8(source, bytes)
 }
@@ -91,16 +86,8 @@ pub fn utf8(file: &str, bytes: Vec<u8>) -> Result<String, InputError> {
     let other = bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]);
     let text = String::from_utf8(bytes).map_err(|error| {
         let good = error.utf8_error().valid_up_to();
-        let line = error.as_bytes()[..good]
-            .iter()
-            .filter(|b| **b == b'\n')
-            .count()
-            + 1;
-        let name = if other {
-            "is UTF-16 text"
-        } else {
-            "is not UTF-8 text"
-        };
+        let line = error.as_bytes()[..good].iter().filter(|b| **b == b'\n').count() + 1;
+        let name = if other { "is UTF-16 text" } else { "is not UTF-8 text" };
         let mut told = InputError::new(file, name);
         told.line = Some(line);
         told.with_hint("save the file as UTF-8")

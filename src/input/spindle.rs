@@ -234,16 +234,10 @@ pub fn read_spindle(file: &str, text: &str) -> Result<Spindle, InputError> {
     };
     let effects = read.effects.unwrap_or_default();
     if effects.len() > MOST_EFFECTS {
-        let rule = format!(
-            "effects: has {} entries, at most {MOST_EFFECTS} are read",
-            effects.len()
-        );
+        let rule = format!("effects: has {} entries, at most {MOST_EFFECTS} are read", effects.len());
         return Err(InputError::new(file, rule).with_hint("keep the effects that the records need"));
     }
-    let effects = effects
-        .into_iter()
-        .enumerate()
-        .map(|(i, e)| e.effect(file, i));
+    let effects = effects.into_iter().enumerate().map(|(i, e)| e.effect(file, i));
     let spindle = Spindle {
         sections: sections(file, "rotor.elements", read.rotor.elements, &materials)?,
         discs: discs(read.rotor.discs),
@@ -267,14 +261,12 @@ pub fn read_spindle(file: &str, text: &str) -> Result<Spindle, InputError> {
         },
         max_rpm: read.speed.max_rpm,
         backup_clearance_m: read.backup_clearance_m,
-        backup_bearings: read
-            .backup_bearings
-            .map_or_else(BackupBearings::default, |b| BackupBearings {
-                contact_stiffness_n_per_m: b.contact_stiffness_n_per_m,
-                contact_damping_n_s_per_m: b.contact_damping_n_s_per_m,
-                friction: b.friction,
-                contact_radius_m: b.contact_radius_m,
-            }),
+        backup_bearings: read.backup_bearings.map_or_else(BackupBearings::default, |b| BackupBearings {
+            contact_stiffness_n_per_m: b.contact_stiffness_n_per_m,
+            contact_damping_n_s_per_m: b.contact_damping_n_s_per_m,
+            friction: b.friction,
+            contact_radius_m: b.contact_radius_m,
+        }),
         stiffness_band_hz: read.stiffness_band.map_or(STIFFNESS_BAND_HZ, |b| {
             let (from, to) = STIFFNESS_BAND_HZ;
             (b.from_hz.unwrap_or(from), b.to_hz.unwrap_or(to))
@@ -295,39 +287,20 @@ pub(super) fn materials(
     let mut materials = vec![];
     for (name, m) in read {
         let bad = |key: &str, value: f64, rule: &str| {
-            Err(
-                InputError::new(file, format!("{path}.{name}.{key}: {value} {rule}"))
-                    .with_hint("correct the value; the file format gives units in the key"),
-            )
+            Err(InputError::new(file, format!("{path}.{name}.{key}: {value} {rule}"))
+                .with_hint("correct the value; the file format gives units in the key"))
         };
         let positive = |x: f64| x.is_finite() && x > 0.0;
         if !positive(m.youngs_modulus_pa) {
-            return bad(
-                "youngs_modulus_pa",
-                m.youngs_modulus_pa,
-                "must be a positive number",
-            );
+            return bad("youngs_modulus_pa", m.youngs_modulus_pa, "must be a positive number");
         }
         if !positive(m.density_kg_m3) {
-            return bad(
-                "density_kg_m3",
-                m.density_kg_m3,
-                "must be a positive number",
-            );
+            return bad("density_kg_m3", m.density_kg_m3, "must be a positive number");
         }
         if !(m.poisson_ratio > -1.0 && m.poisson_ratio <= 0.5) {
-            return bad(
-                "poisson_ratio",
-                m.poisson_ratio,
-                "must lie between -1 and 0.5",
-            );
+            return bad("poisson_ratio", m.poisson_ratio, "must lie between -1 and 0.5");
         }
-        materials.push(Material::isotropic(
-            &name,
-            m.youngs_modulus_pa,
-            m.density_kg_m3,
-            m.poisson_ratio,
-        ));
+        materials.push(Material::isotropic(&name, m.youngs_modulus_pa, m.density_kg_m3, m.poisson_ratio));
     }
     Ok(materials)
 }
@@ -343,21 +316,13 @@ pub(super) fn sections(
     for (i, e) in read.into_iter().enumerate() {
         let Some(material) = materials.iter().find(|m| m.name == e.material) else {
             let known = nearest(&e.material, materials.iter().map(|m| m.name.as_str()));
-            let rule = format!(
-                "{path}[{i}].material: there is no material {:?}",
-                e.material
-            );
+            let rule = format!("{path}[{i}].material: there is no material {:?}", e.material);
             return Err(InputError::new(file, rule).with_hint(match known {
                 Some(name) => format!("did you mean `{name}`? Materials stand under `materials:`"),
                 None => "add it under `materials:`".to_owned(),
             }));
         };
-        let mut section = Section::cylinder(
-            e.length_m,
-            e.outer_diameter_m,
-            e.inner_diameter_m,
-            material.clone(),
-        );
+        let mut section = Section::cylinder(e.length_m, e.outer_diameter_m, e.inner_diameter_m, material.clone());
         section.mass_outer_diameter_m = [e.mass_outer_diameter_m.unwrap_or(e.outer_diameter_m); 2];
         section.mass_inner_diameter_m = [e.mass_inner_diameter_m.unwrap_or(e.inner_diameter_m); 2];
         section.modulus_scale = e.modulus_scale;

@@ -21,9 +21,7 @@ struct Row {
 
 /// The header line that a sweep file must have.
 pub fn header() -> Vec<String> {
-    let mut names: Vec<String> = ["frequency_hz", "experiment", "repeat"]
-        .map(str::to_owned)
-        .to_vec();
+    let mut names: Vec<String> = ["frequency_hz", "experiment", "repeat"].map(str::to_owned).to_vec();
     for quantity in ["u", "y"] {
         for axis in 1..=AXES {
             names.push(format!("{quantity}{axis}_re"));
@@ -49,8 +47,7 @@ pub fn read_sweep(file: &str, bytes: &[u8], speed_rpm: f64) -> Result<SweepRecor
     });
     for pair in rows.windows(2) {
         let (a, b) = (&pair[0], &pair[1]);
-        let same =
-            (a.frequency_hz, a.experiment, a.repeat) == (b.frequency_hz, b.experiment, b.repeat);
+        let same = (a.frequency_hz, a.experiment, a.repeat) == (b.frequency_hz, b.experiment, b.repeat);
         if same {
             return Err(at(
                 file,
@@ -63,13 +60,9 @@ pub fn read_sweep(file: &str, bytes: &[u8], speed_rpm: f64) -> Result<SweepRecor
             .with_hint("every frequency, experiment and repeat may appear once; a second sweep is a second record"));
         }
     }
-    let mut groups: Vec<&[Row]> = rows
-        .chunk_by(|a, b| a.frequency_hz == b.frequency_hz)
-        .collect();
+    let mut groups: Vec<&[Row]> = rows.chunk_by(|a, b| a.frequency_hz == b.frequency_hz).collect();
     groups.sort_by(|a, b| a[0].frequency_hz.total_cmp(&b[0].frequency_hz));
-    let repeats = groups
-        .first()
-        .map_or(0, |g| g.iter().filter(|r| r.experiment == 1).count());
+    let repeats = groups.first().map_or(0, |g| g.iter().filter(|r| r.experiment == 1).count());
     for group in &groups {
         for experiment in 1..=AXES {
             check_repeats(file, group, experiment, repeats)?;
@@ -93,18 +86,9 @@ pub fn read_sweep(file: &str, bytes: &[u8], speed_rpm: f64) -> Result<SweepRecor
 }
 
 /// Repeats 1…P of one experiment at one frequency, P as everywhere else.
-fn check_repeats(
-    file: &str,
-    group: &[Row],
-    experiment: usize,
-    repeats: usize,
-) -> Result<(), InputError> {
+fn check_repeats(file: &str, group: &[Row], experiment: usize, repeats: usize) -> Result<(), InputError> {
     let frequency = group[0].frequency_hz;
-    let found: Vec<usize> = group
-        .iter()
-        .filter(|r| r.experiment == experiment)
-        .map(|r| r.repeat)
-        .collect();
+    let found: Vec<usize> = group.iter().filter(|r| r.experiment == experiment).map(|r| r.repeat).collect();
     if found.is_empty() {
         return Err(at(
             file,
@@ -120,9 +104,7 @@ fn check_repeats(
         return Err(at(
             file,
             group[0].line,
-            format!(
-                "at {frequency} Hz experiment {experiment} has repeats {found:?}, others have 1 to {repeats}"
-            ),
+            format!("at {frequency} Hz experiment {experiment} has repeats {found:?}, others have 1 to {repeats}"),
         )
         .with_hint("the scatter over repeats is the noise: every experiment needs the same repeats, numbered from 1"));
     }
@@ -140,35 +122,22 @@ fn rows(file: &str, bytes: &[u8]) -> Result<Vec<Row>, InputError> {
             if v.fract() == 0.0 && v >= 1.0 && v <= most as f64 {
                 return Ok(v as usize);
             }
-            Err(at(
-                file,
-                line,
-                format!("{}: {v} must be a whole number from 1 to {most}", names[k]),
-            ))
+            Err(at(file, line, format!("{}: {v} must be a whole number from 1 to {most}", names[k])))
         };
         let frequency_hz = number(0)?;
         if frequency_hz <= 0.0 {
-            return Err(at(
-                file,
-                line,
-                format!("frequency_hz: {frequency_hz} must be positive"),
-            ));
+            return Err(at(file, line, format!("frequency_hz: {frequency_hz} must be positive")));
         }
         let mut values = [0.0; 4 * AXES];
         for (k, v) in values.iter_mut().enumerate() {
             *v = number(3 + k)?;
         }
-        rows.push(Row {
-            line,
-            frequency_hz,
-            experiment: whole(1, AXES)?,
-            repeat: whole(2, MOST_REPEATS)?,
-            values,
-        });
+        rows.push(Row { line, frequency_hz, experiment: whole(1, AXES)?, repeat: whole(2, MOST_REPEATS)?, values });
     }
     if rows.is_empty() {
-        return Err(InputError::new(file, "no frequency lines")
-            .with_hint(format!("the first line is {}", names.join(","))));
+        return Err(
+            InputError::new(file, "no frequency lines").with_hint(format!("the first line is {}", names.join(",")))
+        );
     }
     Ok(rows)
 }

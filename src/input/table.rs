@@ -8,11 +8,7 @@ pub(super) fn records<'a>(
     bytes: &'a [u8],
     names: &'a [String],
 ) -> impl Iterator<Item = Result<(usize, csv::StringRecord), InputError>> + 'a {
-    let reader = csv::ReaderBuilder::new()
-        .has_headers(false)
-        .flexible(true)
-        .trim(csv::Trim::All)
-        .from_reader(bytes);
+    let reader = csv::ReaderBuilder::new().has_headers(false).flexible(true).trim(csv::Trim::All).from_reader(bytes);
     let read = move |(number, record): (usize, csv::Result<csv::StringRecord>)| {
         let record = record.map_err(|e| csv_error(file, &e))?;
         let line = record.position().map_or(0, |p| p.line() as usize);
@@ -34,11 +30,7 @@ pub(super) fn records<'a>(
 ///
 /// # Errors
 /// [`InputError`] with the line of what is no number, and for a file without a row.
-pub(super) fn numbers(
-    file: &str,
-    bytes: &[u8],
-    names: &[String],
-) -> Result<Vec<(usize, Vec<f64>)>, InputError> {
+pub(super) fn numbers(file: &str, bytes: &[u8], names: &[String]) -> Result<Vec<(usize, Vec<f64>)>, InputError> {
     let mut rows = vec![];
     for record in records(file, bytes, names) {
         let (line, record) = record?;
@@ -50,8 +42,9 @@ pub(super) fn numbers(
         rows.push((line, values));
     }
     if rows.is_empty() {
-        return Err(InputError::new(file, "no rows of numbers")
-            .with_hint(format!("the first line is {}", names.join(","))));
+        return Err(
+            InputError::new(file, "no rows of numbers").with_hint(format!("the first line is {}", names.join(",")))
+        );
     }
     Ok(rows)
 }
@@ -66,26 +59,15 @@ pub(super) fn number(file: &str, line: usize, name: &str, text: &str) -> Result<
 }
 
 /// The header must name exactly the expected columns in their order.
-fn check_header(
-    file: &str,
-    line: usize,
-    record: &csv::StringRecord,
-    names: &[String],
-) -> Result<(), InputError> {
+fn check_header(file: &str, line: usize, record: &csv::StringRecord, names: &[String]) -> Result<(), InputError> {
     let expected = || names.join(",");
     for (k, name) in names.iter().enumerate() {
-        let found = record
-            .get(k)
-            .map(|f| f.trim_start_matches('\u{feff}').to_owned());
+        let found = record.get(k).map(|f| f.trim_start_matches('\u{feff}').to_owned());
         match found {
             Some(found) if &found == name => {}
             Some(found) => {
-                return Err(at(
-                    file,
-                    line,
-                    format!("column {} is {found:?}, expected {name:?}", k + 1),
-                )
-                .with_hint(format!("the first line is {}", expected())));
+                return Err(at(file, line, format!("column {} is {found:?}, expected {name:?}", k + 1))
+                    .with_hint(format!("the first line is {}", expected())));
             }
             None => {
                 return Err(at(file, line, format!("column {name:?} is missing"))
@@ -94,12 +76,8 @@ fn check_header(
         }
     }
     if record.len() > names.len() {
-        return Err(at(
-            file,
-            line,
-            format!("unknown column {:?}", &record[names.len()]),
-        )
-        .with_hint(format!("the first line is {}", expected())));
+        return Err(at(file, line, format!("unknown column {:?}", &record[names.len()]))
+            .with_hint(format!("the first line is {}", expected())));
     }
     Ok(())
 }

@@ -62,11 +62,7 @@ pub struct UffFunction {
 /// [`InputError`] with the line of a dataset that is broken or in a number format that cannot be read.
 pub fn read(file: &str, bytes: &[u8]) -> Result<Vec<UffFunction>, InputError> {
     let mark = BYTE_ORDER_MARK.to_string();
-    let mut cursor = Cursor {
-        bytes: bytes.strip_prefix(mark.as_bytes()).unwrap_or(bytes),
-        at: 0,
-        line: 1,
-    };
+    let mut cursor = Cursor { bytes: bytes.strip_prefix(mark.as_bytes()).unwrap_or(bytes), at: 0, line: 1 };
     let mut functions = vec![];
     let (mut si_length, mut si_force) = (1.0, 1.0);
     let mut any = false;
@@ -92,10 +88,8 @@ pub fn read(file: &str, bytes: &[u8]) -> Result<Vec<UffFunction>, InputError> {
             "164" => {
                 let _ = cursor.next_line();
                 let text = cursor.next_line().unwrap_or_default();
-                let factors: Vec<f64> = text
-                    .split_whitespace()
-                    .filter_map(|t| t.replace(['D', 'd'], "e").parse().ok())
-                    .collect();
+                let factors: Vec<f64> =
+                    text.split_whitespace().filter_map(|t| t.replace(['D', 'd'], "e").parse().ok()).collect();
                 // To convert to SI, file values are divided by these factors.
                 if let [length, force, ..] = factors[..]
                     && length > 0.0
@@ -109,11 +103,8 @@ pub fn read(file: &str, bytes: &[u8]) -> Result<Vec<UffFunction>, InputError> {
         }
     }
     if !any {
-        return Err(
-            InputError::new(file, "no dataset: not a universal file").with_hint(
-                "a universal file consists of datasets between lines with -1 in columns 5 and 6",
-            ),
-        );
+        return Err(InputError::new(file, "no dataset: not a universal file")
+            .with_hint("a universal file consists of datasets between lines with -1 in columns 5 and 6"));
     }
     Ok(functions)
 }
@@ -151,11 +142,7 @@ impl Cursor<'_> {
 
     /// True when the next line that is not empty is a terminator, or the file ends.
     fn at_terminator(&self, from: usize) -> bool {
-        let mut probe = Cursor {
-            bytes: self.bytes,
-            at: from,
-            line: 0,
-        };
+        let mut probe = Cursor { bytes: self.bytes, at: from, line: 0 };
         while let Some(text) = probe.next_line() {
             if !text.trim().is_empty() {
                 return text.trim() == "-1";
@@ -177,34 +164,26 @@ fn function(
         e.line = Some(line);
         e.with_hint("export the function again as dataset 58, ASCII, or as 58b with IEEE numbers")
     };
-    let header: Vec<String> = (0..HEADER_LINES)
-        .map_while(|_| cursor.next_line())
-        .collect();
+    let header: Vec<String> = (0..HEADER_LINES).map_while(|_| cursor.next_line()).collect();
     if header.len() < HEADER_LINES {
         return Err(fail("the file ends inside the header".into()));
     }
     let dof = fixed(&header[5], &[5, 10, 5, 10, 11, 10, 4, 11, 10, 4]);
     let data = fixed(&header[6], &[10, 10, 10, 13, 13, 13]);
     let whole = |text: &str, what: &str| {
-        text.trim()
-            .parse::<i64>()
-            .map_err(|_| fail(format!("{what} {:?} is not a whole number", text.trim())))
+        text.trim().parse::<i64>().map_err(|_| fail(format!("{what} {:?} is not a whole number", text.trim())))
     };
-    let real = |text: &str, what: &str| {
-        number(text).ok_or_else(|| fail(format!("{what} {:?} is not a number", text.trim())))
-    };
+    let real =
+        |text: &str, what: &str| number(text).ok_or_else(|| fail(format!("{what} {:?} is not a number", text.trim())));
     let function_type = whole(&dof[0], "function type")?;
-    let (kind, count) = (
-        whole(&data[0], "ordinate data type")?,
-        whole(&data[1], "number of values")?,
-    );
+    let (kind, count) = (whole(&data[0], "ordinate data type")?, whole(&data[1], "number of values")?);
     let even = match whole(&data[2], "abscissa spacing")? {
         0 => false,
         1 => true,
         other => return Err(fail(format!("abscissa spacing {other} is neither 0 nor 1"))),
     };
-    let (complex, double) = ordinate_type(kind)
-        .ok_or_else(|| fail(format!("ordinate data type {kind} is none of 2, 4, 5, 6")))?;
+    let (complex, double) =
+        ordinate_type(kind).ok_or_else(|| fail(format!("ordinate data type {kind} is none of 2, 4, 5, 6")))?;
     // A value takes at least one byte: a larger count is a damaged header, not a reason to allocate.
     let count = usize::try_from(count)
         .ok()
@@ -215,17 +194,13 @@ fn function(
         let order = identifier.get(7..13).map_or("", str::trim);
         let format = identifier.get(13..19).map_or("", str::trim);
         if !matches!(format, "" | "2") {
-            return Err(fail(format!(
-                "floating-point format {format} (1 VAX, 2 IEEE, 5 IBM): only IEEE can be read"
-            )));
+            return Err(fail(format!("floating-point format {format} (1 VAX, 2 IEEE, 5 IBM): only IEEE can be read")));
         }
         let little = match order {
             "1" | "" => true,
             "2" => false,
             other => {
-                return Err(fail(format!(
-                    "byte order {other:?} is neither 1 (little endian) nor 2"
-                )));
+                return Err(fail(format!("byte order {other:?} is neither 1 (little endian) nor 2")));
             }
         };
         binary_values(cursor, count, even, complex, double, little).map_err(fail)?
@@ -236,11 +211,7 @@ fn function(
     let step = real(&data[4], "abscissa increment")?;
     let (mut x, mut y) = (Vec::with_capacity(count), Vec::with_capacity(count));
     for (k, point) in values.chunks_exact(per_point).enumerate() {
-        let (at, rest) = if even {
-            (start + step * k as f64, point)
-        } else {
-            (point[0], &point[1..])
-        };
+        let (at, rest) = if even { (start + step * k as f64, point) } else { (point[0], &point[1..]) };
         x.push(at);
         y.push(c64::new(rest[0], if complex { rest[1] } else { 0.0 }));
     }
@@ -285,12 +256,7 @@ fn number(text: &str) -> Option<f64> {
     text.parse().ok()
 }
 
-fn ascii_values(
-    cursor: &mut Cursor<'_>,
-    wanted: usize,
-    even: bool,
-    double: bool,
-) -> Result<Vec<f64>, String> {
+fn ascii_values(cursor: &mut Cursor<'_>, wanted: usize, even: bool, double: bool) -> Result<Vec<f64>, String> {
     // Widths of one line; fields may touch, so that blanks do not separate them.
     let widths: &[usize] = match (double, even, wanted) {
         (false, ..) => &[13; 6],
@@ -302,35 +268,20 @@ fn ascii_values(
     while values.len() < wanted {
         let line = cursor.line;
         let Some(text) = cursor.next_line() else {
-            return Err(format!(
-                "the file ends after {} of {wanted} numbers",
-                values.len()
-            ));
+            return Err(format!("the file ends after {} of {wanted} numbers", values.len()));
         };
         if text.trim() == "-1" {
-            return Err(format!(
-                "line {line}: the dataset ends after {} of {wanted} numbers",
-                values.len()
-            ));
+            return Err(format!("line {line}: the dataset ends after {} of {wanted} numbers", values.len()));
         }
         let by_blanks: Option<Vec<f64>> = text.split_whitespace().map(number).collect();
         let by_width = |widths: &[usize]| -> Option<Vec<f64>> {
-            fixed(text.trim_end(), widths)
-                .iter()
-                .filter(|f| !f.trim().is_empty())
-                .map(|f| number(f))
-                .collect()
+            fixed(text.trim_end(), widths).iter().filter(|f| !f.trim().is_empty()).map(|f| number(f)).collect()
         };
-        let row = by_blanks
-            .or_else(|| by_width(widths))
-            .or_else(|| by_width(pair));
+        let row = by_blanks.or_else(|| by_width(widths)).or_else(|| by_width(pair));
         match row {
             Some(row) => values.extend(row),
             None => {
-                return Err(format!(
-                    "line {line}: {:?} is not a row of numbers",
-                    text.trim()
-                ));
+                return Err(format!("line {line}: {:?} is not a row of numbers", text.trim()));
             }
         }
     }
@@ -396,11 +347,7 @@ fn binary_values(
 /// Kind, label and unit of an axis of a function.
 fn axis(text: &str) -> UffAxis {
     let f = fixed(text, &[10, 5, 5, 5, 21, 21]);
-    UffAxis {
-        kind: f[0].trim().parse().unwrap_or(0),
-        label: f[4].trim().to_owned(),
-        units: f[5].trim().to_owned(),
-    }
+    UffAxis { kind: f[0].trim().parse().unwrap_or(0), label: f[4].trim().to_owned(), units: f[5].trim().to_owned() }
 }
 
 /// Whether the values of an ordinate data type are complex, and double precision.

@@ -57,46 +57,30 @@ pub fn frfs(file: &str, functions: &[UffFunction]) -> Result<Vec<UffFrf>, InputE
     for function in functions {
         match convert(function) {
             Ok(frf) => good.push(frf),
-            Err(reason) => reasons.push(format!(
-                "line {}, {:?}: {reason}",
-                function.line, function.description
-            )),
+            Err(reason) => reasons.push(format!("line {}, {:?}: {reason}", function.line, function.description)),
         }
     }
     if good.is_empty() {
-        let why = if reasons.is_empty() {
-            "no dataset 58 or 58b".to_owned()
-        } else {
-            reasons.join("; ")
-        };
-        return Err(
-            InputError::new(file, format!("no frequency response to use: {why}")).with_hint(
-                "needed is a complex frequency response (function type 4) of displacement, velocity or acceleration \
+        let why = if reasons.is_empty() { "no dataset 58 or 58b".to_owned() } else { reasons.join("; ") };
+        return Err(InputError::new(file, format!("no frequency response to use: {why}")).with_hint(
+            "needed is a complex frequency response (function type 4) of displacement, velocity or acceleration \
                  over force",
-            ),
-        );
+        ));
     }
     Ok(good)
 }
 
 /// Coherence with the response and reference of an FRF, on its lines; `None` when the file has none.
 pub(crate) fn coherence_for(functions: &[UffFunction], frf: &UffFrf) -> Option<Vec<f64>> {
-    let of = functions.iter().find(|f| {
-        f.function_type == 6 && f.response == frf.response && f.reference == frf.reference
-    })?;
-    let pairs: Vec<(f64, f64)> =
-        of.x.iter()
-            .copied()
-            .zip(of.y.iter().map(|v| v.re))
-            .collect();
+    let of = functions
+        .iter()
+        .find(|f| f.function_type == 6 && f.response == frf.response && f.reference == frf.reference)?;
+    let pairs: Vec<(f64, f64)> = of.x.iter().copied().zip(of.y.iter().map(|v| v.re)).collect();
     frf.frequency_hz
         .iter()
         .map(|f| {
             let same = |x: f64| (x - f).abs() <= 1e-6 * f;
-            pairs
-                .iter()
-                .find(|(x, c)| same(*x) && *c > 0.0 && *c <= 1.0)
-                .map(|(_, c)| *c)
+            pairs.iter().find(|(x, c)| same(*x) && *c > 0.0 && *c <= 1.0).map(|(_, c)| *c)
         })
         .collect()
 }
@@ -114,10 +98,7 @@ fn convert(function: &UffFunction) -> Result<UffFrf, String> {
         _ => Some("no frequency response"),
     };
     if let Some(name) = name {
-        return Err(format!(
-            "function type {} is {name}, not a frequency response",
-            function.function_type
-        ));
+        return Err(format!("function type {} is {name}, not a frequency response", function.function_type));
     }
     if !function.complex {
         return Err("the ordinate is real: a frequency response without phase is no use".into());
@@ -173,15 +154,9 @@ fn convert(function: &UffFunction) -> Result<UffFrf, String> {
 
 /// What moves, and the factor from file units to SI.
 fn motion(function: &UffFunction) -> Result<(Motion, f64), String> {
-    let label: String = format!(
-        "{} / {}",
-        function.ordinate.units, function.denominator.units
-    );
+    let label: String = format!("{} / {}", function.ordinate.units, function.denominator.units);
     if !matches!(function.denominator.kind, 0 | 1 | 9 | 13) {
-        return Err(format!(
-            "the denominator (type {}) is not a force",
-            function.denominator.kind
-        ));
+        return Err(format!("the denominator (type {}) is not a force", function.denominator.kind));
     }
     let typed = match function.ordinate.kind {
         8 => Some(Motion::Displacement),
@@ -232,11 +207,7 @@ fn units(label: &str) -> Option<(Motion, f64)> {
         Some((Motion::Velocity, length * force))
     } else if text.starts_with("g/") || text.contains("/ng") || text.contains("1/ng") {
         Some((Motion::Acceleration, GRAVITY_M_S2 * force))
-    } else if text.contains("m/n")
-        || text.contains("m/kn")
-        || text.contains("nm")
-        || text.contains("m//n")
-    {
+    } else if text.contains("m/n") || text.contains("m/kn") || text.contains("nm") || text.contains("m//n") {
         Some((Motion::Displacement, length * force))
     } else {
         None

@@ -14,34 +14,20 @@ const ABOVE: &str = "models fail above the band that was measured";
 
 /// Keys of `uncertainty`.
 pub(super) const KEYS: &[Key] = &[
-    open(
-        "force_constant",
-        "",
-        [[1e-3, 0.3], [0.0, 1.0]],
-        "force constants are known to some per cent",
-    ),
+    open("force_constant", "", [[1e-3, 0.3], [0.0, 1.0]], "force constants are known to some per cent"),
     open(
         "negative_stiffness",
         "",
         [[1e-3, 0.5], [0.0, 1.0]],
         "negative stiffness grows with the bias and falls with the gap, each known to some per cent",
     ),
-    open(
-        "delay_s",
-        "s",
-        [[1e-7, 1e-3], [1e-12, 1.0]],
-        "a loop's delay is known to a part of the sample period",
-    ),
+    open("delay_s", "s", [[1e-7, 1e-3], [1e-12, 1.0]], "a loop's delay is known to a part of the sample period"),
 ];
 /// Keys of `uncertainty.actuator`.
 pub(super) const ACTUATOR_KEYS: &[Key] = &{
     const SIZE: [Range; 2] = [[1e-3, 10.0], [1e-9, 1e6]];
     const WHY: &str = "amplifiers and magnets are known to some per cent in the band";
-    [
-        needed("low", "", SIZE, WHY),
-        needed("high", "", SIZE, ABOVE),
-        needed("crossover_hz", "Hz", CORNER, ABOVE),
-    ]
+    [needed("low", "", SIZE, WHY), needed("high", "", SIZE, ABOVE), needed("crossover_hz", "Hz", CORNER, ABOVE)]
 };
 /// Keys of `uncertainty.sensor`.
 pub(super) const SENSOR_KEYS: &[Key] = &{
@@ -96,11 +82,7 @@ pub(super) struct AdditiveFile {
 }
 
 /// Uncertainty with every value checked; what is given as a curve stands in `curves`.
-pub(super) fn uncertainty(
-    file: &str,
-    read: &UncertaintyFile,
-    curves: &CurvesFile,
-) -> Result<Uncertainty, InputError> {
+pub(super) fn uncertainty(file: &str, read: &UncertaintyFile, curves: &CurvesFile) -> Result<Uncertainty, InputError> {
     let mut checked = vec![("uncertainty.delay_s", read.delay_s)];
     if let Some(a) = &read.actuator {
         checked.extend([
@@ -119,28 +101,17 @@ pub(super) fn uncertainty(
     for (key, value) in checked {
         positive(file, key, value)?;
     }
-    let relative = [
-        ("force_constant", read.force_constant),
-        ("negative_stiffness", read.negative_stiffness),
-    ];
+    let relative = [("force_constant", read.force_constant), ("negative_stiffness", read.negative_stiffness)];
     for (key, value) in relative {
         if let Some(value) = value
             && !(0.0..1.0).contains(&value)
         {
             let rule = format!("uncertainty.{key}: {value} must be at least 0 and below 1");
-            return Err(
-                InputError::new(file, rule).with_hint("0.05 means five per cent either way")
-            );
+            return Err(InputError::new(file, rule).with_hint("0.05 means five per cent either way"));
         }
     }
-    let actuator = read
-        .actuator
-        .as_ref()
-        .map(|a| [a.low, a.high, a.crossover_hz]);
-    let sensor = read
-        .sensor
-        .as_ref()
-        .map(|s| [s.low_m_per_a, s.high_m_per_a, s.crossover_hz]);
+    let actuator = read.actuator.as_ref().map(|a| [a.low, a.high, a.crossover_hz]);
+    let sensor = read.sensor.as_ref().map(|s| [s.low_m_per_a, s.high_m_per_a, s.crossover_hz]);
     let shape = |key: &str, levels: Option<[f64; 3]>, curve: Option<Shape>| match (levels, curve) {
         (Some(_), Some(_)) => {
             let rule = format!("uncertainty.{key}: is given by levels and by a curve as well");

@@ -110,11 +110,7 @@ pub fn load_weights(source: &str) -> Result<Weights, InputError> {
 /// [`InputError`] that says what is wrong and where.
 pub fn read_weights(file: &str, text: &str) -> Result<Weights, InputError> {
     let read: WeightsFile = yaml::read(file, text, keys::WEIGHTS)?;
-    let places = [
-        ("tool", &read.tool),
-        ("front", &read.front),
-        ("rear", &read.rear),
-    ];
+    let places = [("tool", &read.tool), ("front", &read.front), ("rear", &read.rear)];
     for (place, limits) in &places {
         let values = [
             ("max_dc_load_n", Some(limits.max_dc_load_n)),
@@ -122,10 +118,7 @@ pub fn read_weights(file: &str, text: &str) -> Result<Weights, InputError> {
             ("max_dc_displacement_m", Some(limits.max_dc_displacement_m)),
             ("max_hf_displacement_m", Some(limits.max_hf_displacement_m)),
             ("load_crossover_hz", limits.load_crossover_hz),
-            (
-                "displacement_crossover_hz",
-                limits.displacement_crossover_hz,
-            ),
+            ("displacement_crossover_hz", limits.displacement_crossover_hz),
         ];
         for (key, value) in values {
             positive(file, &format!("{place}.{key}"), value)?;
@@ -135,10 +128,7 @@ pub fn read_weights(file: &str, text: &str) -> Result<Weights, InputError> {
         ("current_limit_a", read.current_limit_a),
         ("current_rolloff_hz", read.current_rolloff_hz),
         ("sensor_noise_m", read.sensor_noise_m),
-        (
-            "complementary_sensitivity_limit",
-            read.complementary_sensitivity_limit,
-        ),
+        ("complementary_sensitivity_limit", read.complementary_sensitivity_limit),
         ("integral_corner_hz", read.integral_corner_hz),
         ("tool_tightening", read.tool_tightening),
     ];
@@ -194,10 +184,7 @@ pub fn read_weights(file: &str, text: &str) -> Result<Weights, InputError> {
 /// What a file leaves out.
 fn left_out(read: &WeightsFile) -> Vec<Quantity> {
     let mut open = vec![];
-    for (place, limits) in [&read.tool, &read.front, &read.rear]
-        .into_iter()
-        .enumerate()
-    {
+    for (place, limits) in [&read.tool, &read.front, &read.rear].into_iter().enumerate() {
         if limits.load_crossover_hz.is_none() {
             open.push(Quantity::LoadCrossover(place));
         }
@@ -210,11 +197,6 @@ fn left_out(read: &WeightsFile) -> Vec<Quantity> {
         (read.current_rolloff_hz, Quantity::CurrentRolloff),
         (read.sensor_noise_m, Quantity::SensorNoise),
     ];
-    open.extend(
-        levels
-            .into_iter()
-            .filter(|(v, _)| v.is_none())
-            .map(|(_, q)| q),
-    );
+    open.extend(levels.into_iter().filter(|(v, _)| v.is_none()).map(|(_, q)| q));
     open
 }

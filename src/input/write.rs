@@ -50,28 +50,16 @@ pub fn spindle_yaml(spindle: &Spindle) -> String {
     ];
     lines.extend(electronics.map(|(key, value)| format!("  {key}: {}", number(value))));
     lines.push(format!("speed: {{max_rpm: {}}}", number(spindle.max_rpm)));
-    lines.push(format!(
-        "backup_clearance_m: {}",
-        number(spindle.backup_clearance_m)
-    ));
+    lines.push(format!("backup_clearance_m: {}", number(spindle.backup_clearance_m)));
     let backup = &spindle.backup_bearings;
     if !backup.is_open() {
         let given = [
-            (
-                "contact_stiffness_n_per_m",
-                backup.contact_stiffness_n_per_m,
-            ),
-            (
-                "contact_damping_n_s_per_m",
-                backup.contact_damping_n_s_per_m,
-            ),
+            ("contact_stiffness_n_per_m", backup.contact_stiffness_n_per_m),
+            ("contact_damping_n_s_per_m", backup.contact_damping_n_s_per_m),
             ("friction", backup.friction),
             ("contact_radius_m", backup.contact_radius_m),
         ];
-        let values: Vec<(&str, f64)> = given
-            .into_iter()
-            .filter_map(|(k, v)| Some((k, v?)))
-            .collect();
+        let values: Vec<(&str, f64)> = given.into_iter().filter_map(|(k, v)| Some((k, v?))).collect();
         lines.push(format!("backup_bearings: {{{}}}", pairs(&values)));
     }
     if spindle.stiffness_band_hz != STIFFNESS_BAND_HZ {
@@ -105,11 +93,7 @@ pub(crate) fn rotor_lines(sections: &[Section], discs: &[Disc]) -> Vec<String> {
 /// A tool file (formats.md, section 2), its materials included.
 pub fn tool_yaml(tool: &Tool) -> String {
     let mut lines = vec![format!("name: {}", text(&tool.name)), "materials:".into()];
-    lines.extend(
-        materials(&tool.sections)
-            .iter()
-            .map(|m| format!("  {}", material(m))),
-    );
+    lines.extend(materials(&tool.sections).iter().map(|m| format!("  {}", material(m))));
     lines.push("elements:".into());
     lines.extend(tool.sections.iter().map(|s| format!("  - {}", section(s))));
     if !tool.discs.is_empty() {
@@ -132,21 +116,13 @@ pub fn effect(effect: &Effect) -> String {
         }
         Location::Position(z) => parts.push(format!("position_m: {}", number(*z))),
         Location::InPlane(z, plane) => {
-            parts.push(format!(
-                "position_m: {}, axis: {}",
-                number(*z),
-                plane.name()
-            ));
+            parts.push(format!("position_m: {}, axis: {}", number(*z), plane.name()));
         }
         Location::Mode(mode) => parts.push(format!("mode: {mode}")),
         Location::Region(region) => parts.push(format!("region: {}", text(region))),
     }
     let names = effect.kind.parameters().iter();
-    parts.extend(
-        names
-            .zip(&effect.values)
-            .map(|(p, v)| format!("{}: {}", p.name, number(*v))),
-    );
+    parts.extend(names.zip(&effect.values).map(|(p, v)| format!("{}: {}", p.name, number(*v))));
     format!("{{{}}}", parts.join(", "))
 }
 
@@ -164,13 +140,9 @@ pub fn number(x: f64) -> String {
 /// Plain where that is safe, else in double quotes.
 pub fn text(value: &str) -> String {
     let plain = value.chars().next().is_some_and(char::is_alphabetic)
-        && value
-            .chars()
-            .all(|c| c.is_alphanumeric() || "-_".contains(c))
-        && ![
-            "true", "false", "null", "yes", "no", "on", "off", "y", "n", "nan", "inf",
-        ]
-        .contains(&value.to_lowercase().as_str());
+        && value.chars().all(|c| c.is_alphanumeric() || "-_".contains(c))
+        && !["true", "false", "null", "yes", "no", "on", "off", "y", "n", "nan", "inf"]
+            .contains(&value.to_lowercase().as_str());
     if plain {
         return value.to_owned();
     }
@@ -179,10 +151,7 @@ pub fn text(value: &str) -> String {
 }
 
 fn pairs(values: &[(&str, f64)]) -> String {
-    let parts: Vec<String> = values
-        .iter()
-        .map(|(k, v)| format!("{k}: {}", number(*v)))
-        .collect();
+    let parts: Vec<String> = values.iter().map(|(k, v)| format!("{k}: {}", number(*v))).collect();
     parts.join(", ")
 }
 
@@ -214,16 +183,10 @@ fn section(s: &Section) -> String {
     ])];
     parts.push(format!("material: {}", text(&s.material.name)));
     if s.mass_outer_diameter_m != s.outer_diameter_m {
-        parts.push(pairs(&[(
-            "mass_outer_diameter_m",
-            s.mass_outer_diameter_m[0],
-        )]));
+        parts.push(pairs(&[("mass_outer_diameter_m", s.mass_outer_diameter_m[0])]));
     }
     if s.mass_inner_diameter_m != s.inner_diameter_m {
-        parts.push(pairs(&[(
-            "mass_inner_diameter_m",
-            s.mass_inner_diameter_m[0],
-        )]));
+        parts.push(pairs(&[("mass_inner_diameter_m", s.mass_inner_diameter_m[0])]));
     }
     if s.modulus_scale != 1.0 {
         parts.push(pairs(&[("modulus_scale", s.modulus_scale)]));

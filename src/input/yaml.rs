@@ -18,11 +18,7 @@ const LARGEST: usize = 16 << 20;
 /// # Errors
 /// [`InputError`]: the line of what is no YAML or has an unknown key, all missing keys at once, or the first impossible
 /// size.
-pub fn read<T: DeserializeOwned>(
-    file: &str,
-    text: &str,
-    groups: &[Group],
-) -> Result<T, InputError> {
+pub fn read<T: DeserializeOwned>(file: &str, text: &str, groups: &[Group]) -> Result<T, InputError> {
     let text = checked(file, text)?;
     let read: T = serde_yaml::from_str(text).map_err(|error| {
         let told = InputError::yaml(file, &error);
@@ -49,10 +45,7 @@ pub fn value(file: &str, text: &str) -> Result<Value, InputError> {
 fn checked<'a>(file: &str, text: &'a str) -> Result<&'a str, InputError> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     if text.len() > LARGEST {
-        let rule = format!(
-            "has {} bytes; files of keys have {LARGEST} at most",
-            text.len()
-        );
+        let rule = format!("has {} bytes; files of keys have {LARGEST} at most", text.len());
         return Err(InputError::new(file, rule).with_hint("records belong into CSV files"));
     }
     let mut depth = 0usize;
@@ -70,10 +63,7 @@ fn checked<'a>(file: &str, text: &'a str) -> Result<&'a str, InputError> {
                 return Err(too_deep(file, k + 1));
             }
         }
-        let marks = line
-            .trim_start()
-            .split(' ')
-            .take_while(|w| matches!(*w, "-" | "?" | ":" | ""));
+        let marks = line.trim_start().split(' ').take_while(|w| matches!(*w, "-" | "?" | ":" | ""));
         let indent = line.len() - line.trim_start().len();
         if marks.filter(|w| !w.is_empty()).count() > DEEPEST || indent > 8 * DEEPEST {
             return Err(too_deep(file, k + 1));

@@ -17,23 +17,13 @@ pub(crate) fn condition(a: &Mat<f64>) -> Result<f64, NumericError> {
         return Ok(1.0);
     }
     if !a.is_all_finite() {
-        return Err(NumericError::NotFinite {
-            what: "condition number",
-        });
+        return Err(NumericError::NotFinite { what: "condition number" });
     }
-    let values = a
-        .singular_values()
-        .map_err(|_| NumericError::NoConvergence {
-            what: "singular values",
-            iterations: a.nrows(),
-            residual: f64::NAN,
-        })?;
-    let (largest, smallest) = values.iter().fold((0.0f64, f64::INFINITY), |(hi, lo), s| {
-        (hi.max(*s), lo.min(*s))
-    });
-    Ok(if smallest > 0.0 {
-        largest / smallest
-    } else {
-        f64::INFINITY
-    })
+    let values = a.singular_values().map_err(|_| NumericError::NoConvergence {
+        what: "singular values",
+        iterations: a.nrows(),
+        residual: f64::NAN,
+    })?;
+    let (largest, smallest) = values.iter().fold((0.0f64, f64::INFINITY), |(hi, lo), s| (hi.max(*s), lo.min(*s)));
+    Ok(if smallest > 0.0 { largest / smallest } else { f64::INFINITY })
 }

@@ -31,9 +31,7 @@ pub(crate) fn invariant_bases(a: &Mat<f64>, limit: f64) -> Result<Vec<Mat<f64>>,
                 None => end += raise_nearest(&mut form, (start, end)),
             }
         }
-        bases.push(orthonormal_columns(
-            &form.z.submatrix(0, start, n, end - start).to_owned(),
-        ));
+        bases.push(orthonormal_columns(&form.z.submatrix(0, start, n, end - start).to_owned()));
         start = end;
     }
     Ok(bases)
@@ -44,22 +42,15 @@ fn coupling(form: &RealSchur, (start, end): (usize, usize), limit: f64) -> Optio
     let t = &form.t;
     let n = t.nrows();
     let blocks = form.blocks();
-    let rows: Vec<_> = blocks
-        .iter()
-        .filter(|b| (start..end).contains(&b.0))
-        .collect();
+    let rows: Vec<_> = blocks.iter().filter(|b| (start..end).contains(&b.0)).collect();
     let mut p = Mat::<f64>::zeros(end - start, n - end);
     let mut sum_of_squares = 0.0;
     for &(j, w) in blocks.iter().filter(|b| b.0 >= end) {
         for &&(i, h) in rows.iter().rev() {
             // What the known parts of P leave for this block of −T₁₂.
             let rest = Mat::from_fn(h, w, |r, c| {
-                let below: f64 = (i + h..end)
-                    .map(|k| t[(i + r, k)] * p[(k - start, j + c - end)])
-                    .sum();
-                let before: f64 = (end..j)
-                    .map(|k| p[(i + r - start, k - end)] * t[(k, j + c)])
-                    .sum();
+                let below: f64 = (i + h..end).map(|k| t[(i + r, k)] * p[(k - start, j + c - end)]).sum();
+                let before: f64 = (end..j).map(|k| p[(i + r - start, k - end)] * t[(k, j + c)]).sum();
                 -t[(i + r, j + c)] - below + before
             });
             let left = |r1: usize, r2: usize| t[(i + r1, i + r2)];
@@ -93,11 +84,8 @@ fn separate(form: &mut RealSchur, (start, end): (usize, usize), p: &Mat<f64>) {
 
 /// Moves the block below `end` whose eigenvalue is nearest to those of `start..end` to `end`; returns its size.
 fn raise_nearest(form: &mut RealSchur, (start, end): (usize, usize)) -> usize {
-    let upper: Vec<(usize, usize, c64)> = form
-        .blocks()
-        .into_iter()
-        .map(|(at, size)| (at, size, form.eigenvalue_at(at)))
-        .collect();
+    let upper: Vec<(usize, usize, c64)> =
+        form.blocks().into_iter().map(|(at, size)| (at, size, form.eigenvalue_at(at))).collect();
     let distance = |z: c64| {
         upper
             .iter()
@@ -106,9 +94,7 @@ fn raise_nearest(form: &mut RealSchur, (start, end): (usize, usize)) -> usize {
             .fold(f64::INFINITY, f64::min)
     };
     let below = upper.iter().enumerate().filter(|(_, (at, ..))| *at >= end);
-    let Some((index, (_, size, _))) =
-        below.min_by(|(_, x), (_, y)| distance(x.2).total_cmp(&distance(y.2)))
-    else {
+    let Some((index, (_, size, _))) = below.min_by(|(_, x), (_, y)| distance(x.2).total_cmp(&distance(y.2))) else {
         return form.t.nrows() - end;
     };
     for (at, above, _) in upper[..index].iter().rev().filter(|(at, ..)| *at >= end) {

@@ -15,16 +15,12 @@ use faer::{Mat, c64};
 /// As [`super::eigenvalues`].
 pub fn eigenvalues_complex(a: &Mat<c64>) -> Result<Vec<c64>, NumericError> {
     if !a.is_all_finite() {
-        return Err(NumericError::NotFinite {
-            what: "eigenvalues",
-        });
+        return Err(NumericError::NotFinite { what: "eigenvalues" });
     }
     let n = a.nrows();
     // Products of entries stay in range.
     let unit = unit_of(a.norm_max());
-    let mut form = Hessenberg::of(Mat::from_fn(n, n, |i, j| a[(i, j)] / unit), |z| {
-        [z.re, z.im]
-    });
+    let mut form = Hessenberg::of(Mat::from_fn(n, n, |i, j| a[(i, j)] / unit), |z| [z.re, z.im]);
     let mut values = Vec::with_capacity(n);
     let mut end = n;
     let mut steps = 0;
@@ -66,10 +62,7 @@ impl Rotation {
             return Self::of_any_size(f, g);
         }
         let unit = product.sqrt().recip();
-        let rotation = Self {
-            c: own * unit,
-            s: f * g.conj() * unit,
-        };
+        let rotation = Self { c: own * unit, s: f * g.conj() * unit };
         (rotation, f * (both * unit))
     }
 
@@ -83,10 +76,7 @@ impl Rotation {
         }
         let own = f.norm();
         let phase = if own > 0.0 { f / own } else { c64::from(1.0) };
-        let rotation = Self {
-            c: own / length,
-            s: phase * (g.conj() / length),
-        };
+        let rotation = Self { c: own / length, s: phase * (g.conj() / length) };
         (rotation, phase * length)
     }
 

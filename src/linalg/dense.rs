@@ -22,21 +22,13 @@ impl Factored {
     pub(crate) fn new(a: &Mat<f64>) -> Self {
         let n = a.nrows();
         if n == 0 {
-            return Self {
-                lu: None,
-                rcond: 1.0,
-            };
+            return Self { lu: None, rcond: 1.0 };
         }
         let lu = a.partial_piv_lu();
         let u = lu.U();
         let pivots = (0..n).map(|i| u[(i, i)].abs());
-        let (lo, hi) = pivots.fold((f64::INFINITY, 0.0f64), |(lo, hi), p| {
-            (lo.min(p), hi.max(p))
-        });
-        Self {
-            rcond: if hi > 0.0 { lo / hi } else { 0.0 },
-            lu: Some(lu),
-        }
+        let (lo, hi) = pivots.fold((f64::INFINITY, 0.0f64), |(lo, hi), p| (lo.min(p), hi.max(p)));
+        Self { rcond: if hi > 0.0 { lo / hi } else { 0.0 }, lu: Some(lu) }
     }
 
     /// X with A X = B.
@@ -50,10 +42,7 @@ impl Factored {
         let x = lu.solve(b);
         // Pivots span the rounding level: the solution carries no correct digit.
         if self.rcond < f64::EPSILON * 1e-3 || !x.is_all_finite() {
-            return Err(NumericError::Singular {
-                what: "linear solve",
-                rcond: self.rcond,
-            });
+            return Err(NumericError::Singular { what: "linear solve", rcond: self.rcond });
         }
         Ok(x)
     }
@@ -98,9 +87,7 @@ pub(crate) fn balance(a: &Mat<f64>) -> (Mat<f64>, Vec<f64>) {
         let mut changed = false;
         for i in 0..n {
             let off = (0..n).filter(|k| *k != i);
-            let (r, c) = off.fold((0.0, 0.0), |(r, c): (f64, f64), k| {
-                (r + m[(i, k)].powi(2), c + m[(k, i)].powi(2))
-            });
+            let (r, c) = off.fold((0.0, 0.0), |(r, c): (f64, f64), k| (r + m[(i, k)].powi(2), c + m[(k, i)].powi(2)));
             let f = evening_factor(r, c);
             if f != 1.0 {
                 changed = true;
@@ -122,21 +109,12 @@ pub(crate) fn balance(a: &Mat<f64>) -> (Mat<f64>, Vec<f64>) {
 
 /// By modulus, then real part, then imaginary part.
 pub(super) fn sorted(mut values: Vec<c64>) -> Vec<c64> {
-    values.sort_by(|x, y| {
-        x.norm()
-            .total_cmp(&y.norm())
-            .then(x.re.total_cmp(&y.re))
-            .then(x.im.total_cmp(&y.im))
-    });
+    values.sort_by(|x, y| x.norm().total_cmp(&y.norm()).then(x.re.total_cmp(&y.re)).then(x.im.total_cmp(&y.im)));
     values
 }
 
 pub(super) fn stuck(n: usize) -> NumericError {
-    NumericError::NoConvergence {
-        what: "eigenvalue iteration",
-        iterations: n,
-        residual: f64::NAN,
-    }
+    NumericError::NoConvergence { what: "eigenvalue iteration", iterations: n, residual: f64::NAN }
 }
 
 /// Eigenvalues (ascending) and orthonormal eigenvectors (columns) of a real symmetric matrix; reads the lower triangle.
@@ -158,9 +136,7 @@ pub fn symmetric_eigen(a: &Mat<f64>) -> Result<(Vec<f64>, Mat<f64>), NumericErro
 /// [`NumericError::NotFinite`] for bad data.
 pub(super) fn of_unit_norm(a: &Mat<f64>) -> Result<(Mat<f64>, f64), NumericError> {
     if !a.is_all_finite() {
-        return Err(NumericError::NotFinite {
-            what: "symmetric eigenvalues",
-        });
+        return Err(NumericError::NotFinite { what: "symmetric eigenvalues" });
     }
     let scale = unit_of(a.norm_max());
     let unit = Mat::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)] / scale);

@@ -39,17 +39,12 @@ fn two_product(a: f64, b: f64) -> (f64, f64) {
 impl Doubled {
     /// An f64 matrix, exactly.
     pub(crate) fn from_f64(m: &Mat<f64>) -> Self {
-        Self {
-            hi: m.clone(),
-            lo: Mat::zeros(m.nrows(), m.ncols()),
-        }
+        Self { hi: m.clone(), lo: Mat::zeros(m.nrows(), m.ncols()) }
     }
 
     /// The nearest f64 matrix.
     pub(crate) fn rounded(&self) -> Mat<f64> {
-        Mat::from_fn(self.hi.nrows(), self.hi.ncols(), |i, j| {
-            self.hi[(i, j)] + self.lo[(i, j)]
-        })
+        Mat::from_fn(self.hi.nrows(), self.hi.ncols(), |i, j| self.hi[(i, j)] + self.lo[(i, j)])
     }
 
     /// Sum.
@@ -77,10 +72,7 @@ impl Doubled {
 
     /// Transpose.
     pub(crate) fn transposed(&self) -> Self {
-        Self {
-            hi: self.hi.transpose().to_owned(),
-            lo: self.lo.transpose().to_owned(),
-        }
+        Self { hi: self.hi.transpose().to_owned(), lo: self.lo.transpose().to_owned() }
     }
 
     /// self·other. Column-oriented: independent sums run side by side.
@@ -96,9 +88,7 @@ impl Doubled {
                     continue;
                 }
                 let (ah, al) = (self.hi.col_as_slice(k), self.lo.col_as_slice(k));
-                for ((s, r), (&a, &a_low)) in
-                    sum.iter_mut().zip(rest.iter_mut()).zip(ah.iter().zip(al))
-                {
+                for ((s, r), (&a, &a_low)) in sum.iter_mut().zip(rest.iter_mut()).zip(ah.iter().zip(al)) {
                     let (p, e) = two_product(a, b);
                     let (t, f) = two_sum(*s, p);
                     *s = t;

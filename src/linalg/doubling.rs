@@ -5,9 +5,7 @@
 
 use super::lyapunov::symmetric;
 use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::linalg::lu::partial_pivoting::factor::{
-    PartialPivLuParams, lu_in_place, lu_in_place_scratch,
-};
+use faer::linalg::lu::partial_pivoting::factor::{PartialPivLuParams, lu_in_place, lu_in_place_scratch};
 use faer::linalg::matmul::matmul;
 use faer::linalg::triangular_solve::solve_upper_triangular_in_place;
 use faer::{Accum, Auto, Mat, MatRef, Par, Scale, Spec};
@@ -79,12 +77,7 @@ impl PairSolver {
     fn new(n: usize) -> Self {
         let params = Spec::new(<_ as Auto<f64>>::auto());
         let scratch = lu_in_place_scratch::<usize, f64>(n, 3 * n, Par::Seq, params);
-        Self {
-            wide: Mat::zeros(n, 3 * n),
-            rows: [vec![0; n], vec![0; n]],
-            memory: MemBuffer::new(scratch),
-            params,
-        }
+        Self { wide: Mat::zeros(n, 3 * n), rows: [vec![0; n], vec![0; n]], memory: MemBuffer::new(scratch), params }
     }
 
     /// M⁻¹B₁ and M⁻¹B₂ by LU with partial pivoting; not finite where M is singular.

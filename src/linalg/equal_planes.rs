@@ -39,10 +39,7 @@ impl EqualPlanes {
             let next = next.iter().map(|k| first + k);
             own.iter().copied().chain(next).collect()
         };
-        Self {
-            x: joined(&self.x, &next.x),
-            y: joined(&self.y, &next.y),
-        }
+        Self { x: joined(&self.x, &next.x), y: joined(&self.y, &next.y) }
     }
 
     /// The same scale for partners, that of x.
@@ -62,10 +59,7 @@ impl EqualPlanes {
         fits.then(|| {
             Mat::from_fn(x.len(), columns.x.len(), |i, j| {
                 let (right, left) = (columns.x[j], columns.y[j]);
-                c64::new(
-                    0.5 * (a[(x[i], right)] + a[(y[i], left)]),
-                    0.5 * (a[(y[i], right)] - a[(x[i], left)]),
-                )
+                c64::new(0.5 * (a[(x[i], right)] + a[(y[i], left)]), 0.5 * (a[(y[i], right)] - a[(x[i], left)]))
             })
         })
     }
@@ -73,12 +67,7 @@ impl EqualPlanes {
     /// P + jQ of a matrix with these coordinates as rows and those of `columns`, each entry divided by the scale of its
     /// row and multiplied by that of its column; none for another size, or when the planes differ by more than rounding
     /// relative to the largest entry.
-    pub(crate) fn turning_between(
-        &self,
-        columns: &Self,
-        a: &Mat<f64>,
-        scales: (&[f64], &[f64]),
-    ) -> Option<Mat<c64>> {
+    pub(crate) fn turning_between(&self, columns: &Self, a: &Mat<f64>, scales: (&[f64], &[f64])) -> Option<Mat<c64>> {
         let mean = self.mean_between(columns, a)?;
         self.scaled(columns, (a, &mean), scales)
     }
@@ -101,11 +90,8 @@ impl EqualPlanes {
                 largest = largest.max(scale * own.re.abs().max(own.im.abs()));
             }
         }
-        (apart <= ROUNDING * largest).then(|| {
-            Mat::from_fn(mean.nrows(), mean.ncols(), |i, j| {
-                mean[(i, j)] * (of_columns[j] / of_rows[i])
-            })
-        })
+        (apart <= ROUNDING * largest)
+            .then(|| Mat::from_fn(mean.nrows(), mean.ncols(), |i, j| mean[(i, j)] * (of_columns[j] / of_rows[i])))
     }
 
     /// P + jQ of a matrix on these coordinates with balanced moduli, and the scale that balances them; none as in
@@ -133,11 +119,7 @@ impl EqualPlanes {
 
     /// exp(tA) of a real matrix on these coordinates at some times t ≥ 0; none when its planes are not equal. Entries
     /// that overflow are not finite.
-    pub(crate) fn exponentials<const K: usize>(
-        &self,
-        a: &Mat<f64>,
-        times: [f64; K],
-    ) -> Option<[Mat<f64>; K]> {
+    pub(crate) fn exponentials<const K: usize>(&self, a: &Mat<f64>, times: [f64; K]) -> Option<[Mat<f64>; K]> {
         let (turning, scale) = self.turning(a)?;
         Some(match one_plane(&turning) {
             Some(plane) => self.unscaled(exponentials_of_balanced(&plane, times), &scale),
@@ -146,11 +128,7 @@ impl EqualPlanes {
     }
 
     /// What scaled matrices of one plane stand for on these coordinates.
-    fn unscaled<T: Copy + Into<c64>, const K: usize>(
-        &self,
-        list: [Mat<T>; K],
-        scale: &[f64],
-    ) -> [Mat<f64>; K] {
+    fn unscaled<T: Copy + Into<c64>, const K: usize>(&self, list: [Mat<T>; K], scale: &[f64]) -> [Mat<f64>; K] {
         list.map(|e| {
             self.of_both(|i, j| {
                 let entry: c64 = e[(i, j)].into();
@@ -164,11 +142,7 @@ impl EqualPlanes {
     ///
     /// # Errors
     /// As [`hermitian_eigen`].
-    pub(crate) fn root(
-        &self,
-        w: &Mat<f64>,
-        rounding: f64,
-    ) -> Result<Option<Mat<f64>>, NumericError> {
+    pub(crate) fn root(&self, w: &Mat<f64>, rounding: f64) -> Result<Option<Mat<f64>>, NumericError> {
         let scale = vec![1.0; self.x.len()];
         let Some(turning) = self.turning_between(self, w, (&scale, &scale)) else {
             return Ok(None);
@@ -191,10 +165,7 @@ impl EqualPlanes {
     ///
     /// # Errors
     /// As [`eigenvalues`].
-    pub(crate) fn eigenvalues_on(
-        planes: Option<&Self>,
-        a: &Mat<f64>,
-    ) -> Result<Vec<c64>, NumericError> {
+    pub(crate) fn eigenvalues_on(planes: Option<&Self>, a: &Mat<f64>) -> Result<Vec<c64>, NumericError> {
         planes.map_or_else(|| eigenvalues(a), |planes| planes.eigenvalues(a))
     }
 
@@ -224,10 +195,7 @@ fn one_plane(turning: &Mat<c64>) -> Option<Mat<f64>> {
 
 /// What balances the moduli of a matrix, taken to within √2.
 fn scale_of_moduli(a: &Mat<c64>) -> Vec<f64> {
-    balance(&Mat::from_fn(a.nrows(), a.ncols(), |i, j| {
-        size_of(a[(i, j)])
-    }))
-    .1
+    balance(&Mat::from_fn(a.nrows(), a.ncols(), |i, j| size_of(a[(i, j)]))).1
 }
 
 /// Numbers of the eigenvalues of a matrix W ≥ 0 above a share of the largest.
@@ -312,10 +280,7 @@ mod tests {
     fn rows_of_a_root_give_the_matrix_again() {
         let a = matrix(0.0);
         let w = a.transpose() * &a;
-        let rows = planes()
-            .root(&w, 1e-15)
-            .expect("finite")
-            .expect("equal planes");
+        let rows = planes().root(&w, 1e-15).expect("finite").expect("equal planes");
         let gap = (rows.transpose() * &rows - &w).norm_max();
         assert!(gap < 1e-13 * w.norm_max(), "{gap:.1e}");
         assert!(planes().root(&matrix(1e-3), 0.0).expect("finite").is_none());

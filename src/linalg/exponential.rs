@@ -26,9 +26,7 @@ pub(crate) fn exponentials<const K: usize>(
     times: [f64; K],
     planes: Option<&EqualPlanes>,
 ) -> Result<[Mat<f64>; K], NumericError> {
-    let not_finite = Err(NumericError::NotFinite {
-        what: "matrix exponential",
-    });
+    let not_finite = Err(NumericError::NotFinite { what: "matrix exponential" });
     if !a.is_all_finite() {
         return not_finite;
     }
@@ -105,12 +103,7 @@ mod tests {
         assert_eq!(separate_parts(&a), [vec![0, 3, 4], vec![1], vec![2]]);
         let e = exponential(&a).expect("finite");
         // exp of the nilpotent part is its series.
-        let expected = [
-            ((3, 0), 2.0),
-            ((4, 3), 3.0),
-            ((4, 0), 3.0),
-            ((1, 1), 0.5f64.exp()),
-        ];
+        let expected = [((3, 0), 2.0), ((4, 3), 3.0), ((4, 0), 3.0), ((1, 1), 0.5f64.exp())];
         for (at, value) in expected {
             assert!((e[at] - value).abs() < 1e-14, "{at:?} {}", e[at]);
         }

@@ -133,10 +133,7 @@ pub(crate) struct Fixed<const N: usize> {
 impl<const N: usize> Columns for Fixed<N> {
     fn zeros(rows: usize, cols: usize) -> Self {
         debug_assert!(rows <= N && cols <= N);
-        Self {
-            re: [[0.0; N]; N],
-            im: [[0.0; N]; N],
-        }
+        Self { re: [[0.0; N]; N], im: [[0.0; N]; N] }
     }
 
     #[inline]

@@ -71,8 +71,7 @@ impl Francis {
     /// Q and T of a Schur form.
     pub(super) fn basis_and_form(&self) -> [Mat<f64>; 2] {
         let n = self.form.order;
-        [&self.basis, &self.form.entries]
-            .map(|entries| Mat::from_fn(n, n, |i, j| entries[j * n + i]))
+        [&self.basis, &self.form.entries].map(|entries| Mat::from_fn(n, n, |i, j| entries[j * n + i]))
     }
 
     /// A step on the rows and columns from `start` to before `end`, three of them at least.
@@ -146,20 +145,14 @@ impl Reflection {
     #[inline(always)]
     fn reflect_columns<const K: usize>(&self, [x, y, z]: [&mut [f64; K]; 3]) {
         let [a, b] = self.v;
-        let sum: [f64; K] =
-            std::array::from_fn(|k| self.tau * fused(b, z[k], fused(a, y[k], x[k])));
+        let sum: [f64; K] = std::array::from_fn(|k| self.tau * fused(b, z[k], fused(a, y[k], x[k])));
         *x = std::array::from_fn(|k| x[k] - sum[k]);
         *y = std::array::from_fn(|k| fused(-sum[k], a, y[k]));
         *z = std::array::from_fn(|k| fused(-sum[k], b, z[k]));
     }
 
     /// Columns k, k + 1, k + 2 of a matrix of `n` rows from the right, in some rows.
-    fn reflect_three_columns(
-        &self,
-        entries: &mut [f64],
-        (n, k): (usize, usize),
-        rows: Range<usize>,
-    ) {
+    fn reflect_three_columns(&self, entries: &mut [f64], (n, k): (usize, usize), rows: Range<usize>) {
         let mut columns = entries[k * n..(k + 3) * n].chunks_exact_mut(n);
         let (Some(x), Some(y), Some(z)) = (columns.next(), columns.next(), columns.next()) else {
             return;
@@ -180,9 +173,7 @@ impl Reflection {
     fn reflect_two_columns(&self, entries: &mut [f64], (n, k): (usize, usize), rows: Range<usize>) {
         let (tau, a) = (self.tau, self.v[0]);
         let (before, after) = entries.split_at_mut((k + 1) * n);
-        let pairs = before[k * n..][rows.clone()]
-            .iter_mut()
-            .zip(&mut after[rows]);
+        let pairs = before[k * n..][rows.clone()].iter_mut().zip(&mut after[rows]);
         for (x, y) in pairs {
             let sum = tau * (*x + a * *y);
             *x -= sum;
@@ -195,10 +186,7 @@ impl Hessenberg<f64> {
     /// Eigenvalues of the last two rows before `end`.
     fn last_pair(&self, end: usize) -> [c64; 2] {
         let (i, j) = (end - 2, end - 1);
-        pair(
-            [self.at(i, i), self.at(i, j)],
-            [self.at(j, i), self.at(j, j)],
-        )
+        pair([self.at(i, i), self.at(i, j)], [self.at(j, i), self.at(j, j)])
     }
 
     /// Real part and square of the imaginary part of the two shifts of a step.
@@ -207,14 +195,8 @@ impl Hessenberg<f64> {
         if steps.is_multiple_of(EXCEPTION) {
             // At the lower end and at the upper end in turn.
             let (at, size) = match (steps / EXCEPTION).is_multiple_of(2) {
-                false => (
-                    self.at(last, last),
-                    self.at(last, last - 1).abs() + self.at(last - 1, last - 2).abs(),
-                ),
-                true => (
-                    self.at(start, start),
-                    self.at(start + 1, start).abs() + self.at(start + 2, start + 1).abs(),
-                ),
+                false => (self.at(last, last), self.at(last, last - 1).abs() + self.at(last - 1, last - 2).abs()),
+                true => (self.at(start, start), self.at(start + 1, start).abs() + self.at(start + 2, start + 1).abs()),
             };
             // The shifts of EISPACK's hqr.
             let own = at + 0.75 * size;
@@ -235,11 +217,7 @@ impl Hessenberg<f64> {
 
     /// Where a step begins, and the direction that its first reflection turns into the first axis: as far down as what
     /// that fills in before is negligible. Shifts that pass small entries below the diagonal are lost on the way.
-    fn begun(
-        &self,
-        (start, end): (usize, usize),
-        (re, im_squared): (f64, f64),
-    ) -> (usize, [f64; 3]) {
+    fn begun(&self, (start, end): (usize, usize), (re, im_squared): (f64, f64)) -> (usize, [f64; 3]) {
         let mut first = end - 3;
         loop {
             // First column of (H − s)(H − s̄) from here on, divided by the first entry below the diagonal.

@@ -6,29 +6,19 @@ use super::c64;
 /// not decide that), else with the product rounded as well.
 #[inline(always)]
 pub(crate) fn fused(a: f64, b: f64, c: f64) -> f64 {
-    if cfg!(any(target_feature = "fma", target_arch = "aarch64")) {
-        a.mul_add(b, c)
-    } else {
-        a * b + c
-    }
+    if cfg!(any(target_feature = "fma", target_arch = "aarch64")) { a.mul_add(b, c) } else { a * b + c }
 }
 
 /// a·b + c of complex numbers, as [`fused`].
 #[inline(always)]
 pub(crate) fn fused_complex(a: c64, b: c64, c: c64) -> c64 {
-    c64::new(
-        fused(a.re, b.re, fused(-a.im, b.im, c.re)),
-        fused(a.re, b.im, fused(a.im, b.re, c.im)),
-    )
+    c64::new(fused(a.re, b.re, fused(-a.im, b.im, c.re)), fused(a.re, b.im, fused(a.im, b.re, c.im)))
 }
 
 /// a·b of complex numbers, as [`fused`].
 #[inline(always)]
 pub(crate) fn product(a: c64, b: c64) -> c64 {
-    c64::new(
-        fused(a.re, b.re, -(a.im * b.im)),
-        fused(a.re, b.im, a.im * b.re),
-    )
+    c64::new(fused(a.re, b.re, -(a.im * b.im)), fused(a.re, b.im, a.im * b.re))
 }
 
 #[cfg(test)]

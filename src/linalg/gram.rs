@@ -9,17 +9,7 @@ use faer::{Accum, MatRef, Par};
 /// Adds AᵀA to a symmetric matrix of which the lower triangle is kept; the upper one is left as it is.
 pub(crate) fn add_gram(lower: &mut Mat<f64>, a: MatRef<f64>) {
     let whole = BlockStructure::Rectangular;
-    matmul(
-        lower.as_mut(),
-        BlockStructure::TriangularLower,
-        Accum::Add,
-        a.transpose(),
-        whole,
-        a,
-        whole,
-        1.0,
-        Par::Seq,
-    );
+    matmul(lower.as_mut(), BlockStructure::TriangularLower, Accum::Add, a.transpose(), whole, a, whole, 1.0, Par::Seq);
 }
 
 /// The whole of a symmetric matrix of which the lower triangle is known.
@@ -43,10 +33,7 @@ pub(crate) fn complex_dot_in_lanes(x: Part, y: Part) -> c64 {
         im = std::array::from_fn(|l| fused(a[l], d[l], fused(b[l], c[l], im[l])));
     }
     let at = |part: Part<'_>, k: usize| c64::new(part.0[k], part.1[k]);
-    let first = c64::new(
-        (re[0] + re[1]) + (re[2] + re[3]),
-        (im[0] + im[1]) + (im[2] + im[3]),
-    );
+    let first = c64::new((re[0] + re[1]) + (re[2] + re[3]), (im[0] + im[1]) + (im[2] + im[3]));
     (whole..x.0.len()).fold(first, |sum, k| fused_complex(at(x, k), at(y, k), sum))
 }
 

@@ -28,11 +28,7 @@ pub(crate) fn lyapunov_doubled(a: &Mat<f64>, q: &Doubled) -> Result<Doubled, Num
         if !step.is_all_finite() {
             break;
         }
-        let size = step.norm_l2()
-            / x.rounded()
-                .norm_l2()
-                .max(step.norm_l2())
-                .max(f64::MIN_POSITIVE);
+        let size = step.norm_l2() / x.rounded().norm_l2().max(step.norm_l2()).max(f64::MIN_POSITIVE);
         if k > 0 && size >= 0.5 * last {
             break;
         }
@@ -45,11 +41,7 @@ pub(crate) fn lyapunov_doubled(a: &Mat<f64>, q: &Doubled) -> Result<Doubled, Num
     }
     // Sixteen digits at least, or the equation is singular.
     if last > 1e-13 {
-        return Err(NumericError::NoConvergence {
-            what: "Lyapunov equation",
-            iterations: LIMIT,
-            residual: last,
-        });
+        return Err(NumericError::NoConvergence { what: "Lyapunov equation", iterations: LIMIT, residual: last });
     }
     Ok(x)
 }
@@ -116,11 +108,7 @@ pub(crate) fn jacobi_svd(m: &Mat<f64>) -> (Mat<f64>, Vec<f64>, Mat<f64>) {
     order.sort_by(|i, j| norms[*j].total_cmp(&norms[*i]));
     let unit = Mat::from_fn(u.nrows(), n, |i, j| {
         let norm = norms[order[j]];
-        if norm > 0.0 {
-            u[(i, order[j])] / norm
-        } else {
-            0.0
-        }
+        if norm > 0.0 { u[(i, order[j])] / norm } else { 0.0 }
     });
     let right = Mat::from_fn(n, n, |i, j| v[(i, order[j])]);
     (unit, order.iter().map(|j| norms[*j]).collect(), right)

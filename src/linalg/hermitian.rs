@@ -22,9 +22,7 @@ pub(crate) fn hermitian_eigen(h: &Mat<c64>) -> Result<(Vec<f64>, Mat<c64>), Nume
     if n == 0 {
         return Ok((vec![], Mat::zeros(0, 0)));
     }
-    let evd = h
-        .self_adjoint_eigen(Side::Lower)
-        .map_err(|_| no_convergence(what, n))?;
+    let evd = h.self_adjoint_eigen(Side::Lower).map_err(|_| no_convergence(what, n))?;
     let values = (0..n).map(|i| evd.S().column_vector()[i].re).collect();
     Ok((values, evd.U().to_owned()))
 }
@@ -33,9 +31,7 @@ pub(crate) fn hermitian_eigen(h: &Mat<c64>) -> Result<(Vec<f64>, Mat<c64>), Nume
 ///
 /// # Errors
 /// [`NumericError::NotFinite`] for bad data, [`NumericError::NoConvergence`] when the iteration fails.
-pub(crate) fn singular_vectors(
-    a: &Mat<c64>,
-) -> Result<(Mat<c64>, Vec<f64>, Mat<c64>), NumericError> {
+pub(crate) fn singular_vectors(a: &Mat<c64>) -> Result<(Mat<c64>, Vec<f64>, Mat<c64>), NumericError> {
     let what = "singular value decomposition";
     if !a.is_all_finite() {
         return Err(NumericError::NotFinite { what });
@@ -54,10 +50,7 @@ pub fn min_singular_value(a: &Mat<c64>) -> f64 {
     if a.nrows() == 0 || !a.is_all_finite() {
         return f64::NAN;
     }
-    a.singular_values()
-        .ok()
-        .and_then(|s| s.last().copied())
-        .unwrap_or(f64::NAN)
+    a.singular_values().ok().and_then(|s| s.last().copied()).unwrap_or(f64::NAN)
 }
 
 /// Inverse of a square complex matrix by LU; entries are not finite when it is singular.
@@ -66,9 +59,5 @@ pub(crate) fn inverse_complex(a: &Mat<c64>) -> Mat<c64> {
 }
 
 fn no_convergence(what: &'static str, n: usize) -> NumericError {
-    NumericError::NoConvergence {
-        what,
-        iterations: n,
-        residual: f64::NAN,
-    }
+    NumericError::NoConvergence { what, iterations: n, residual: f64::NAN }
 }

@@ -2,9 +2,7 @@
 
 use super::dense::NEGLIGIBLE;
 use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::linalg::evd::hessenberg::{
-    HessenbergParams, hessenberg_in_place, hessenberg_in_place_scratch,
-};
+use faer::linalg::evd::hessenberg::{HessenbergParams, hessenberg_in_place, hessenberg_in_place_scratch};
 use faer::linalg::householder::{
     apply_block_householder_sequence_on_the_right_in_place_scratch,
     apply_block_householder_sequence_on_the_right_in_place_with_conj,
@@ -75,10 +73,7 @@ impl<S: Stored> Hessenberg<S> {
             (i, j) if i > j + 1 => S::ZERO,
             at => stored(&h[at]),
         };
-        Self {
-            order: n,
-            entries: (0..n * n).map(entry).collect(),
-        }
+        Self { order: n, entries: (0..n * n).map(entry).collect() }
     }
 
     pub(super) fn at(&self, i: usize, j: usize) -> S {
@@ -122,11 +117,7 @@ impl Hessenberg<f64> {
         let (h, factors) = hessenberg_form(a);
         let mut q = Mat::<f64>::identity(n, n);
         if n > 1 {
-            let scratch = apply_block_householder_sequence_on_the_right_in_place_scratch::<f64>(
-                n - 1,
-                1,
-                n - 1,
-            );
+            let scratch = apply_block_householder_sequence_on_the_right_in_place_scratch::<f64>(n - 1, 1, n - 1);
             let mut memory = MemBuffer::new(scratch);
             apply_block_householder_sequence_on_the_right_in_place_with_conj(
                 h.submatrix(1, 0, n - 1, n - 1),

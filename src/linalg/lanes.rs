@@ -56,10 +56,7 @@ impl Lanes {
 
     /// The same number four times.
     pub(crate) const fn splat(value: c64) -> Self {
-        Self {
-            re: Reals::splat(value.re),
-            im: Reals::splat(value.im),
-        }
+        Self { re: Reals::splat(value.re), im: Reals::splat(value.im) }
     }
 
     /// Columns of `n` entries each, one after the other.
@@ -79,10 +76,7 @@ impl Lanes {
     #[inline]
     pub(crate) fn from_fn(at: impl Fn(usize) -> c64) -> Self {
         let four: [c64; WIDTH] = std::array::from_fn(at);
-        Self {
-            re: reals(|l| four[l].re),
-            im: reals(|l| four[l].im),
-        }
+        Self { re: reals(|l| four[l].re), im: reals(|l| four[l].im) }
     }
 
     /// Four numbers by their real and imaginary parts.
@@ -138,37 +132,25 @@ impl Lanes {
     #[inline]
     pub(crate) fn plus(&self, a: c64, y: &Self) -> Self {
         let (re, im) = (Reals::splat(a.re), Reals::splat(a.im));
-        Self {
-            re: re.mul_add(y.re, (-im).mul_add(y.im, self.re)),
-            im: re.mul_add(y.im, im.mul_add(y.re, self.im)),
-        }
+        Self { re: re.mul_add(y.re, (-im).mul_add(y.im, self.re)), im: re.mul_add(y.im, im.mul_add(y.re, self.im)) }
     }
 
     /// x + y.
     #[inline]
     pub(crate) fn sum(&self, y: &Self) -> Self {
-        Self {
-            re: self.re + y.re,
-            im: self.im + y.im,
-        }
+        Self { re: self.re + y.re, im: self.im + y.im }
     }
 
     /// Each entry times a number; products are rounded before they are added, as those of single numbers.
     #[inline]
     pub(crate) fn rounded_times(&self, a: c64) -> Self {
-        Self {
-            re: self.re * a.re - self.im * a.im,
-            im: self.re * a.im + self.im * a.re,
-        }
+        Self { re: self.re * a.re - self.im * a.im, im: self.re * a.im + self.im * a.re }
     }
 
     /// Each entry times that of another group.
     #[inline]
     pub(crate) fn product(&self, y: &Self) -> Self {
-        Self {
-            re: self.re.mul_sub(y.re, self.im * y.im),
-            im: self.re.mul_add(y.im, self.im * y.re),
-        }
+        Self { re: self.re.mul_sub(y.re, self.im * y.im), im: self.re.mul_add(y.im, self.im * y.re) }
     }
 
     /// Each entry plus the product of those of two other groups.
@@ -189,20 +171,14 @@ impl Lanes {
     /// x − y.
     #[inline]
     pub(crate) fn minus(&self, y: &Self) -> Self {
-        Self {
-            re: self.re - y.re,
-            im: self.im - y.im,
-        }
+        Self { re: self.re - y.re, im: self.im - y.im }
     }
 
     /// 1/entry.
     #[inline]
     pub(crate) fn reciprocal(&self) -> Self {
         let squares = self.squares();
-        Self {
-            re: self.re / squares,
-            im: -self.im / squares,
-        }
+        Self { re: self.re / squares, im: -self.im / squares }
     }
 
     /// The conjugate of each entry.
@@ -214,10 +190,7 @@ impl Lanes {
     /// Each entry times a real number of its own.
     #[inline]
     pub(crate) fn times(&self, factors: Reals) -> Self {
-        Self {
-            re: self.re * factors,
-            im: self.im * factors,
-        }
+        Self { re: self.re * factors, im: self.im * factors }
     }
 
     /// |entry|².
@@ -260,10 +233,7 @@ impl HermitianLanes {
     pub(crate) fn gram(columns: &[Lanes], height: usize) -> Self {
         let n = columns.len() / height.max(1);
         let width = groups(n);
-        let mut gram = Self {
-            n,
-            columns: vec![Lanes::ZERO; n * width],
-        };
+        let mut gram = Self { n, columns: vec![Lanes::ZERO; n * width] };
         let column = |j: usize| &columns[j * height..(j + 1) * height];
         for j in 0..n {
             for i in 0..=j {
@@ -376,9 +346,7 @@ mod tests {
     #[test]
     fn the_largest_eigenvalue_is_that_of_the_library() {
         for (rows, n) in [(1, 1), (3, 2), (4, 4), (7, 6), (9, 5), (5, 9)] {
-            let entry = |i: usize, j: usize| {
-                c64::from_polar(1.0 / (1.0 + (i * j) as f64), (3 * i + 7 * j) as f64)
-            };
+            let entry = |i: usize, j: usize| c64::from_polar(1.0 / (1.0 + (i * j) as f64), (3 * i + 7 * j) as f64);
             let columns = Lanes::columns(rows, n, entry);
             let lanes = HermitianLanes::gram(&columns, groups(rows));
             let found = |floor: f64| match lanes.largest_above(floor) {
@@ -388,11 +356,7 @@ mod tests {
             let (value, vector) = found(0.0).expect("nothing is below zero");
             let m = Mat::from_fn(rows, n, entry);
             let gram = m.adjoint() * &m;
-            let exact = *hermitian_eigen(&gram)
-                .expect("the matrix is Hermitian")
-                .0
-                .last()
-                .expect("it has columns");
+            let exact = *hermitian_eigen(&gram).expect("the matrix is Hermitian").0.last().expect("it has columns");
             assert!((value / exact - 1.0).abs() < 1e-6, "{value} and {exact}");
             for floor in [0.99 * exact, 1.01 * exact, 1.2 * exact, 9.0 * exact] {
                 match found(floor) {

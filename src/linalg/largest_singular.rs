@@ -72,11 +72,7 @@ fn reflect<M: Columns>(a: &mut M, (k, n): (usize, usize), v: &mut M, p: &mut M) 
     }
     let norm = (head * head + tail).sqrt();
     // v = x + e^{iθ}‖x‖e₁ with the phase of x₁; vᴴv = 2‖x‖(‖x‖ + |x₁|).
-    let turn = if head > 0.0 {
-        (re / head, im / head)
-    } else {
-        (1.0, 0.0)
-    };
+    let turn = if head > 0.0 { (re / head, im / head) } else { (1.0, 0.0) };
     v.clear();
     for i in first..n {
         v.set(i, 0, a.at(i, k));
@@ -153,17 +149,7 @@ mod tests {
 
     #[test]
     fn the_largest_singular_value_is_that_of_the_library() {
-        for (rows, cols) in [
-            (1, 1),
-            (2, 4),
-            (4, 3),
-            (4, 4),
-            (5, 2),
-            (8, 8),
-            (7, 8),
-            (9, 3),
-            (6, 11),
-        ] {
+        for (rows, cols) in [(1, 1), (2, 4), (4, 3), (4, 4), (5, 2), (8, 8), (7, 8), (9, 3), (6, 11)] {
             for size in [1e-200, 1.0, 1e180] {
                 let entry = |i: usize, j: usize| {
                     let (sin, cos) = ((3 * i + 7 * j + i * j) as f64).sin_cos();
@@ -175,19 +161,12 @@ mod tests {
                     c64::new(re / size, im / size)
                 });
                 let exact = one.singular_values().expect("finite")[0] * size;
-                assert!(
-                    (found / exact - 1.0).abs() < 1e-14,
-                    "{rows}x{cols}: {found}, {exact}"
-                );
+                assert!((found / exact - 1.0).abs() < 1e-14, "{rows}x{cols}: {found}, {exact}");
             }
         }
         let zero = Planar::from_fn(3, 4, |_, _| (0.0, 0.0));
         assert_eq!(largest_singular_value(&zero), 0.0);
-        let diagonal = Planar::from_fn(
-            4,
-            4,
-            |i, j| if i == j { (i as f64, 0.0) } else { (0.0, 0.0) },
-        );
+        let diagonal = Planar::from_fn(4, 4, |i, j| if i == j { (i as f64, 0.0) } else { (0.0, 0.0) });
         assert_eq!(largest_singular_value(&diagonal), 3.0);
         for value in [f64::NAN, f64::INFINITY] {
             let bad = Planar::from_fn(3, 3, |i, j| if i > j { (value, 0.0) } else { (1.0, 0.0) });

@@ -77,10 +77,7 @@ pub fn discrete_lyapunov(a: &Mat<f64>, q: &Mat<f64>) -> Result<Mat<f64>, Numeric
     let ac = solve(&plus, &minus)?.transpose().to_owned();
     let half = solve(&plus, q)?;
     let qc = solve(&plus, &half.transpose().to_owned())?;
-    lyapunov(
-        &ac,
-        &symmetric(&Mat::from_fn(n, n, |i, j| 2.0 * qc[(i, j)])),
-    )
+    lyapunov(&ac, &symmetric(&Mat::from_fn(n, n, |i, j| 2.0 * qc[(i, j)])))
 }
 
 /// (M + Mᵀ)/2.
@@ -130,9 +127,5 @@ fn triangular_sylvester(t: &Mat<f64>, s: &Mat<f64>, mut f: Mat<f64>) -> Mat<f64>
 }
 
 fn finite(x: Mat<f64>, what: &'static str) -> Result<Mat<f64>, NumericError> {
-    if x.is_all_finite() {
-        Ok(x)
-    } else {
-        Err(NumericError::Singular { what, rcond: 0.0 })
-    }
+    if x.is_all_finite() { Ok(x) } else { Err(NumericError::Singular { what, rcond: 0.0 }) }
 }

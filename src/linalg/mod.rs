@@ -32,9 +32,7 @@ pub(crate) mod svd;
 pub(crate) mod symmetric;
 
 pub use complex_eigenvalues::eigenvalues_complex;
-pub use dense::{
-    max_singular_value, max_singular_value_complex, solve, solve_complex, symmetric_eigen,
-};
+pub use dense::{max_singular_value, max_singular_value_complex, solve, solve_complex, symmetric_eigen};
 pub use error::NumericError;
 pub use exponential::exponential;
 pub use faer::{Mat, MatRef, c64};
@@ -42,6 +40,5 @@ pub use polynomial::polynomial_roots;
 pub use real_eigenvalues::eigenvalues;
 pub use svd::{Svd, svd};
 pub use symmetric::{
-    ComplexEigen, DefiniteEigen, definite_eigen, definite_eigen_lifted, eigen_vectors,
-    eigen_vectors_complex,
+    ComplexEigen, DefiniteEigen, definite_eigen, definite_eigen_lifted, eigen_vectors, eigen_vectors_complex,
 };

@@ -44,10 +44,7 @@ const MOST_SPARED: i32 = 40;
 
 /// exp(tA) of a balanced square matrix at some times t ≥ 0, which share the powers of A. Entries that overflow are not
 /// finite.
-pub(super) fn exponentials_of_balanced<T: Entry, const K: usize>(
-    a: &Mat<T>,
-    times: [f64; K],
-) -> [Mat<T>; K] {
+pub(super) fn exponentials_of_balanced<T: Entry, const K: usize>(a: &Mat<T>, times: [f64; K]) -> [Mat<T>; K] {
     let n = a.nrows();
     let longest = times.into_iter().fold(0.0, f64::max);
     // Powers of what the longest time needs by the norm, so that none overflows where its exponential does not.

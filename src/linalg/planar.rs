@@ -54,20 +54,11 @@ pub(crate) fn add_fused(y: PartMut, a: (f64, f64), x: Part) {
 impl Planar {
     /// Zero, rows×cols.
     pub(crate) fn zeros(rows: usize, cols: usize) -> Self {
-        Self {
-            rows,
-            cols,
-            re: vec![0.0; rows * cols],
-            im: vec![0.0; rows * cols],
-        }
+        Self { rows, cols, re: vec![0.0; rows * cols], im: vec![0.0; rows * cols] }
     }
 
     /// From entries (re, im).
-    pub(crate) fn from_fn(
-        rows: usize,
-        cols: usize,
-        mut entry: impl FnMut(usize, usize) -> (f64, f64),
-    ) -> Self {
+    pub(crate) fn from_fn(rows: usize, cols: usize, mut entry: impl FnMut(usize, usize) -> (f64, f64)) -> Self {
         let mut m = Self::zeros(rows, cols);
         for j in 0..cols {
             for i in 0..rows {
@@ -138,11 +129,7 @@ impl Planar {
         let entries = self.re.iter().chain(&self.im);
         // max() would drop a NaN.
         let larger = |m: f64, v: &f64| {
-            if v.is_nan() || v.abs() > m {
-                v.abs()
-            } else {
-                m
-            }
+            if v.is_nan() || v.abs() > m { v.abs() } else { m }
         };
         entries.fold(0.0, larger)
     }

@@ -18,9 +18,7 @@ pub fn eigenvalues(a: &Mat<f64>) -> Result<Vec<c64>, NumericError> {
 fn ensure_finite(a: &Mat<f64>) -> Result<(), NumericError> {
     match a.is_all_finite() {
         true => Ok(()),
-        false => Err(NumericError::NotFinite {
-            what: "eigenvalues",
-        }),
+        false => Err(NumericError::NotFinite { what: "eigenvalues" }),
     }
 }
 
@@ -34,7 +32,5 @@ pub(super) fn eigenvalues_of_balanced(balanced: &Mat<f64>) -> Result<Vec<c64>, N
     let unit = unit_of(balanced.norm_max());
     let scaled = Mat::from_fn(n, n, |i, j| balanced[(i, j)] / unit);
     let found = Francis::of_values(scaled).finished()?;
-    Ok(sorted(
-        found.values().into_iter().map(|v| v * unit).collect(),
-    ))
+    Ok(sorted(found.values().into_iter().map(|v| v * unit).collect()))
 }

@@ -96,20 +96,11 @@ pub fn care(a: &Mat<f64>, g: &Mat<f64>, q: &Mat<f64>) -> Result<CareSolution, Ri
 ///
 /// # Errors
 /// See [`RiccatiError`].
-pub fn care_with(
-    a: &Mat<f64>,
-    g: &Mat<f64>,
-    q: &Mat<f64>,
-    effort: Effort,
-) -> Result<CareSolution, RiccatiError> {
+pub fn care_with(a: &Mat<f64>, g: &Mat<f64>, q: &Mat<f64>, effort: Effort) -> Result<CareSolution, RiccatiError> {
     check(a, g, q)?;
     let n = a.nrows();
     if n == 0 {
-        return Ok(CareSolution {
-            x: Mat::zeros(0, 0),
-            residual: 0.0,
-            closed_loop_max_real: f64::NEG_INFINITY,
-        });
+        return Ok(CareSolution { x: Mat::zeros(0, 0), residual: 0.0, closed_loop_max_real: f64::NEG_INFINITY });
     }
     let scale = balance_hamiltonian(a, g, q);
     let data = Data {
@@ -122,10 +113,7 @@ pub fn care_with(
         Effort::Fast => data.first_good(GOOD),
         Effort::Full => data.best_refined().map_err(|failed| data.diagnose(&failed)),
     }?;
-    Ok(CareSolution {
-        x: Mat::from_fn(n, n, |i, j| found.x[(i, j)] / scale[i] / scale[j]),
-        ..found
-    })
+    Ok(CareSolution { x: Mat::from_fn(n, n, |i, j| found.x[(i, j)] / scale[i] / scale[j]), ..found })
 }
 
 /// Residual below which a solution counts as found by the fast road; the γ iteration needs no more.
@@ -201,8 +189,7 @@ impl Data {
                 }
             };
             let mut found = self.candidate(x);
-            if found.residual > good && found.residual < USABLE && found.closed_loop_max_real < 0.0
-            {
+            if found.residual > good && found.residual < USABLE && found.closed_loop_max_real < 0.0 {
                 found = self.newton(found);
             }
             if found.residual <= good && found.closed_loop_max_real < 0.0 {
@@ -225,11 +212,7 @@ impl Data {
             return start;
         };
         let better = self.candidate(symmetric(&(x + closed.solve(&residual))));
-        if better.residual < start.residual && better.closed_loop_max_real < 0.0 {
-            better
-        } else {
-            start
-        }
+        if better.residual < start.residual && better.closed_loop_max_real < 0.0 { better } else { start }
     }
 
     /// The first start that Newton's method refines to the last bit: then no other road can be better.
@@ -262,11 +245,7 @@ impl Data {
         // Every step gains log10(1/(ε·cond)) digits; a problem that gains less than one digit a step is singular.
         const LIMIT: usize = 40;
         let n = self.a.nrows();
-        let (a, g, q) = (
-            Doubled::from_f64(&self.a),
-            Doubled::from_f64(&self.g),
-            Doubled::from_f64(&self.q),
-        );
+        let (a, g, q) = (Doubled::from_f64(&self.a), Doubled::from_f64(&self.g), Doubled::from_f64(&self.q));
         let mut x = Doubled::from_f64(start);
         let mut closed = EvenedLyapunov::new(&(&self.a - &self.g * start)).ok()?;
         let (mut last, mut settled) = (f64::INFINITY, f64::INFINITY);
@@ -310,9 +289,7 @@ impl Data {
         let gx = g.times(&exact);
         let p = exact.times(&a.plus(&gx.scaled(-0.5)));
         let defect = p.plus(&p.transposed()).plus(&q).rounded().norm_l2();
-        let size = 2.0 * (self.a.transpose() * &x).norm_l2()
-            + (&x * &self.g * &x).norm_l2()
-            + self.q.norm_l2();
+        let size = 2.0 * (self.a.transpose() * &x).norm_l2() + (&x * &self.g * &x).norm_l2() + self.q.norm_l2();
         let found = CareSolution {
             residual: if defect == 0.0 { 0.0 } else { defect / size },
             closed_loop_max_real: growth(&a.plus(&gx.scaled(-1.0)).rounded()),
@@ -325,9 +302,7 @@ impl Data {
     fn nearest_the_axis(&self) -> Option<c64> {
         let share = |v: &c64| v.re.abs() / v.norm().max(1e-300);
         let values = eigenvalues(&self.hamiltonian()).ok()?;
-        values
-            .into_iter()
-            .min_by(|x, y| share(x).total_cmp(&share(y)))
+        values.into_iter().min_by(|x, y| share(x).total_cmp(&share(y)))
     }
 
     fn diagnose(&self, failed: &[CareSolution]) -> RiccatiError {
@@ -337,13 +312,9 @@ impl Data {
             && (v.re.abs() <= tolerance * v.norm()
                 || v.norm() <= f64::EPSILON.sqrt() * 1e-3 * self.hamiltonian().norm_max())
         {
-            return RiccatiError::AxisEigenvalue {
-                omega_rad_s: v.im.abs(),
-            };
+            return RiccatiError::AxisEigenvalue { omega_rad_s: v.im.abs() };
         }
-        let best = failed
-            .iter()
-            .min_by(|x, y| x.residual.total_cmp(&y.residual));
+        let best = failed.iter().min_by(|x, y| x.residual.total_cmp(&y.residual));
         RiccatiError::NoStabilisingSolution {
             residual: best.map_or(f64::NAN, |b| b.residual),
             closed_loop_max_real: best.map_or(f64::NAN, |b| b.closed_loop_max_real),
@@ -388,10 +359,7 @@ fn check(a: &Mat<f64>, g: &Mat<f64>, q: &Mat<f64>) -> Result<(), RiccatiError> {
             .into());
         }
         if !m.is_all_finite() {
-            return Err(NumericError::NotFinite {
-                what: "Riccati equation",
-            }
-            .into());
+            return Err(NumericError::NotFinite { what: "Riccati equation" }.into());
         }
     }
     for (which, m) in [("G", g), ("Q", q)] {

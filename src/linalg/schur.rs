@@ -26,19 +26,14 @@ pub fn schur(a: &Mat<f64>) -> Result<RealSchur, NumericError> {
         return Err(NumericError::NotFinite { what: "Schur form" });
     }
     if n <= 1 {
-        return Ok(RealSchur {
-            z: Mat::identity(n, n),
-            t: a.clone(),
-        });
+        return Ok(RealSchur { z: Mat::identity(n, n), t: a.clone() });
     }
     let unit = unit_of(a.norm_max());
     let scaled = Mat::from_fn(n, n, |i, j| match a[(i, j)] / unit {
         x if x.abs() < NEGLIGIBLE => 0.0,
         x => x,
     });
-    let [z, t] = Francis::of_schur_form(scaled.clone())
-        .finished()?
-        .basis_and_form();
+    let [z, t] = Francis::of_schur_form(scaled.clone()).finished()?.basis_and_form();
     let mut form = RealSchur { z, t };
     form.split();
     let defect = (&form.z * &form.t - &scaled * &form.z).norm_l2();
@@ -82,10 +77,8 @@ impl RealSchur {
         while i < n {
             let size = block_size(&self.t, i);
             if select(block_eigenvalues(&self.t, i, size).0) {
-                let above: Vec<_> = quasi_blocks(&self.t)
-                    .into_iter()
-                    .filter(|(start, _)| (done..i).contains(start))
-                    .collect();
+                let above: Vec<_> =
+                    quasi_blocks(&self.t).into_iter().filter(|(start, _)| (done..i).contains(start)).collect();
                 for (start, above_size) in above.into_iter().rev() {
                     self.swap(start, above_size, size);
                 }
@@ -115,10 +108,7 @@ impl RealSchur {
                 i += 1;
                 continue;
             }
-            let (half, c) = (
-                0.5 * (self.t[(i, i)] - self.t[(i + 1, i + 1)]),
-                self.t[(i + 1, i)],
-            );
+            let (half, c) = (0.5 * (self.t[(i, i)] - self.t[(i + 1, i + 1)]), self.t[(i + 1, i)]);
             let [square, product] = [half * half, self.t[(i, i + 1)] * c];
             // Two equal eigenvalues may look complex for rounding.
             if square + product >= -4.0 * f64::EPSILON * square {
@@ -151,16 +141,14 @@ impl RealSchur {
     fn transform(&mut self, i: usize, g: &Mat<f64>) {
         let (n, k) = (self.t.nrows(), g.nrows());
         for col in 0..n {
-            let old: [f64; 4] =
-                std::array::from_fn(|r| if r < k { self.t[(i + r, col)] } else { 0.0 });
+            let old: [f64; 4] = std::array::from_fn(|r| if r < k { self.t[(i + r, col)] } else { 0.0 });
             for r in 0..k {
                 self.t[(i + r, col)] = (0..k).map(|l| g[(l, r)] * old[l]).sum();
             }
         }
         for m in [&mut self.t, &mut self.z] {
             for row in 0..n {
-                let old: [f64; 4] =
-                    std::array::from_fn(|r| if r < k { m[(row, i + r)] } else { 0.0 });
+                let old: [f64; 4] = std::array::from_fn(|r| if r < k { m[(row, i + r)] } else { 0.0 });
                 for r in 0..k {
                     m[(row, i + r)] = (0..k).map(|l| old[l] * g[(l, r)]).sum();
                 }
@@ -170,9 +158,7 @@ impl RealSchur {
 
     /// Swaps the block of size p at j with the one of size q below it.
     pub(super) fn swap(&mut self, j: usize, p: usize, q: usize) {
-        let part = |r: usize, c: usize, h: usize, w: usize| {
-            Mat::from_fn(h, w, |k, l| self.t[(j + r + k, j + c + l)])
-        };
+        let part = |r: usize, c: usize, h: usize, w: usize| Mat::from_fn(h, w, |k, l| self.t[(j + r + k, j + c + l)]);
         let (a, b, c) = (part(0, 0, p, p), part(p, p, q, q), part(0, p, p, q));
         // A X − X B = C; the columns of [−X; I] span the invariant subspace of B.
         let left = |r: usize, s: usize| a[(r, s)];
@@ -198,11 +184,7 @@ impl RealSchur {
 }
 
 fn block_size(t: &Mat<f64>, i: usize) -> usize {
-    if i + 1 < t.nrows() && t[(i + 1, i)] != 0.0 {
-        2
-    } else {
-        1
-    }
+    if i + 1 < t.nrows() && t[(i + 1, i)] != 0.0 { 2 } else { 1 }
 }
 
 /// Start and size of every diagonal block of a quasi triangular matrix.

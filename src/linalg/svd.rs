@@ -25,20 +25,8 @@ pub fn svd(a: &Mat<f64>) -> Result<Svd, NumericError> {
         return Err(NumericError::NotFinite { what });
     }
     if m == 0 || n == 0 {
-        return Ok(Svd {
-            u: Mat::identity(m, m),
-            s: vec![],
-            v: Mat::identity(n, n),
-        });
+        return Ok(Svd { u: Mat::identity(m, m), s: vec![], v: Mat::identity(n, n) });
     }
-    let f = a.svd().map_err(|_| NumericError::NoConvergence {
-        what,
-        iterations: 30 * m.max(n),
-        residual: f64::NAN,
-    })?;
-    Ok(Svd {
-        u: f.U().to_owned(),
-        s: (0..m.min(n)).map(|i| f.S().column_vector()[i]).collect(),
-        v: f.V().to_owned(),
-    })
+    let f = a.svd().map_err(|_| NumericError::NoConvergence { what, iterations: 30 * m.max(n), residual: f64::NAN })?;
+    Ok(Svd { u: f.U().to_owned(), s: (0..m.min(n)).map(|i| f.S().column_vector()[i]).collect(), v: f.V().to_owned() })
 }

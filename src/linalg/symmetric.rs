@@ -3,9 +3,7 @@
 
 use super::dense::symmetric_eigen;
 use super::error::NumericError;
-use faer::linalg::triangular_solve::{
-    solve_lower_triangular_in_place, solve_upper_triangular_in_place,
-};
+use faer::linalg::triangular_solve::{solve_lower_triangular_in_place, solve_upper_triangular_in_place};
 use faer::{Mat, Par, Side, c64};
 
 /// L of a symmetric positive definite H = L Lᵀ.
@@ -53,21 +51,13 @@ pub fn definite_eigen(k: &Mat<f64>, m: &Mat<f64>) -> Result<DefiniteEigen, Numer
 ///
 /// # Errors
 /// As [`definite_eigen`].
-pub fn definite_eigen_lifted(
-    k: &Mat<f64>,
-    m: &Mat<f64>,
-    null: &Mat<f64>,
-) -> Result<DefiniteEigen, NumericError> {
+pub fn definite_eigen_lifted(k: &Mat<f64>, m: &Mat<f64>, null: &Mat<f64>) -> Result<DefiniteEigen, NumericError> {
     let n = m.nrows();
     if !k.is_all_finite() || !m.is_all_finite() || !null.is_all_finite() {
-        return Err(NumericError::NotFinite {
-            what: "symmetric-definite eigenproblem",
-        });
+        return Err(NumericError::NotFinite { what: "symmetric-definite eigenproblem" });
     }
-    let singular = |rcond| NumericError::Singular {
-        what: "mass matrix of the eigenproblem (not positive definite)",
-        rcond,
-    };
+    let singular =
+        |rcond| NumericError::Singular { what: "mass matrix of the eigenproblem (not positive definite)", rcond };
     let mut scale = Vec::with_capacity(n);
     for i in 0..n {
         if m[(i, i)] <= 0.0 {
@@ -94,10 +84,7 @@ pub fn definite_eigen_lifted(
     let overlap = q.transpose() * &v;
     v = &v - &q * &overlap;
     let v = factor.solve_upper(v);
-    Ok(DefiniteEigen {
-        values: values[..kept].to_vec(),
-        vectors: Mat::from_fn(n, kept, |i, j| v[(i, j)] * scale[i]),
-    })
+    Ok(DefiniteEigen { values: values[..kept].to_vec(), vectors: Mat::from_fn(n, kept, |i, j| v[(i, j)] * scale[i]) })
 }
 
 /// Eigenvalues and right eigenvectors (columns, unit length) of a real square matrix with a simple spectrum.
@@ -107,9 +94,7 @@ pub fn definite_eigen_lifted(
 /// [`NumericError::NotFinite`] for bad data, [`NumericError::NoConvergence`] when the iteration fails.
 pub fn eigen_vectors(a: &Mat<f64>) -> Result<(Vec<c64>, Mat<c64>), NumericError> {
     if !a.is_all_finite() {
-        return Err(NumericError::NotFinite {
-            what: "eigenvectors",
-        });
+        return Err(NumericError::NotFinite { what: "eigenvectors" });
     }
     let n = a.nrows();
     let evd = a.eigen().map_err(|_| NumericError::NoConvergence {
@@ -139,9 +124,7 @@ pub struct ComplexEigen {
 /// [`NumericError::NotFinite`] for bad data, [`NumericError::NoConvergence`] when the iteration fails.
 pub fn eigen_vectors_complex(a: &Mat<c64>) -> Result<ComplexEigen, NumericError> {
     if !a.is_all_finite() {
-        return Err(NumericError::NotFinite {
-            what: "complex eigenvectors",
-        });
+        return Err(NumericError::NotFinite { what: "complex eigenvectors" });
     }
     let n = a.nrows();
     let evd = a.eigen().map_err(|_| NumericError::NoConvergence {
@@ -153,9 +136,5 @@ pub fn eigen_vectors_complex(a: &Mat<c64>) -> Result<ComplexEigen, NumericError>
     let vectors = evd.U().to_owned();
     let error = a * &vectors - Mat::from_fn(n, n, |i, j| vectors[(i, j)] * values[j]);
     let size = a.norm_max().max(f64::MIN_POSITIVE);
-    Ok(ComplexEigen {
-        residual: error.norm_max() / size,
-        values,
-        vectors,
-    })
+    Ok(ComplexEigen { residual: error.norm_max() / size, values, vectors })
 }

@@ -87,12 +87,7 @@ pub fn frequency_weighted_balance(
     };
     let (reach, observe) = rayon::join(reach, observe);
     let (reach, observe) = (reach?, observe?);
-    Ok(Balancing::from_factors(
-        stable,
-        kept,
-        &Doubled::from_f64(&reach),
-        &Doubled::from_f64(&observe),
-    ))
+    Ok(Balancing::from_factors(stable, kept, &Doubled::from_f64(&reach), &Doubled::from_f64(&observe)))
 }
 
 impl Balancing {
@@ -117,31 +112,17 @@ impl Balancing {
         // Square for the Jacobi method when a weight has widened a factor.
         let product = observe.transpose_times(reach).rounded();
         let size = product.nrows().max(cols);
-        let square = Mat::from_fn(size, size, |i, j| {
-            if i < product.nrows() && j < cols {
-                product[(i, j)]
-            } else {
-                0.0
-            }
-        });
+        let square =
+            Mat::from_fn(size, size, |i, j| if i < product.nrows() && j < cols { product[(i, j)] } else { 0.0 });
         let (u, s, v) = jacobi_svd(&square);
         // Values below rounding of the largest have no reliable directions.
         let first = s.first().copied().unwrap_or(0.0);
         let rank = s.iter().take(n).take_while(|x| **x > 1e-14 * first).count();
         let (lr, lo) = (reach.rounded(), observe.rounded());
-        let right = Mat::from_fn(n, rank, |i, j| {
-            (0..cols).map(|k| lr[(i, k)] * v[(k, j)]).sum::<f64>() / s[j].sqrt()
-        });
-        let left = Mat::from_fn(n, rank, |i, j| {
-            (0..lo.ncols()).map(|k| lo[(i, k)] * u[(k, j)]).sum::<f64>() / s[j].sqrt()
-        });
-        Self {
-            hankel: s.into_iter().take(n).collect(),
-            stable,
-            kept,
-            left,
-            right,
-        }
+        let right = Mat::from_fn(n, rank, |i, j| (0..cols).map(|k| lr[(i, k)] * v[(k, j)]).sum::<f64>() / s[j].sqrt());
+        let left =
+            Mat::from_fn(n, rank, |i, j| (0..lo.ncols()).map(|k| lo[(i, k)] * u[(k, j)]).sum::<f64>() / s[j].sqrt());
+        Self { hankel: s.into_iter().take(n).collect(), stable, kept, left, right }
     }
 
     /// Number of poles that are not reduced: those not in the open left half plane.
@@ -154,24 +135,15 @@ impl Balancing {
     /// # Errors
     /// [`NumericError`] when `order` is below the number of poles that are not in the open left half plane.
     pub fn truncated(&self, order: usize) -> Result<StateSpace<Continuous>, NumericError> {
-        Ok(append_outputs(
-            &self.truncated_part(self.stable_order(order)?),
-            &self.kept,
-        ))
+        Ok(append_outputs(&self.truncated_part(self.stable_order(order)?), &self.kept))
     }
 
     /// Singular perturbation to `order` states.
     ///
     /// # Errors
     /// [`NumericError`] when `order` is below [`Self::kept`], or the cut part has a pole at zero.
-    pub(crate) fn residualised(
-        &self,
-        order: usize,
-    ) -> Result<StateSpace<Continuous>, NumericError> {
-        Ok(append_outputs(
-            &self.residualised_part(self.stable_order(order)?)?,
-            &self.kept,
-        ))
+    pub(crate) fn residualised(&self, order: usize) -> Result<StateSpace<Continuous>, NumericError> {
+        Ok(append_outputs(&self.residualised_part(self.stable_order(order)?)?, &self.kept))
     }
 
     /// Both reductions with their L∞ errors: (method, system, error), better one first.
@@ -180,23 +152,15 @@ impl Balancing {
     /// [`NumericError`] when `order` is too small or a norm fails.
     pub(crate) fn reductions(&self, order: usize) -> Result<Vec<Reduction>, NumericError> {
         let r = self.stable_order(order)?;
-        let parts = [
-            ("balanced_truncation", self.truncated_part(r)),
-            ("singular_perturbation", self.residualised_part(r)?),
-        ];
+        let parts =
+            [("balanced_truncation", self.truncated_part(r)), ("singular_perturbation", self.residualised_part(r)?)];
         let mut list = Vec::with_capacity(2);
         for (method, part) in parts {
             // The kept part cancels in the difference.
-            let minus =
-                part.scale_outputs(&Mat::from_fn(part.outputs(), part.outputs(), |i, j| {
-                    if i == j { -1.0 } else { 0.0 }
-                }));
+            let minus = part
+                .scale_outputs(&Mat::from_fn(part.outputs(), part.outputs(), |i, j| if i == j { -1.0 } else { 0.0 }));
             let error = linf_norm(&add(&self.stable, &minus)?, 1e-9)?;
-            list.push(Reduction {
-                method,
-                system: append_outputs(&part, &self.kept),
-                error_hinf: error.norm,
-            });
+            list.push(Reduction { method, system: append_outputs(&part, &self.kept), error_hinf: error.norm });
         }
         list.sort_by(|x, y| x.error_hinf.total_cmp(&y.error_hinf));
         Ok(list)
@@ -214,10 +178,8 @@ impl Balancing {
     }
 
     fn balanced(&self, r: usize) -> StateSpace<Continuous> {
-        let (left, right) = (
-            self.left.submatrix(0, 0, self.left.nrows(), r),
-            self.right.submatrix(0, 0, self.right.nrows(), r),
-        );
+        let (left, right) =
+            (self.left.submatrix(0, 0, self.left.nrows(), r), self.right.submatrix(0, 0, self.right.nrows(), r));
         StateSpace {
             a: left.transpose() * &self.stable.a * right,
             b: left.transpose() * &self.stable.b,
@@ -288,11 +250,7 @@ pub fn split(
     let (form, k) = form.ordered(|v| v.re < margin);
     let part = |m: &Mat<f64>, i, j, h, w| m.submatrix(i, j, h, w).to_owned();
     let (b, c) = (form.z.transpose() * &s.b, &s.c * &form.z);
-    let (a11, a12, a22) = (
-        part(&form.t, 0, 0, k, k),
-        part(&form.t, 0, k, k, n - k),
-        part(&form.t, k, k, n - k, n - k),
-    );
+    let (a11, a12, a22) = (part(&form.t, 0, 0, k, k), part(&form.t, 0, k, k, n - k), part(&form.t, k, k, n - k, n - k));
     // x1 = x̃1 + X x2 decouples: A11 X − X A22 + A12 = 0.
     let minus = |m: &Mat<f64>| Mat::from_fn(m.nrows(), m.ncols(), |i, j| -m[(i, j)]);
     let x = sylvester(&a11, &minus(&a22), &minus(&a12))?;
@@ -306,10 +264,7 @@ pub fn split(
 }
 
 /// Sum of two systems with equal channels.
-fn append_outputs(
-    first: &StateSpace<Continuous>,
-    second: &StateSpace<Continuous>,
-) -> StateSpace<Continuous> {
+fn append_outputs(first: &StateSpace<Continuous>, second: &StateSpace<Continuous>) -> StateSpace<Continuous> {
     let both = append(first, second);
     let (m, p) = (first.inputs(), first.outputs());
     let inputs = Mat::from_fn(2 * m, m, |i, j| if i % m == j { 1.0 } else { 0.0 });

@@ -19,10 +19,7 @@ pub fn block2(a: &Mat<f64>, b: &Mat<f64>, c: &Mat<f64>, d: &Mat<f64>) -> Mat<f64
 ///
 /// # Errors
 /// [`NumericError::Dimension`] when the channel counts differ.
-pub fn series<T: TimeBase>(
-    first: &StateSpace<T>,
-    second: &StateSpace<T>,
-) -> Result<StateSpace<T>, NumericError> {
+pub fn series<T: TimeBase>(first: &StateSpace<T>, second: &StateSpace<T>) -> Result<StateSpace<T>, NumericError> {
     check(first.outputs(), second.inputs(), "series connection")?;
     let zero = Mat::zeros(first.order(), second.order());
     let a = block2(&first.a, &zero, &(&second.b * &first.c), &second.a);
@@ -34,14 +31,8 @@ pub fn series<T: TimeBase>(
 
 /// Block-diagonal connection of independent systems: inputs and outputs are concatenated.
 pub fn append<T: TimeBase>(first: &StateSpace<T>, second: &StateSpace<T>) -> StateSpace<T> {
-    let diag = |x: &Mat<f64>, y: &Mat<f64>| {
-        block2(
-            x,
-            &Mat::zeros(x.nrows(), y.ncols()),
-            &Mat::zeros(y.nrows(), x.ncols()),
-            y,
-        )
-    };
+    let diag =
+        |x: &Mat<f64>, y: &Mat<f64>| block2(x, &Mat::zeros(x.nrows(), y.ncols()), &Mat::zeros(y.nrows(), x.ncols()), y);
     StateSpace {
         a: diag(&first.a, &second.a),
         b: diag(&first.b, &second.b),
@@ -55,10 +46,7 @@ pub fn append<T: TimeBase>(first: &StateSpace<T>, second: &StateSpace<T>) -> Sta
 ///
 /// # Errors
 /// [`NumericError::Dimension`] when the channel counts differ.
-pub fn add<T: TimeBase>(
-    first: &StateSpace<T>,
-    second: &StateSpace<T>,
-) -> Result<StateSpace<T>, NumericError> {
+pub fn add<T: TimeBase>(first: &StateSpace<T>, second: &StateSpace<T>) -> Result<StateSpace<T>, NumericError> {
     check(first.outputs(), second.outputs(), "parallel connection")?;
     check(first.inputs(), second.inputs(), "parallel connection")?;
     let both = append(first, second);
@@ -100,25 +88,12 @@ pub fn lower_lft<T: TimeBase>(
     // y = (I − D22 DK)⁻¹ (C2 x + D22 CK xk + D21 w)
     let loop_matrix = Mat::<f64>::identity(ny, ny) - &d22 * &controller.d;
     let right = stack_cols(&stack_cols(&c2, &(&d22 * &controller.c)), &d21);
-    let y = solve(&loop_matrix, &right).map_err(|_| NumericError::IllPosed {
-        what: "I − D22·D_K of the feedback loop",
-    })?;
-    let (yx, yk, yw) = (
-        part(&y, 0, 0, ny, n),
-        part(&y, 0, n, ny, k),
-        part(&y, 0, n + k, ny, nw),
-    );
-    let (ux, uk, uw) = (
-        &controller.d * &yx,
-        &controller.c + &controller.d * &yk,
-        &controller.d * &yw,
-    );
-    let a = block2(
-        &(&plant.a + &b2 * &ux),
-        &(&b2 * &uk),
-        &(&controller.b * &yx),
-        &(&controller.a + &controller.b * &yk),
-    );
+    let y = solve(&loop_matrix, &right)
+        .map_err(|_| NumericError::IllPosed { what: "I − D22·D_K of the feedback loop" })?;
+    let (yx, yk, yw) = (part(&y, 0, 0, ny, n), part(&y, 0, n, ny, k), part(&y, 0, n + k, ny, nw));
+    let (ux, uk, uw) = (&controller.d * &yx, &controller.c + &controller.d * &yk, &controller.d * &yw);
+    let a =
+        block2(&(&plant.a + &b2 * &ux), &(&b2 * &uk), &(&controller.b * &yx), &(&controller.a + &controller.b * &yk));
     let b = stack_rows(&(&b1 + &b2 * &uw), &(&controller.b * &yw));
     let c = stack_cols(&(&c1 + &d12 * &ux), &(&d12 * &uk));
     StateSpace::new(a, b, c, &d11 + &d12 * &uw, plant.time)
@@ -147,26 +122,18 @@ pub(crate) fn check_sample_times(
 /// [a; b].
 pub(crate) fn stack_rows(a: &Mat<f64>, b: &Mat<f64>) -> Mat<f64> {
     let r = a.nrows();
-    Mat::from_fn(r + b.nrows(), a.ncols(), |i, j| {
-        if i < r { a[(i, j)] } else { b[(i - r, j)] }
-    })
+    Mat::from_fn(r + b.nrows(), a.ncols(), |i, j| if i < r { a[(i, j)] } else { b[(i - r, j)] })
 }
 
 /// [a, b].
 pub(crate) fn stack_cols(a: &Mat<f64>, b: &Mat<f64>) -> Mat<f64> {
     let s = a.ncols();
-    Mat::from_fn(a.nrows(), s + b.ncols(), |i, j| {
-        if j < s { a[(i, j)] } else { b[(i, j - s)] }
-    })
+    Mat::from_fn(a.nrows(), s + b.ncols(), |i, j| if j < s { a[(i, j)] } else { b[(i, j - s)] })
 }
 
 fn check(expected: usize, found: usize, what: &'static str) -> Result<(), NumericError> {
     if expected == found {
         return Ok(());
     }
-    Err(NumericError::Dimension {
-        what,
-        expected: format!("{expected} channels"),
-        found: format!("{found} channels"),
-    })
+    Err(NumericError::Dimension { what, expected: format!("{expected} channels"), found: format!("{found} channels") })
 }

@@ -15,16 +15,11 @@ pub(crate) fn pade(delay_s: f64, order: usize) -> Result<StateSpace<Continuous>,
     let n = order;
     let mut coefficient = vec![1.0; n + 1];
     for k in 0..n {
-        coefficient[k + 1] =
-            coefficient[k] * (n - k) as f64 / ((2 * n - k) as f64 * (k + 1) as f64);
+        coefficient[k + 1] = coefficient[k] * (n - k) as f64 / ((2 * n - k) as f64 * (k + 1) as f64);
     }
     let (lead, rate) = (coefficient[n], 1.0 / delay_s);
     let a = Mat::from_fn(n, n, |i, j| {
-        if i + 1 < n {
-            f64::from(u8::from(j == i + 1)) * rate
-        } else {
-            -rate * coefficient[j] / lead
-        }
+        if i + 1 < n { f64::from(u8::from(j == i + 1)) * rate } else { -rate * coefficient[j] / lead }
     });
     let b = Mat::from_fn(n, 1, |i, _| if i + 1 == n { rate } else { 0.0 });
     // D(−s) = ±D(s) + twice the terms of the other parity.
@@ -40,11 +35,7 @@ pub(crate) fn pade(delay_s: f64, order: usize) -> Result<StateSpace<Continuous>,
 ///
 /// # Errors
 /// [`NumericError`] from the exponential.
-pub fn hold(
-    a: &Mat<f64>,
-    b: &Mat<f64>,
-    seconds: f64,
-) -> Result<(Mat<f64>, Mat<f64>), NumericError> {
+pub fn hold(a: &Mat<f64>, b: &Mat<f64>, seconds: f64) -> Result<(Mat<f64>, Mat<f64>), NumericError> {
     let [held] = holds((a, b), [seconds], None)?;
     Ok(held)
 }
@@ -68,12 +59,7 @@ fn holds<const K: usize>(
         (true, false) => b[(i, j - n)] / unit,
         _ => 0.0,
     });
-    let parts = |e: Mat<f64>| {
-        (
-            e.submatrix(0, 0, n, n).to_owned(),
-            Mat::from_fn(n, m, |i, j| e[(i, n + j)] * unit),
-        )
-    };
+    let parts = |e: Mat<f64>| (e.submatrix(0, 0, n, n).to_owned(), Mat::from_fn(n, m, |i, j| e[(i, n + j)] * unit));
     Ok(exponentials(&block, seconds, planes)?.map(parts))
 }
 
@@ -109,8 +95,7 @@ pub(crate) fn sample_planes(
     let split = late > 1e-9 * period_s;
     let continuous = (&system.a, &system.b);
     let (a_full, b_full, b_new, b_old) = if split {
-        let [(a_late, b_late), (a_rest, b_rest)] =
-            holds(continuous, [late, period_s - late], planes)?;
+        let [(a_late, b_late), (a_rest, b_rest)] = holds(continuous, [late, period_s - late], planes)?;
         // What the first part of the sample does goes on through the second.
         let b_early = &a_rest * &b_late;
         let of_commands = |b: &Mat<f64>| b.subcols(0, delayed).to_owned();

@@ -42,9 +42,7 @@ impl HeldResponse for FrequencyResponder<Discrete> {
 /// A response with the magnitude of the hold behind it.
 fn held(response: &Mat<c64>, omega_rad_s: f64, time: Discrete) -> Mat<c64> {
     let magnitude = hold_magnitude(omega_rad_s, time.period_s);
-    Mat::from_fn(response.nrows(), response.ncols(), |i, j| {
-        response[(i, j)] * magnitude
-    })
+    Mat::from_fn(response.nrows(), response.ncols(), |i, j| response[(i, j)] * magnitude)
 }
 
 /// sinc(fT) = sin(ωT/2)/(ωT/2) of a zero-order hold; one at ω = 0.
@@ -78,7 +76,5 @@ pub fn closed_response(
 /// I − G K.
 pub(crate) fn return_difference(g: &Mat<c64>, k: &Mat<c64>) -> Mat<c64> {
     let l = g * k;
-    Mat::from_fn(l.nrows(), l.ncols(), |i, j| {
-        c64::new(if i == j { 1.0 } else { 0.0 }, 0.0) - l[(i, j)]
-    })
+    Mat::from_fn(l.nrows(), l.ncols(), |i, j| c64::new(if i == j { 1.0 } else { 0.0 }, 0.0) - l[(i, j)])
 }

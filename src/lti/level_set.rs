@@ -33,11 +33,7 @@ pub(crate) fn peak(
     hamiltonian: &dyn Fn(f64) -> Result<Mat<f64>, NumericError>,
     rel_tol: f64,
 ) -> Result<Peak, NumericError> {
-    let mut best = Peak {
-        lower: floor,
-        omega_rad_s: 0.0,
-        upper: f64::INFINITY,
-    };
+    let mut best = Peak { lower: floor, omega_rad_s: 0.0, upper: f64::INFINITY };
     let take = |(omega, v): (f64, f64), best: &mut Peak| {
         if v > best.lower {
             best.lower = v;
@@ -74,11 +70,7 @@ pub(crate) fn peak(
             return Ok(best);
         }
     }
-    Err(NumericError::NoConvergence {
-        what: "peak gain by level sets",
-        iterations: STEPS,
-        residual: best.lower,
-    })
+    Err(NumericError::NoConvergence { what: "peak gain by level sets", iterations: STEPS, residual: best.lower })
 }
 
 /// Frequencies of the eigenvalues on the axis to within rounding, ascending: where a level may be met that the gain

@@ -26,14 +26,7 @@ impl LineMaximum {
             false => (above, below),
         };
         let width = above.0 - below.0;
-        Self {
-            ends: (below.0, above.0),
-            best,
-            second,
-            third,
-            steps: [width, width],
-            tolerance,
-        }
+        Self { ends: (below.0, above.0), best, second, third, steps: [width, width], tolerance }
     }
 
     /// Where the next value is asked; none when the place of the largest is known.
@@ -81,11 +74,7 @@ impl LineMaximum {
 
     /// Takes a value in; one that is not a number counts as none at all.
     pub(crate) fn add(&mut self, place: f64, value: f64) {
-        let value = if value.is_nan() {
-            f64::NEG_INFINITY
-        } else {
-            value
-        };
+        let value = if value.is_nan() { f64::NEG_INFINITY } else { value };
         let point = (place, value);
         let right = place >= self.best.0;
         if value >= self.best.1 {
@@ -147,10 +136,7 @@ mod tests {
     #[test]
     fn a_kink_and_an_end_are_found_too() {
         let (place, _, asked) = largest(|x| -(x - 0.3f64).abs(), 0.0, 1.0, 1e-6);
-        assert!(
-            (place - 0.3).abs() < 3e-6 && asked <= 45,
-            "{place} after {asked}"
-        );
+        assert!((place - 0.3).abs() < 3e-6 && asked <= 45, "{place} after {asked}");
         let (place, ..) = largest(|x| if x < 0.9 { x } else { f64::NAN }, 0.0, 1.0, 1e-6);
         assert!((place - 0.9).abs() < 3e-6, "{place}");
         let (place, ..) = largest(|x| x, 0.0, 1.0, 1e-6);

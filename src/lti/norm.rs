@@ -9,9 +9,7 @@ use super::sample::inverse_tustin;
 use super::scale::balancing;
 use super::state_space::{Continuous, Discrete, StateSpace, TimeBase};
 use crate::linalg::equal_planes::EqualPlanes;
-use crate::linalg::{
-    Mat, NumericError, c64, max_singular_value, max_singular_value_complex, solve,
-};
+use crate::linalg::{Mat, NumericError, c64, max_singular_value, max_singular_value_complex, solve};
 use rayon::prelude::*;
 use thiserror::Error;
 
@@ -19,9 +17,7 @@ use thiserror::Error;
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum NormError {
     /// The system is not stable, so the H∞ norm does not exist.
-    #[error(
-        "the system is unstable: its growth rate is {growth_rate:.6e} 1/s, the norm does not exist"
-    )]
+    #[error("the system is unstable: its growth rate is {growth_rate:.6e} 1/s, the norm does not exist")]
     Unstable {
         /// Largest growth rate of a pole, 1/s.
         growth_rate: f64,
@@ -78,10 +74,7 @@ pub fn linf_norm(system: &StateSpace<Continuous>, rel_tol: f64) -> Result<HinfNo
 ///
 /// # Errors
 /// [`NormError::Unstable`] when a pole is not inside the unit circle.
-pub fn hinf_norm_discrete(
-    system: &StateSpace<Discrete>,
-    rel_tol: f64,
-) -> Result<HinfNorm, NormError> {
+pub fn hinf_norm_discrete(system: &StateSpace<Discrete>, rel_tol: f64) -> Result<HinfNorm, NormError> {
     hinf_norm_with_poles(system, &system.poles()?, rel_tol)
 }
 
@@ -103,10 +96,7 @@ pub(crate) fn hinf_norm_with_poles(
     let mapped: Vec<c64> = poles.iter().map(|z| (z - 1.0) / (z + 1.0) * unit).collect();
     let mapped = linf_norm_with(&inverse_tustin(system)?, &mapped, rel_tol)?;
     let period = system.time.period_s;
-    Ok(HinfNorm {
-        peak_omega_rad_s: 2.0 / period * (0.5 * period * mapped.peak_omega_rad_s).atan(),
-        ..mapped
-    })
+    Ok(HinfNorm { peak_omega_rad_s: 2.0 / period * (0.5 * period * mapped.peak_omega_rad_s).atan(), ..mapped })
 }
 
 /// Whether the gain of a sampled system, which the caller knows to be stable, stays below `level` at every frequency.
@@ -180,27 +170,16 @@ pub fn seeds(poles: &[c64]) -> Vec<f64> {
 pub(crate) fn places(poles: &[c64], value: &(dyn Fn(f64) -> f64 + Sync)) -> Vec<(f64, f64)> {
     let mut list = seeds(poles);
     list.extend([0.0, f64::INFINITY]);
-    list.into_par_iter()
-        .with_min_len(SIDE_BY_SIDE)
-        .map(|omega| (omega, value(omega)))
-        .collect()
+    list.into_par_iter().with_min_len(SIDE_BY_SIDE).map(|omega| (omega, value(omega))).collect()
 }
 
 /// Frequencies that one thread takes at least: one of a small system takes as long as handing it on.
 const SIDE_BY_SIDE: usize = 8;
 
-fn linf_norm_with(
-    system: &StateSpace<Continuous>,
-    poles: &[c64],
-    rel_tol: f64,
-) -> Result<HinfNorm, NumericError> {
+fn linf_norm_with(system: &StateSpace<Continuous>, poles: &[c64], rel_tol: f64) -> Result<HinfNorm, NumericError> {
     let direct = max_singular_value(&system.d);
     if system.order() == 0 || system.inputs() == 0 || system.outputs() == 0 {
-        return Ok(HinfNorm {
-            norm: direct,
-            peak_omega_rad_s: f64::INFINITY,
-            upper: direct,
-        });
+        return Ok(HinfNorm { norm: direct, peak_omega_rad_s: f64::INFINITY, upper: direct });
     }
     let s = system.scale_states(&balancing(system));
     let responder = FrequencyResponder::new(&s);
@@ -211,41 +190,22 @@ fn linf_norm_with(
     // Gains below rounding of B, C and D are zero.
     let floor = f64::EPSILON * f64::EPSILON * (direct + s.b.norm_l2() * s.c.norm_l2());
     if floor == 0.0 {
-        return Ok(HinfNorm {
-            norm: 0.0,
-            peak_omega_rad_s: 0.0,
-            upper: 0.0,
-        });
+        return Ok(HinfNorm { norm: 0.0, peak_omega_rad_s: 0.0, upper: 0.0 });
     }
-    let found = peak(
-        &value,
-        &places(poles, &value),
-        floor,
-        &|g| hamiltonian(&s, g),
-        rel_tol,
-    )?;
+    let found = peak(&value, &places(poles, &value), floor, &|g| hamiltonian(&s, g), rel_tol)?;
     let zero = found.lower <= floor;
-    Ok(HinfNorm {
-        norm: if zero { 0.0 } else { found.lower },
-        peak_omega_rad_s: found.omega_rad_s,
-        upper: found.upper,
-    })
+    Ok(HinfNorm { norm: if zero { 0.0 } else { found.lower }, peak_omega_rad_s: found.omega_rad_s, upper: found.upper })
 }
 
 /// H(γ) of the module for balanced states: axis eigenvalues jω are the frequencies where a gain meets γ.
 ///
 /// # Errors
 /// [`NumericError`] when γ is a gain of the feedthrough.
-pub(crate) fn hamiltonian(
-    s: &StateSpace<Continuous>,
-    gamma: f64,
-) -> Result<Mat<f64>, NumericError> {
+pub(crate) fn hamiltonian(s: &StateSpace<Continuous>, gamma: f64) -> Result<Mat<f64>, NumericError> {
     let (n, m) = (s.order(), s.inputs());
     let dtd = s.d.transpose() * &s.d;
     // Everything is divided by γ: gains of 1e±8 stay in range.
-    let r = Mat::from_fn(m, m, |i, j| {
-        f64::from(u8::from(i == j)) - dtd[(i, j)] / gamma / gamma
-    });
+    let r = Mat::from_fn(m, m, |i, j| f64::from(u8::from(i == j)) - dtd[(i, j)] / gamma / gamma);
     let dtc = s.d.transpose() * &s.c;
     let x = solve(&r, &s.b.transpose().to_owned())?;
     let y = solve(&r, &dtc)?;

@@ -50,11 +50,7 @@ impl PoleResidues {
                 gap: each(&|(p, _)| 1.0 - p.norm()),
             }
         };
-        Self {
-            terms: terms.chunks(WIDTH).map(four).collect(),
-            poles: terms.iter().map(|(p, _)| *p).collect(),
-            direct,
-        }
+        Self { terms: terms.chunks(WIDTH).map(four).collect(), poles: terms.iter().map(|(p, _)| *p).collect(), direct }
     }
 
     /// f(θ), and a bound of |f″| within `half` of θ.
@@ -116,9 +112,7 @@ impl PoleResidues {
             best = search.best();
         }
         let mut upper = best.1;
-        let mut arcs: Vec<[(f64, f64); 2]> = (1..angles.len())
-            .map(|k| [point(k - 1), point(k)])
-            .collect();
+        let mut arcs: Vec<[(f64, f64); 2]> = (1..angles.len()).map(|k| [point(k - 1), point(k)]).collect();
         let mut left = MOST_ARCS;
         while let Some([low, high]) = arcs.pop() {
             left = left.checked_sub(1)?;
@@ -140,11 +134,7 @@ impl PoleResidues {
                 return None;
             }
         }
-        Some(HinfNorm {
-            norm: best.1,
-            peak_omega_rad_s: best.0 / period_s,
-            upper: upper.max(best.1),
-        })
+        Some(HinfNorm { norm: best.1, peak_omega_rad_s: best.0 / period_s, upper: upper.max(best.1) })
     }
 }
 
@@ -187,12 +177,7 @@ mod tests {
 
     #[test]
     fn the_largest_modulus_is_the_norm_by_level_sets() {
-        for moduli in [
-            vec![0.5],
-            vec![0.9, 0.99, 0.3],
-            vec![0.999, 0.9995, 0.9, 0.2, 0.97],
-            vec![0.999_99, 0.8],
-        ] {
+        for moduli in [vec![0.5], vec![0.9, 0.99, 0.3], vec![0.999, 0.9995, 0.9, 0.2, 0.97], vec![0.999_99, 0.8]] {
             let (terms, period_s) = (pairs(&moduli), 1e-4);
             let response = PoleResidues::new(&terms, c64::from(0.4));
             let system = system(&terms, 0.4, period_s);

@@ -147,9 +147,7 @@ impl<T: TimeBase> FrequencyResponder<T> {
         let own = &self.b[row * m..(row + 1) * m];
         let entry = |k: usize| own.get(k).copied().unwrap_or(0.0).into();
         let first = |g: usize| WIDTH * (number * K + g);
-        Block(std::array::from_fn(|g| {
-            Lanes::from_fn(|l| entry(first(g) + l))
-        }))
+        Block(std::array::from_fn(|g| Lanes::from_fn(|l| entry(first(g) + l))))
     }
 
     /// Continuous or sampled time.
@@ -160,9 +158,7 @@ impl<T: TimeBase> FrequencyResponder<T> {
     /// Response at an angular frequency; D at infinity (continuous time).
     pub(crate) fn at_or_infinity(&self, omega_rad_s: f64) -> Mat<c64> {
         if omega_rad_s.is_infinite() {
-            return Mat::from_fn(self.d.nrows(), self.d.ncols(), |i, j| {
-                c64::new(self.d[(i, j)], 0.0)
-            });
+            return Mat::from_fn(self.d.nrows(), self.d.ncols(), |i, j| c64::new(self.d[(i, j)], 0.0));
         }
         self.transfer(self.time.point(omega_rad_s))
     }
@@ -222,11 +218,7 @@ struct Column {
 
 impl Column {
     fn zeros(n: usize, outputs: usize) -> Self {
-        Self {
-            re: vec![0.0; n],
-            im: vec![0.0; n],
-            read: vec![c64::new(0.0, 0.0); outputs],
-        }
+        Self { re: vec![0.0; n], im: vec![0.0; n], read: vec![c64::new(0.0, 0.0); outputs] }
     }
 
     fn at(&self, i: usize) -> c64 {
@@ -250,11 +242,7 @@ impl Column {
     /// Takes off `factor` times another column in the first `rows` rows.
     fn subtract(&mut self, factor: c64, other: &Self, rows: usize) {
         let own = (&mut self.re[..rows], &mut self.im[..rows]);
-        add_fused(
-            own,
-            (-factor.re, -factor.im),
-            (&other.re[..rows], &other.im[..rows]),
-        );
+        add_fused(own, (-factor.re, -factor.im), (&other.re[..rows], &other.im[..rows]));
         for (own, other) in self.read.iter_mut().zip(&other.read) {
             *own -= factor * other;
         }
@@ -268,12 +256,7 @@ impl Column {
 
     /// As column `i` of R: row `i` of y by that of `b`, which the rows above lose; what is read of it goes to `sum`.
     #[inline]
-    fn solve<const K: usize>(
-        &self,
-        (b, n): (&mut [Block<K>], usize),
-        sum: &mut [Block<K>],
-        i: usize,
-    ) {
+    fn solve<const K: usize>(&self, (b, n): (&mut [Block<K>], usize), sum: &mut [Block<K>], i: usize) {
         let inverse = c64::new(1.0, 0.0) / self.at(i);
         let p = self.read.len();
         for (number, b) in b.chunks_exact_mut(n).enumerate() {

@@ -38,19 +38,12 @@ pub(crate) fn even_in_logarithm(from: f64, to: f64, count: usize) -> impl Iterat
 impl FrequencyGrid {
     /// A grid from any list of frequencies in Hz; sorts, drops what is not positive and finite, removes duplicates.
     pub fn from_hz(frequencies_hz: impl IntoIterator<Item = f64>) -> Self {
-        Self::from_rad_s(
-            frequencies_hz
-                .into_iter()
-                .map(|f| f * std::f64::consts::TAU),
-        )
+        Self::from_rad_s(frequencies_hz.into_iter().map(|f| f * std::f64::consts::TAU))
     }
 
     /// A grid from any list of angular frequencies in rad/s, cleaned like [`Self::from_hz`].
     pub(crate) fn from_rad_s(omega_rad_s: impl IntoIterator<Item = f64>) -> Self {
-        let mut grid: Vec<f64> = omega_rad_s
-            .into_iter()
-            .filter(|w| w.is_finite() && *w > 0.0)
-            .collect();
+        let mut grid: Vec<f64> = omega_rad_s.into_iter().filter(|w| w.is_finite() && *w > 0.0).collect();
         grid.sort_by(f64::total_cmp);
         grid.dedup();
         Self { omega_rad_s: grid }
@@ -78,11 +71,7 @@ impl FrequencyGrid {
             for k in 0..per_side {
                 // Ratio 100 from a tenth to ten half-power widths covers the peak and both its skirts.
                 let step = 0.1 * width * 100f64.powf(k as f64 / per_side.max(2) as f64);
-                all.extend(
-                    [centre - step, centre + step]
-                        .into_iter()
-                        .filter(|w| w >= lo && w <= hi),
-                );
+                all.extend([centre - step, centre + step].into_iter().filter(|w| w >= lo && w <= hi));
             }
         }
         // Equal planes have the same poles: without this a line next to its double would be a local maximum.
@@ -98,10 +87,7 @@ impl FrequencyGrid {
 
     /// Frequencies, Hz, ascending.
     pub fn hz(&self) -> Vec<f64> {
-        self.omega_rad_s
-            .iter()
-            .map(|w| w / std::f64::consts::TAU)
-            .collect()
+        self.omega_rad_s.iter().map(|w| w / std::f64::consts::TAU).collect()
     }
 
     /// Number of lines.

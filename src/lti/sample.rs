@@ -10,29 +10,17 @@ use crate::linalg::{Mat, NumericError, solve};
 ///
 /// # Errors
 /// [`NumericError`] for a period that is not positive, or an exponential that overflows.
-pub fn zoh(
-    system: &StateSpace<Continuous>,
-    period_s: f64,
-) -> Result<StateSpace<Discrete>, NumericError> {
+pub fn zoh(system: &StateSpace<Continuous>, period_s: f64) -> Result<StateSpace<Discrete>, NumericError> {
     positive(period_s, "sample period")?;
     let (a, b) = hold(&system.a, &system.b, period_s)?;
-    StateSpace::new(
-        a,
-        b,
-        system.c.clone(),
-        system.d.clone(),
-        Discrete { period_s },
-    )
+    StateSpace::new(a, b, system.c.clone(), system.d.clone(), Discrete { period_s })
 }
 
 /// Tustin's rule, s = (2/T)(z − 1)/(z + 1).
 ///
 /// # Errors
 /// [`NumericError`] for a period that is not positive, or a pole at s = 2/T.
-pub fn tustin(
-    system: &StateSpace<Continuous>,
-    period_s: f64,
-) -> Result<StateSpace<Discrete>, NumericError> {
+pub fn tustin(system: &StateSpace<Continuous>, period_s: f64) -> Result<StateSpace<Discrete>, NumericError> {
     positive(period_s, "sample period")?;
     bilinear(system, 2.0 / period_s, period_s)
 }
@@ -63,53 +51,30 @@ pub fn tustin_prewarped(
 ///
 /// # Errors
 /// [`NumericError`] for a pole at z = −1.
-pub fn inverse_tustin(
-    system: &StateSpace<Discrete>,
-) -> Result<StateSpace<Continuous>, NumericError> {
+pub fn inverse_tustin(system: &StateSpace<Discrete>) -> Result<StateSpace<Continuous>, NumericError> {
     let n = system.order();
     let k = 2.0 / system.time.period_s;
     let one = Mat::<f64>::identity(n, n);
     let plus = &system.a + &one;
     let (pa, pb) = (solve(&plus, &(&system.a - &one))?, solve(&plus, &system.b)?);
     let c = right_divide(&system.c, &plus)?;
-    StateSpace::new(
-        scaled(&pa, k),
-        scaled(&pb, k),
-        scaled(&c, 2.0),
-        &system.d - &system.c * &pb,
-        Continuous,
-    )
+    StateSpace::new(scaled(&pa, k), scaled(&pb, k), scaled(&c, 2.0), &system.d - &system.c * &pb, Continuous)
 }
 
 /// With M = kI − A: Ad = M⁻¹(kI + A), Bd = 2M⁻¹B, Cd = k C M⁻¹, Dd = D + C M⁻¹B; the states stay those of A to first
 /// order in T.
-fn bilinear(
-    system: &StateSpace<Continuous>,
-    k: f64,
-    period_s: f64,
-) -> Result<StateSpace<Discrete>, NumericError> {
+fn bilinear(system: &StateSpace<Continuous>, k: f64, period_s: f64) -> Result<StateSpace<Discrete>, NumericError> {
     let n = system.order();
     let shift = scaled(&Mat::identity(n, n), k);
     let minus = &shift - &system.a;
-    let (ad, b) = (
-        solve(&minus, &(&shift + &system.a))?,
-        solve(&minus, &system.b)?,
-    );
+    let (ad, b) = (solve(&minus, &(&shift + &system.a))?, solve(&minus, &system.b)?);
     let c = right_divide(&system.c, &minus)?;
-    StateSpace::new(
-        ad,
-        scaled(&b, 2.0),
-        scaled(&c, k),
-        &system.d + &system.c * &b,
-        Discrete { period_s },
-    )
+    StateSpace::new(ad, scaled(&b, 2.0), scaled(&c, k), &system.d + &system.c * &b, Discrete { period_s })
 }
 
 /// C M⁻¹.
 fn right_divide(c: &Mat<f64>, m: &Mat<f64>) -> Result<Mat<f64>, NumericError> {
-    Ok(solve(&m.transpose().to_owned(), &c.transpose().to_owned())?
-        .transpose()
-        .to_owned())
+    Ok(solve(&m.transpose().to_owned(), &c.transpose().to_owned())?.transpose().to_owned())
 }
 
 fn scaled(m: &Mat<f64>, factor: f64) -> Mat<f64> {
@@ -120,9 +85,5 @@ fn positive(value: f64, what: &'static str) -> Result<(), NumericError> {
     if value.is_finite() && value > 0.0 {
         return Ok(());
     }
-    Err(NumericError::Dimension {
-        what,
-        expected: "a positive number".into(),
-        found: format!("{value}"),
-    })
+    Err(NumericError::Dimension { what, expected: "a positive number".into(), found: format!("{value}") })
 }

@@ -7,16 +7,8 @@ use crate::linalg::balance::balanced;
 /// States that nothing drives or nothing reads keep their scale.
 pub(crate) fn balancing<T: TimeBase>(system: &StateSpace<T>) -> Vec<f64> {
     let n = system.order();
-    let b: Vec<f64> = (0..n)
-        .map(|i| (0..system.inputs()).map(|j| system.b[(i, j)].powi(2)).sum())
-        .collect();
-    let c: Vec<f64> = (0..n)
-        .map(|j| {
-            (0..system.outputs())
-                .map(|i| system.c[(i, j)].powi(2))
-                .sum()
-        })
-        .collect();
+    let b: Vec<f64> = (0..n).map(|i| (0..system.inputs()).map(|j| system.b[(i, j)].powi(2)).sum()).collect();
+    let c: Vec<f64> = (0..n).map(|j| (0..system.outputs()).map(|i| system.c[(i, j)].powi(2)).sum()).collect();
     balanced(n, |t, i| {
         let (mut row, mut col) = (b[i] / t[i].powi(2), c[i] * t[i].powi(2));
         for j in 0..n {

@@ -79,20 +79,9 @@ impl<T: TimeBase> StateSpace<T> {
     ///
     /// # Errors
     /// [`NumericError::Dimension`] when the shapes do not fit, [`NumericError::NotFinite`] for NaN or infinity.
-    pub fn new(
-        a: Mat<f64>,
-        b: Mat<f64>,
-        c: Mat<f64>,
-        d: Mat<f64>,
-        time: T,
-    ) -> Result<Self, NumericError> {
+    pub fn new(a: Mat<f64>, b: Mat<f64>, c: Mat<f64>, d: Mat<f64>, time: T) -> Result<Self, NumericError> {
         let n = a.nrows();
-        if a.ncols() != n
-            || b.nrows() != n
-            || c.ncols() != n
-            || d.nrows() != c.nrows()
-            || d.ncols() != b.ncols()
-        {
+        if a.ncols() != n || b.nrows() != n || c.ncols() != n || d.nrows() != c.nrows() || d.ncols() != b.ncols() {
             return Err(NumericError::Dimension {
                 what: "state space",
                 expected: format!("A n×n, B n×m, C p×n, D p×m with n = {n}"),
@@ -110,9 +99,7 @@ impl<T: TimeBase> StateSpace<T> {
             });
         }
         if ![&a, &b, &c, &d].iter().all(|m| m.is_all_finite()) {
-            return Err(NumericError::NotFinite {
-                what: "state space",
-            });
+            return Err(NumericError::NotFinite { what: "state space" });
         }
         Ok(Self { a, b, c, d, time })
     }
@@ -120,13 +107,7 @@ impl<T: TimeBase> StateSpace<T> {
     /// A memoryless gain, p×m.
     pub fn gain(d: Mat<f64>, time: T) -> Self {
         let (p, m) = (d.nrows(), d.ncols());
-        Self {
-            a: Mat::zeros(0, 0),
-            b: Mat::zeros(0, m),
-            c: Mat::zeros(p, 0),
-            d,
-            time,
-        }
+        Self { a: Mat::zeros(0, 0), b: Mat::zeros(0, m), c: Mat::zeros(p, 0), d, time }
     }
 
     /// Number of states n.
@@ -157,12 +138,7 @@ impl<T: TimeBase> StateSpace<T> {
     where
         T: PartialEq,
     {
-        let pairs = [
-            (&self.a, &other.a),
-            (&self.b, &other.b),
-            (&self.c, &other.c),
-            (&self.d, &other.d),
-        ];
+        let pairs = [(&self.a, &other.a), (&self.b, &other.b), (&self.c, &other.c), (&self.d, &other.d)];
         self.time == other.time && pairs.iter().all(|(a, b)| a == b)
     }
 
@@ -181,15 +157,9 @@ impl<T: TimeBase> StateSpace<T> {
         if n == 0 {
             return Mat::from_fn(p, m, |i, j| real(self.d[(i, j)]));
         }
-        let pencil = Mat::from_fn(n, n, |i, j| {
-            real(-self.a[(i, j)]) + if i == j { point } else { real(0.0) }
-        });
+        let pencil = Mat::from_fn(n, n, |i, j| real(-self.a[(i, j)]) + if i == j { point } else { real(0.0) });
         let x = solve_complex(&pencil, &Mat::from_fn(n, m, |i, j| real(self.b[(i, j)])));
-        Mat::from_fn(p, m, |i, j| {
-            (0..n).fold(real(self.d[(i, j)]), |sum, k| {
-                sum + x[(k, j)] * self.c[(i, k)]
-            })
-        })
+        Mat::from_fn(p, m, |i, j| (0..n).fold(real(self.d[(i, j)]), |sum, k| sum + x[(k, j)] * self.c[(i, k)]))
     }
 
     /// The subsystem from the listed inputs to the listed outputs, in the order given.
@@ -202,9 +172,7 @@ impl<T: TimeBase> StateSpace<T> {
             a: self.a.clone(),
             b: Mat::from_fn(n, inputs.len(), |i, j| self.b[(i, inputs[j])]),
             c: Mat::from_fn(outputs.len(), n, |i, j| self.c[(outputs[i], j)]),
-            d: Mat::from_fn(outputs.len(), inputs.len(), |i, j| {
-                self.d[(outputs[i], inputs[j])]
-            }),
+            d: Mat::from_fn(outputs.len(), inputs.len(), |i, j| self.d[(outputs[i], inputs[j])]),
             time: self.time,
         }
     }
@@ -224,24 +192,12 @@ impl<T: TimeBase> StateSpace<T> {
 
     /// The system with its outputs multiplied from the left by a constant matrix.
     pub fn scale_outputs(&self, left: &Mat<f64>) -> Self {
-        Self {
-            a: self.a.clone(),
-            b: self.b.clone(),
-            c: left * &self.c,
-            d: left * &self.d,
-            time: self.time,
-        }
+        Self { a: self.a.clone(), b: self.b.clone(), c: left * &self.c, d: left * &self.d, time: self.time }
     }
 
     /// The system with its inputs multiplied from the right by a constant matrix.
     pub(crate) fn scale_inputs(&self, right: &Mat<f64>) -> Self {
-        Self {
-            a: self.a.clone(),
-            b: &self.b * right,
-            c: self.c.clone(),
-            d: &self.d * right,
-            time: self.time,
-        }
+        Self { a: self.a.clone(), b: &self.b * right, c: self.c.clone(), d: &self.d * right, time: self.time }
     }
 
     /// The same transfer matrix in the coordinates x = diag(scale)·x̃.

@@ -7,9 +7,7 @@
 
 use super::parameters::{PidParameters, pid_controller};
 use super::settings::TuneSettings;
-use super::shifted_loops::{
-    SHIFTED_MODES, SHIFTED_SPEEDS, ShiftedLoops, shifted_loops, with_shifted_modes,
-};
+use super::shifted_loops::{SHIFTED_MODES, SHIFTED_SPEEDS, ShiftedLoops, shifted_loops, with_shifted_modes};
 use crate::controller::amplifier_demand::{high_frequency_gain, high_frequency_hz};
 use crate::controller::full_loop::FullLoop;
 use crate::controller::polish::responses::ShiftedRotor;
@@ -89,9 +87,7 @@ impl PidCertificate {
     /// True when the loop is stable at every speed checked, nominal and with shifted modes.
     pub fn is_stable(&self) -> bool {
         self.shifted.worst_growth_rate_per_s < 0.0
-            && [&self.nominal, &self.lowered, &self.raised]
-                .iter()
-                .all(|v| v.is_stable())
+            && [&self.nominal, &self.lowered, &self.raised].iter().all(|v| v.is_stable())
     }
 
     /// Largest sensitivity that no frequency exceeds, over bearings, at standstill and largest speed, dB.
@@ -108,10 +104,7 @@ impl PidCertificate {
     /// that grows most of the others.
     pub(super) fn unstable_loops(&self) -> Vec<ShiftedRotor> {
         let (r, shifted) = (self.shifted.shift, &self.shifted);
-        let rotor = |speed_rpm: f64, factors: Vec<f64>| ShiftedRotor {
-            speed_rad_s: speed_rpm * TAU / 60.0,
-            factors,
-        };
+        let rotor = |speed_rpm: f64, factors: Vec<f64>| ShiftedRotor { speed_rad_s: speed_rpm * TAU / 60.0, factors };
         let all = [(&self.lowered, 1.0 - r), (&self.raised, 1.0 + r)];
         let first = all.into_iter().filter_map(|(seen, factor)| {
             let check = seen.first_unstable()?;
@@ -119,10 +112,7 @@ impl PidCertificate {
         });
         let mut loops: Vec<ShiftedRotor> = first.collect();
         if shifted.worst_growth_rate_per_s >= 0.0 {
-            loops.push(rotor(
-                shifted.worst_speed_rpm,
-                shifted.worst_factors.clone(),
-            ));
+            loops.push(rotor(shifted.worst_speed_rpm, shifted.worst_factors.clone()));
         }
         loops
     }
@@ -164,11 +154,7 @@ impl JudgedFigures {
         stable
             + over(self.sensitivity_peak_db, ZONE_B_DB).min(1e2)
             + 10.0 * over(self.noise_current_a / settings.noise_current_a, 1.0)
-            + 10.0
-                * over(
-                    self.high_frequency_gain_a_per_m / settings.high_frequency_gain_a_per_m,
-                    1.0,
-                )
+            + 10.0 * over(self.high_frequency_gain_a_per_m / settings.high_frequency_gain_a_per_m, 1.0)
     }
 }
 
@@ -208,10 +194,8 @@ impl Figures {
         let nominal = verify(machine, &law, settings.speeds, "full plant, sampled")?;
         let stable = nominal.is_stable();
         let fastest = machine.spindle.max_rpm * TAU / 60.0;
-        let (rest, fast) = rayon::join(
-            || full_figures(machine, &law, 0.0, stable),
-            || full_figures(machine, &law, fastest, stable),
-        );
+        let (rest, fast) =
+            rayon::join(|| full_figures(machine, &law, 0.0, stable), || full_figures(machine, &law, fastest, stable));
         let (rest, fast) = (rest?, fast?);
         let high_frequency_hz = high_frequency_hz(machine)?;
         let gain = high_frequency_gain(&law, high_frequency_hz);
@@ -235,10 +219,7 @@ impl Figures {
     /// The first loop of the machine as it is that is unstable.
     pub(super) fn unstable_loop(&self) -> Option<ShiftedRotor> {
         let check = self.nominal.first_unstable()?;
-        Some(ShiftedRotor {
-            speed_rad_s: check.speed_rpm * TAU / 60.0,
-            factors: vec![],
-        })
+        Some(ShiftedRotor { speed_rad_s: check.speed_rpm * TAU / 60.0, factors: vec![] })
     }
 
     /// What they are judged by.
@@ -296,10 +277,7 @@ impl Figures {
                 evaluations,
             },
             parameters: self.parameters,
-            controller: Controller {
-                name: self.name,
-                law: ControlLaw::Discrete(self.law),
-            },
+            controller: Controller { name: self.name, law: ControlLaw::Discrete(self.law) },
         })
     }
 }
@@ -359,11 +337,8 @@ fn full_figures(
     })
 }
 
-const UNBOUNDED: PeakSensitivity = PeakSensitivity {
-    db: f64::INFINITY,
-    upper_db: f64::INFINITY,
-    frequency_hz: f64::NAN,
-};
+const UNBOUNDED: PeakSensitivity =
+    PeakSensitivity { db: f64::INFINITY, upper_db: f64::INFINITY, frequency_hz: f64::NAN };
 
 fn peak(found: &HinfNorm) -> PeakSensitivity {
     PeakSensitivity {
@@ -375,21 +350,11 @@ fn peak(found: &HinfNorm) -> PeakSensitivity {
 
 /// Smallest tool stiffness in the band, N/m, and its frequency, Hz: the force at the tool acts continuously, only the
 /// currents go through the hold. The poles of the sampled loop, points of the z plane, say where to look.
-pub fn softest(
-    plant: &Plant,
-    law: &StateSpace<Discrete>,
-    poles: Vec<c64>,
-    (from_hz, to_hz): (f64, f64),
-) -> (f64, f64) {
+pub fn softest(plant: &Plant, law: &StateSpace<Discrete>, poles: Vec<c64>, (from_hz, to_hz): (f64, f64)) -> (f64, f64) {
     let poles = law.time.continuous_poles(poles);
-    let grid = FrequencyGrid::log_hz(from_hz, to_hz.min(0.49 / law.time.period_s), 300)
-        .refine_round_poles(&poles, 12);
+    let grid = FrequencyGrid::log_hz(from_hz, to_hz.min(0.49 / law.time.period_s), 300).refine_round_poles(&poles, 12);
     let responder = FrequencyResponder::new(law);
-    let stiffness = |omega: f64| {
-        closed_response(plant, &responder, AXES, omega)[(0, 0)]
-            .norm()
-            .recip()
-    };
+    let stiffness = |omega: f64| closed_response(plant, &responder, AXES, omega)[(0, 0)].norm().recip();
     let lines = grid.omega_rad_s();
     let values: Vec<f64> = lines.par_iter().map(|w| stiffness(*w)).collect();
     let Some(k) = (0..values.len()).reduce(|a, b| if values[b] < values[a] { b } else { a }) else {

@@ -58,23 +58,10 @@ pub(super) struct Descent {
 }
 
 impl Descent {
-    pub(super) fn new(
-        law: PidLaw,
-        x: Vec<f64>,
-        fresh: &FreshLoss,
-    ) -> Result<Self, VerificationError> {
+    pub(super) fn new(law: PidLaw, x: Vec<f64>, fresh: &FreshLoss) -> Result<Self, VerificationError> {
         let mut poles = vec![];
         let (loss, own) = fresh(&law, &x, (&mut poles, None))?;
-        Ok(Self {
-            poles,
-            best: (own, x.clone()),
-            law,
-            x,
-            own,
-            loss,
-            evaluations: 0,
-            idle: 0,
-        })
+        Ok(Self { poles, best: (own, x.clone()), law, x, own, loss, evaluations: 0, idle: 0 })
     }
 
     /// What it may come to: peaks that the lines renewed for it show are mended by the next round.
@@ -100,12 +87,7 @@ impl Descent {
     }
 
     /// Rounds, until as many as [`IDLE`] in a row bring nothing.
-    fn rounds(
-        &mut self,
-        most: usize,
-        effort: &Effort,
-        fresh: &FreshLoss,
-    ) -> Result<(), VerificationError> {
+    fn rounds(&mut self, most: usize, effort: &Effort, fresh: &FreshLoss) -> Result<(), VerificationError> {
         for _ in 0..most {
             if self.idle >= IDLE {
                 break;
@@ -135,13 +117,8 @@ pub(super) fn best_end(
     (effort, rounds): (&Effort, usize),
     fresh: &FreshLoss,
 ) -> Result<(Option<Descent>, usize), VerificationError> {
-    let short = Effort {
-        steps: effort.steps.min(SHORT),
-        ..*effort
-    };
-    descents
-        .par_iter_mut()
-        .try_for_each(|d| d.rounds(1, &short, fresh))?;
+    let short = Effort { steps: effort.steps.min(SHORT), ..*effort };
+    descents.par_iter_mut().try_for_each(|d| d.rounds(1, &short, fresh))?;
     let mut left = rounds.saturating_sub(1);
     let mut going = descents.len();
     while left > 0 && descents.iter().any(|d| d.idle < IDLE) {
@@ -158,13 +135,9 @@ pub(super) fn best_end(
         }
         let now = STAGE.min(left);
         left -= now;
-        descents
-            .par_iter_mut()
-            .try_for_each(|d| d.rounds(now, effort, fresh))?;
+        descents.par_iter_mut().try_for_each(|d| d.rounds(now, effort, fresh))?;
     }
     let evaluations = descents.iter().map(|d| d.evaluations).sum();
-    let winner = descents
-        .into_iter()
-        .min_by(|a, b| order(&a.best.0, &b.best.0));
+    let winner = descents.into_iter().min_by(|a, b| order(&a.best.0, &b.best.0));
     Ok((winner, evaluations))
 }

@@ -33,8 +33,7 @@ impl PidLaw {
     }
 
     fn axes(&self, x: &[f64]) -> [Option<AxisParameters>; 2] {
-        self.parameters_of(x)
-            .map_or([None, None], |p| [Some(p.front), Some(p.rear)])
+        self.parameters_of(x).map_or([None, None], |p| [Some(p.front), Some(p.rear)])
     }
 }
 
@@ -53,11 +52,7 @@ impl Structure for PidLaw {
             let inside = |k: usize| held.is_some_and(|held| (own[k] - held[k]).abs() < 1e-9);
             std::array::from_fn(inside)
         });
-        Box::new(FixedPid {
-            axes,
-            moves,
-            free: &self.free,
-        })
+        Box::new(FixedPid { axes, moves, free: &self.free })
     }
 }
 
@@ -75,22 +70,15 @@ impl Fixed for FixedPid<'_> {
     }
 
     fn without_integrators(&self, line: &Line) -> c64 {
-        let free = |axis: &Option<AxisParameters>| {
-            axis.as_ref()
-                .map_or(ONE, |a| line.s / (line.s + a.integral_rad_s))
-        };
+        let free = |axis: &Option<AxisParameters>| axis.as_ref().map_or(ONE, |a| line.s / (line.s + a.integral_rad_s));
         let [front, rear] = &self.axes;
         free(front) * free(rear)
     }
 
     fn add_gains(&self, lines: &[Line], to: &mut Vec<Matrix2>) {
-        each_gain(
-            self.axes.each_ref().map(Option::as_ref),
-            lines,
-            |[front, rear]| {
-                to.push([[front, ZERO], [ZERO, rear]]);
-            },
-        );
+        each_gain(self.axes.each_ref().map(Option::as_ref), lines, |[front, rear]| {
+            to.push([[front, ZERO], [ZERO, rear]]);
+        });
     }
 
     fn add_gradients(&self, (line, k): (&Line, &Matrix2), parts: &mut [(Matrix2, Vec<f64>)]) {
@@ -136,10 +124,7 @@ fn log_slopes(p: &AxisParameters, v: f64) -> [c64; PER_AXIS] {
         let r = v / w;
         let (square, damping) = (r * r, 2.0 * zeta * r);
         let by_value = c64::new(1.0 - square, damping).inv();
-        (
-            c64::new(2.0 * square, -damping) * by_value,
-            c64::new(0.0, damping) * by_value,
-        )
+        (c64::new(2.0 * square, -damping) * by_value, c64::new(0.0, damping) * by_value)
     };
     let mut slopes = [ZERO; PER_AXIS];
     slopes[0] = ONE;

@@ -72,10 +72,7 @@ impl AxisParameters {
         let pid = (s + self.integral_rad_s) * corner + s * s * self.derivative_s;
         let below = s * corner * second(self.lowpass_rad_s, LOWPASS_DAMPING);
         let (above, below) = self.biquads.iter().fold((pid, below), |(above, below), b| {
-            (
-                above * second(b.zero_rad_s, b.zero_damping),
-                below * second(b.pole_rad_s, b.pole_damping),
-            )
+            (above * second(b.zero_rad_s, b.zero_damping), below * second(b.pole_rad_s, b.pole_damping))
         });
         above / below * self.gain_a_per_m
     }
@@ -98,10 +95,7 @@ impl AxisParameters {
         let below = Lanes::of_parts(one, corner);
         let below = below.product(&second(self.lowpass_rad_s, LOWPASS_DAMPING));
         let (above, below) = self.biquads.iter().fold((pid, below), |(above, below), b| {
-            (
-                above.product(&second(b.zero_rad_s, b.zero_damping)),
-                below.product(&second(b.pole_rad_s, b.pole_damping)),
-            )
+            (above.product(&second(b.zero_rad_s, b.zero_damping)), below.product(&second(b.pole_rad_s, b.pole_damping)))
         });
         let scale = Reals::splat(self.gain_a_per_m) / below.squares();
         above.product(&below.conjugate()).times(scale)
@@ -131,8 +125,7 @@ impl AxisParameters {
     /// Back from logarithms, within bounds that keep every section realisable at the sample rate: frequencies below
     /// 0.8 of Nyquist, biquad damping 0.02 … 2.
     pub(super) fn from_log(x: &[f64], nyquist_rad_s: f64) -> Option<Self> {
-        let [kp, wi, td, wd, wl, z1, a1, p1, b1, z2, a2, p2, b2] =
-            <[f64; PER_AXIS]>::try_from(x).ok()?.map(f64::exp);
+        let [kp, wi, td, wd, wl, z1, a1, p1, b1, z2, a2, p2, b2] = <[f64; PER_AXIS]>::try_from(x).ok()?.map(f64::exp);
         let frequency = |w: f64| w.clamp(TAU * 20.0, 0.8 * nyquist_rad_s);
         let damping = |z: f64| z.clamp(0.02, 2.0);
         let biquad = |zero, zero_damping, pole, pole_damping| Biquad {
@@ -178,10 +171,7 @@ impl AxisParameters {
         let biquad = |b: &Biquad| {
             let (p, z) = (b.pole_rad_s, b.zero_rad_s);
             let direct = (p / z).powi(2);
-            let c = [
-                1.0 - direct,
-                2.0 * (b.zero_damping * p / z - b.pole_damping * direct),
-            ];
+            let c = [1.0 - direct, 2.0 * (b.zero_damping * p / z - b.pole_damping * direct)];
             second(p, b.pole_damping, c, direct)
         };
         let build = || {
@@ -198,11 +188,7 @@ impl AxisParameters {
 impl PidParameters {
     /// Vector of 26 logarithms, front first.
     pub(super) fn to_log(self) -> Vec<f64> {
-        self.front
-            .to_log()
-            .into_iter()
-            .chain(self.rear.to_log())
-            .collect()
+        self.front.to_log().into_iter().chain(self.rear.to_log()).collect()
     }
 
     /// Back from logarithms.
@@ -215,11 +201,7 @@ impl PidParameters {
 }
 
 /// Hands over −C of both axes at each of some lines; what is not a number of parameters that are none.
-pub(super) fn each_gain(
-    axes: [Option<&AxisParameters>; 2],
-    lines: &[Line],
-    mut add: impl FnMut([c64; 2]),
-) {
+pub(super) fn each_gain(axes: [Option<&AxisParameters>; 2], lines: &[Line], mut add: impl FnMut([c64; 2])) {
     const NONE: Lanes = Lanes::splat(c64::new(f64::NAN, 0.0));
     for four in lines.chunks(WIDTH) {
         let v = reals(|l| four[l.min(four.len() - 1)].s.im);
@@ -234,17 +216,12 @@ pub(super) fn each_gain(
 ///
 /// # Errors
 /// [`ControllerError::Numeric`] for parameters that are not finite.
-pub fn pid_continuous(
-    parameters: &PidParameters,
-    name: &str,
-) -> Result<Controller, ControllerError> {
+pub fn pid_continuous(parameters: &PidParameters, name: &str) -> Result<Controller, ControllerError> {
     let (front, rear) = (parameters.front.system()?, parameters.rear.system()?);
     let four = append(&append(&front, &front), &append(&rear, &rear));
     Ok(Controller {
         name: name.to_owned(),
-        law: ControlLaw::Continuous(
-            four.scale_outputs(&Mat::from_fn(4, 4, |i, j| if i == j { -1.0 } else { 0.0 })),
-        ),
+        law: ControlLaw::Continuous(four.scale_outputs(&Mat::from_fn(4, 4, |i, j| if i == j { -1.0 } else { 0.0 }))),
     })
 }
 
@@ -281,12 +258,7 @@ pub fn textbook_gains(machine: &Machine) -> Result<PidParameters, SpindleError> 
         let effective = 1.0 / (1.0 / mass.mass_kg + lever * lever / mass.diametral_inertia_kg_m2);
         let stiffness = bearing.ks_n_per_m;
         let gain = 2.0 * stiffness / bearing.ki_n_per_a;
-        let flat = |w: f64| Biquad {
-            zero_rad_s: w,
-            zero_damping: 0.5,
-            pole_rad_s: w,
-            pole_damping: 0.5,
-        };
+        let flat = |w: f64| Biquad { zero_rad_s: w, zero_damping: 0.5, pole_rad_s: w, pole_damping: 0.5 };
         AxisParameters {
             gain_a_per_m: gain,
             integral_rad_s: TAU * 2.0,
@@ -325,10 +297,7 @@ mod tests {
         for v in [1e-3, 0.3, 9.0, 700.0, 8.9e3, 1.1e4, 2e5, 5e7] {
             let found = axis.responses_on_axis(Reals::splat(v)).lane(0);
             let exact = axis.response(c64::new(0.0, v));
-            assert!(
-                (found - exact).norm() < 1e-13 * exact.norm(),
-                "{v}: {found} for {exact}"
-            );
+            assert!((found - exact).norm() < 1e-13 * exact.norm(), "{v}: {found} for {exact}");
         }
     }
 }

@@ -88,11 +88,7 @@ pub(super) fn search(
     let of = |start: &Start| {
         let base = start.parameters.to_log();
         let x: Vec<f64> = free.iter().map(|k| base[*k]).collect();
-        let law = PidLaw {
-            base,
-            free: free.to_vec(),
-            nyquist_rad_s: ground.nyquist_rad_s(),
-        };
+        let law = PidLaw { base, free: free.to_vec(), nyquist_rad_s: ground.nyquist_rad_s() };
         (law, x)
     };
     let starts: Vec<(PidLaw, Vec<f64>)> = shortlist.iter().map(of).collect();
@@ -105,21 +101,13 @@ pub(super) fn search(
     let (tried, mut begun) = ground.most_promising(starts)?;
     begun.extend(as_given);
     let fresh = |law: &PidLaw, x: &[f64], earlier: Earlier| ground.fresh(law, x, earlier);
-    let begun: Result<Vec<Descent>, VerificationError> = begun
-        .into_par_iter()
-        .map(|(law, x)| Descent::new(law, x, &fresh))
-        .collect();
-    let effort = Effort {
-        steps: asked.steps,
-        tolerance: LAST,
-    };
+    let begun: Result<Vec<Descent>, VerificationError> =
+        begun.into_par_iter().map(|(law, x)| Descent::new(law, x, &fresh)).collect();
+    let effort = Effort { steps: asked.steps, tolerance: LAST };
     let (best, steps) = best_end(begun?, (&effort, asked.rounds), &fresh)?;
     let evaluations = asked.starts + given.len() + tried.iter().sum::<usize>() + steps;
     let parameters = best.and_then(|end| end.law.parameters_of(&end.best.1));
-    Ok(FoundPid {
-        parameters: parameters.ok_or_else(|| infeasible(evaluations, 0))?,
-        evaluations,
-    })
+    Ok(FoundPid { parameters: parameters.ok_or_else(|| infeasible(evaluations, 0))?, evaluations })
 }
 
 /// What a PID is searched on: the rotors, on plain lines and on those of a loop.
@@ -136,17 +124,11 @@ struct Ground<'a> {
 }
 
 impl<'a> Ground<'a> {
-    fn new(
-        machine: &Machine,
-        asked: &'a PidSearch,
-        further: &[ShiftedRotor],
-    ) -> Result<Self, VerificationError> {
+    fn new(machine: &Machine, asked: &'a PidSearch, further: &[ShiftedRotor]) -> Result<Self, VerificationError> {
         let shifts = shifts(asked.mode_shift);
         let plants = Plants::new(machine, OVERSPEED, &shifts)?;
         let plain = lines(&plants, FROM_HZ, &[], APART);
-        let plants = plants
-            .with_shifts_at_top_speed(&shifts)
-            .with_further(machine, further)?;
+        let plants = plants.with_shifts_at_top_speed(&shifts).with_further(machine, further)?;
         let sampled = SampledPlants::of(&plants, |_, _| true)?;
         Ok(Self {
             rotors: plants.on(&plain, &Known::NOTHING),
@@ -220,27 +202,13 @@ impl<'a> Ground<'a> {
             None => (&self.plain, &self.rotors),
         };
         let list: Vec<&Rotor> = rotors.iter().collect();
-        let known = Known {
-            lines: known,
-            list: &list,
-        };
+        let known = Known { lines: known, list: &list };
         let rotors = self.plants.on(&lines, &known);
-        Loss::new(
-            lines,
-            rotors,
-            None,
-            self.asked.limits,
-            self.plants.period_s(),
-        )
+        Loss::new(lines, rotors, None, self.asked.limits, self.plants.period_s())
     }
 
     /// The loss on lines round the poles met and those of the loops of a law, which are met by that.
-    fn fresh(
-        &self,
-        law: &PidLaw,
-        x: &[f64],
-        (met, earlier): Earlier,
-    ) -> Result<(Loss, Judged), VerificationError> {
+    fn fresh(&self, law: &PidLaw, x: &[f64], (met, earlier): Earlier) -> Result<(Loss, Judged), VerificationError> {
         let LoopPoles { poles, stable } = loop_poles(&self.sampled, law, x)?;
         met.extend(poles);
         // From here on the gain counts, and often it is the largest there.
@@ -276,10 +244,7 @@ fn first_descent(
     let mut tried = 0;
     for part in 0..2 {
         loss.activate(&law, &x, |_| unstable_poles);
-        let effort = Effort {
-            steps: steps + part,
-            tolerance: FIRST,
-        };
+        let effort = Effort { steps: steps + part, tolerance: FIRST };
         memory.begin();
         tried += descend(&mut loss, &law, &mut x, (&effort, &mut memory))?;
     }
@@ -311,11 +276,7 @@ struct LoopPoles {
     stable: Vec<(usize, bool)>,
 }
 
-fn loop_poles(
-    sampled: &SampledPlants,
-    law: &PidLaw,
-    x: &[f64],
-) -> Result<LoopPoles, VerificationError> {
+fn loop_poles(sampled: &SampledPlants, law: &PidLaw, x: &[f64]) -> Result<LoopPoles, VerificationError> {
     let Some(parameters) = law.parameters_of(x) else {
         return Ok(LoopPoles::default());
     };
@@ -330,10 +291,7 @@ fn loop_poles(
         stable.push((number, found.iter().all(|z| z.norm() < 1.0)));
         poles.extend(found);
     }
-    Ok(LoopPoles {
-        poles: oscillating(poles, period_s),
-        stable,
-    })
+    Ok(LoopPoles { poles: oscillating(poles, period_s), stable })
 }
 
 fn infeasible(tried: usize, unstable: i64) -> ControllerError {

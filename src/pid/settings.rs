@@ -53,11 +53,7 @@ impl TuneSettings {
 
     /// For a PID that the polish goes on from: as many starts, a short descent.
     pub fn start() -> Self {
-        Self {
-            steps: 120,
-            rounds: 2,
-            ..Self::quick()
-        }
+        Self { steps: 120, rounds: 2, ..Self::quick() }
     }
 
     /// The same search with the amplifier limits of a delivered controller. Where its loop is unstable and has no noise
@@ -67,11 +63,7 @@ impl TuneSettings {
         let noise = demand.noise_current_a;
         Self {
             high_frequency_gain_a_per_m: demand.high_frequency_gain_a_per_m,
-            noise_current_a: if noise.is_finite() {
-                noise
-            } else {
-                self.noise_current_a
-            },
+            noise_current_a: if noise.is_finite() { noise } else { self.noise_current_a },
             ..self
         }
     }
@@ -79,10 +71,6 @@ impl TuneSettings {
     /// The best of four searches: where one ends depends on its starts, by a few percent of stiffness on most machines
     /// and by a fifth on some.
     pub fn thorough() -> Self {
-        Self {
-            searches: 4,
-            speeds: 11,
-            ..Self::quick()
-        }
+        Self { searches: 4, speeds: 11, ..Self::quick() }
     }
 }

@@ -34,25 +34,14 @@ pub struct ShiftedLoops {
 impl ShiftedLoops {
     /// No loop checked.
     pub(super) fn none(shift: f64) -> Self {
-        Self {
-            shift,
-            loops: 0,
-            worst_growth_rate_per_s: f64::NAN,
-            worst_factors: vec![],
-            worst_speed_rpm: f64::NAN,
-        }
+        Self { shift, loops: 0, worst_growth_rate_per_s: f64::NAN, worst_factors: vec![], worst_speed_rpm: f64::NAN }
     }
 }
 
 /// Machine with every flexible frequency multiplied by `factor` (moduli by its square).
 pub(super) fn with_shifted_modes(machine: &Machine, factor: f64) -> Machine {
     let mut shifted = machine.clone();
-    for section in shifted
-        .spindle
-        .sections
-        .iter_mut()
-        .chain(&mut shifted.tool.sections)
-    {
+    for section in shifted.spindle.sections.iter_mut().chain(&mut shifted.tool.sections) {
         section.modulus_scale *= factor * factor;
     }
     shifted
@@ -65,41 +54,22 @@ pub(super) fn shifted_loops(
     settings: &TuneSettings,
 ) -> Result<ShiftedLoops, VerificationError> {
     let r = settings.mode_shift;
-    let alone = (0..SHIFTED_MODES).flat_map(|k| {
-        [1.0 - r, 1.0 + r].map(|f| {
-            (0..SHIFTED_MODES)
-                .map(|i| if i == k { f } else { 1.0 })
-                .collect()
-        })
-    });
-    let combined = (0..1usize << COMBINED).map(|signs| {
-        (0..COMBINED)
-            .map(|k| {
-                if (signs >> k) & 1 == 0 {
-                    1.0 - r
-                } else {
-                    1.0 + r
-                }
-            })
-            .collect()
-    });
+    let alone = (0..SHIFTED_MODES)
+        .flat_map(|k| [1.0 - r, 1.0 + r].map(|f| (0..SHIFTED_MODES).map(|i| if i == k { f } else { 1.0 }).collect()));
+    let combined = (0..1usize << COMBINED)
+        .map(|signs| (0..COMBINED).map(|k| if (signs >> k) & 1 == 0 { 1.0 - r } else { 1.0 + r }).collect());
     let factors: Vec<Vec<f64>> = alone.chain(combined).collect();
     let speeds = settings.speeds.div_ceil(2).max(SHIFTED_SPEEDS);
     let plants: Result<Vec<(f64, Plant)>, VerificationError> = (0..speeds)
         .into_par_iter()
         .map(|k| {
             let rpm = machine.spindle.max_rpm * k as f64 / (speeds - 1) as f64;
-            Ok((
-                rpm,
-                Plant::new(machine, rpm * TAU / 60.0, ModelDetail::Full)?,
-            ))
+            Ok((rpm, Plant::new(machine, rpm * TAU / 60.0, ModelDetail::Full)?))
         })
         .collect();
     let plants = plants?;
-    let pairs: Vec<(&(f64, Plant), &Vec<f64>)> = plants
-        .iter()
-        .flat_map(|p| factors.iter().map(move |f| (p, f)))
-        .collect();
+    let pairs: Vec<(&(f64, Plant), &Vec<f64>)> =
+        plants.iter().flat_map(|p| factors.iter().map(move |f| (p, f))).collect();
     let rates: Result<Vec<f64>, VerificationError> = pairs
         .par_iter()
         .map(|((_, plant), factors)| {
@@ -109,9 +79,7 @@ pub(super) fn shifted_loops(
         })
         .collect();
     let rates = rates?;
-    let worst = (0..rates.len())
-        .reduce(|a, b| if rates[b] > rates[a] { b } else { a })
-        .unwrap_or(0);
+    let worst = (0..rates.len()).reduce(|a, b| if rates[b] > rates[a] { b } else { a }).unwrap_or(0);
     Ok(ShiftedLoops {
         shift: r,
         loops: rates.len(),

@@ -57,10 +57,7 @@ impl StartRule {
         };
         let planes = &machine.spindle.planes;
         Ok(Self {
-            bearings: [
-                bearing(Side::Front, planes.front_actuator_m),
-                bearing(Side::Rear, planes.rear_actuator_m),
-            ],
+            bearings: [bearing(Side::Front, planes.front_actuator_m), bearing(Side::Rear, planes.rear_actuator_m)],
             bending: bending_rad_s,
             nyquist: PI * machine.spindle.electronics.sample_rate_hz,
         })
@@ -82,12 +79,7 @@ impl StartRule {
             let mut section = || {
                 if flat {
                     let w = spread(low, high);
-                    return Biquad {
-                        zero_rad_s: w,
-                        zero_damping: 0.5,
-                        pole_rad_s: w,
-                        pole_damping: 0.5,
-                    };
+                    return Biquad { zero_rad_s: w, zero_damping: 0.5, pole_rad_s: w, pole_damping: 0.5 };
                 }
                 let zero = spread(low, high);
                 Biquad {
@@ -106,10 +98,7 @@ impl StartRule {
                 biquads: [section(), section()],
             }
         });
-        PidParameters {
-            front: axis[0],
-            rear: axis[1],
-        }
+        PidParameters { front: axis[0], rear: axis[1] }
     }
 }
 
@@ -176,12 +165,7 @@ impl<'a> Screen<'a> {
             let lines = 0..lines.len();
             lines.map(|k| ScreenedLoops::new(&at(k))).collect()
         };
-        Self {
-            lines,
-            packs: list.chunks(WIDTH).map(pack).collect(),
-            sides,
-            unstable_poles,
-        }
+        Self { lines, packs: list.chunks(WIDTH).map(pack).collect(), sides, unstable_poles }
     }
 
     /// Of both axes −C at each line.
@@ -214,11 +198,7 @@ impl<'a> Screen<'a> {
         let mut unstable = 0;
         for sides in &self.sides {
             let turns = turns_of(phases[sides.clone()].iter().copied());
-            let right = if turns.is_finite() {
-                turns as i64
-            } else {
-                i64::MIN / 4
-            };
+            let right = if turns.is_finite() { turns as i64 } else { i64::MIN / 4 };
             unstable += (self.unstable_poles - right).abs();
         }
         // Only stable loops are ordered by their sensitivity.
@@ -226,11 +206,7 @@ impl<'a> Screen<'a> {
             0 => self.largest_sensitivity(&gains),
             _ => f64::INFINITY,
         };
-        Start {
-            parameters,
-            unstable,
-            sensitivity,
-        }
+        Start { parameters, unstable, sensitivity }
     }
 
     /// Largest |S_jj| of the loops with a diagonal K; what fills up a pack has one.
@@ -267,10 +243,6 @@ pub(super) fn starts(
         })
         .collect();
     // The sort is stable: equal starts stay in the order drawn.
-    found.sort_by(|a, b| {
-        a.unstable
-            .cmp(&b.unstable)
-            .then(a.sensitivity.total_cmp(&b.sensitivity))
-    });
+    found.sort_by(|a, b| a.unstable.cmp(&b.unstable).then(a.sensitivity.total_cmp(&b.sensitivity)));
     found
 }

@@ -215,18 +215,13 @@ fn lower(goal: &mut TuneSettings, settings: &TuneSettings, found: &JudgedFigures
     }
     let gain = found.high_frequency_gain_a_per_m;
     if gain > settings.high_frequency_gain_a_per_m {
-        let lowered =
-            goal.high_frequency_gain_a_per_m - over(gain, settings.high_frequency_gain_a_per_m);
+        let lowered = goal.high_frequency_gain_a_per_m - over(gain, settings.high_frequency_gain_a_per_m);
         goal.high_frequency_gain_a_per_m = lowered.max(0.5 * goal.high_frequency_gain_a_per_m);
     }
 }
 
 /// The search for these settings; `band_hz` is that of the tool's stiffness.
-fn asked(
-    machine: &Machine,
-    settings: &TuneSettings,
-    band_hz: (f64, f64),
-) -> Result<PidSearch, VerificationError> {
+fn asked(machine: &Machine, settings: &TuneSettings, band_hz: (f64, f64)) -> Result<PidSearch, VerificationError> {
     let electronics = &machine.spindle.electronics;
     Ok(PidSearch {
         limits: LoopLimits {
@@ -266,21 +261,13 @@ pub fn textbook(machine: &Machine, settings: &TuneSettings) -> Result<TunedPid, 
         }
         Some(p)
     };
-    let free: Vec<usize> = (0..2 * PER_AXIS)
-        .filter(|k| k % PER_AXIS >= FIXED_BY_TEXTBOOK)
-        .collect();
+    let free: Vec<usize> = (0..2 * PER_AXIS).filter(|k| k % PER_AXIS >= FIXED_BY_TEXTBOOK).collect();
     let mut asked = asked(machine, settings, NO_BAND)?;
     // A limit of 0 dB is never met: the search ends at the smallest peak it finds.
     asked.limits.sensitivity = 1.0;
     (asked.basins, asked.rounds) = TEXTBOOK_EFFORT;
     let found = search(machine, &asked, &[], &[gains], (&shape, &free))?;
-    certify(
-        machine,
-        found.parameters,
-        settings,
-        found.evaluations,
-        "textbook PID",
-    )
+    certify(machine, found.parameters, settings, found.evaluations, "textbook PID")
 }
 
 /// Starts descended, and rounds: it is made to levitate, not to be the best.
@@ -306,10 +293,7 @@ pub(crate) fn found_or_reason(
 
 /// True when a search found no stabilising PID.
 pub(crate) fn is_infeasible(error: &VerificationError) -> bool {
-    matches!(
-        error,
-        VerificationError::Loop(ControllerError::Infeasible { .. })
-    )
+    matches!(error, VerificationError::Loop(ControllerError::Infeasible { .. }))
 }
 
 fn nothing_found(reason: String) -> ControllerError {

@@ -52,16 +52,7 @@ pub(crate) fn one_tool(
         listen(Event::Begins("largest tightening"));
         let factor = largest_tightening(machine, task.weights, &DesignSettings::default())?;
         // The end of the search's range: no factor was found that is met.
-        Some(if factor > SMALLEST_FACTOR {
-            factor
-        } else {
-            0.0
-        })
+        Some(if factor > SMALLEST_FACTOR { factor } else { 0.0 })
     };
-    Ok(Finished {
-        run,
-        worst,
-        met,
-        tightening,
-    })
+    Ok(Finished { run, worst, met, tightening })
 }

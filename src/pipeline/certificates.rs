@@ -31,22 +31,14 @@ pub struct PeakFigures {
 
 impl PeakFigures {
     /// Of an unstable loop.
-    const UNSTABLE: Self = Self {
-        upper: f64::INFINITY,
-        attained: f64::INFINITY,
-        lower: f64::NAN,
-        frequency_hz: f64::NAN,
-    };
+    const UNSTABLE: Self =
+        Self { upper: f64::INFINITY, attained: f64::INFINITY, lower: f64::NAN, frequency_hz: f64::NAN };
 
     /// The larger of this peak and that of the exact frequency responses.
     #[must_use]
     pub(super) fn at_least(&self, exact: &SpeedMu) -> Self {
         if exact.mu > self.upper {
-            return Self {
-                upper: exact.mu,
-                frequency_hz: exact.frequency_hz.abs(),
-                ..*self
-            };
+            return Self { upper: exact.mu, frequency_hz: exact.frequency_hz.abs(), ..*self };
         }
         *self
     }
@@ -59,11 +51,7 @@ impl PeakFigures {
 
 /// μ to three digits, or that an unstable loop has none.
 pub(crate) fn mu_words(mu: f64) -> String {
-    if mu.is_finite() {
-        format!("{mu:.3}")
-    } else {
-        "none (unstable loop)".to_owned()
-    }
+    if mu.is_finite() { format!("{mu:.3}") } else { "none (unstable loop)".to_owned() }
 }
 
 /// A stage of the controller: order and μ of the three problems.
@@ -106,8 +94,7 @@ pub(super) fn stage(
     controller: &StateSpace<Continuous>,
     known: KnownStage,
 ) -> Result<Stage, PipelineError> {
-    let certificate =
-        |plant: &GeneralizedPlant| certified(name, plant, controller, problems.period_s);
+    let certificate = |plant: &GeneralizedPlant| certified(name, plant, controller, problems.period_s);
     let ((specification, covered), synthesis) = rayon::join(
         || {
             rayon::join(
@@ -141,9 +128,7 @@ pub fn peak(
     controller: &StateSpace<Continuous>,
 ) -> Result<MuPeak, PipelineError> {
     // Certified a tenth of a percent above what is attained: below the digits reported.
-    closed(name, plant, controller)?
-        .peak(1e-3)
-        .map_err(PipelineError::mu(name))
+    closed(name, plant, controller)?.peak(1e-3).map_err(PipelineError::mu(name))
 }
 
 pub(super) fn closed(
@@ -169,10 +154,7 @@ pub(super) fn certified(
             lower: peak.bounds.lower,
             frequency_hz: true_frequency_hz(peak.omega_rad_s, period_s),
         }),
-        Err(PipelineError::Mu {
-            source: MuError::Unstable { .. },
-            ..
-        }) => Ok(PeakFigures::UNSTABLE),
+        Err(PipelineError::Mu { source: MuError::Unstable { .. }, .. }) => Ok(PeakFigures::UNSTABLE),
         Err(error) => Err(error),
     }
 }
@@ -196,10 +178,7 @@ pub(super) fn attained_at(
             let (top, _) = system.largest().map_err(PipelineError::mu(STAGE))?;
             Ok(Some((top.upper, top.omega_rad_s)))
         }
-        Err(PipelineError::Mu {
-            source: MuError::Unstable { .. },
-            ..
-        }) => Ok(None),
+        Err(PipelineError::Mu { source: MuError::Unstable { .. }, .. }) => Ok(None),
         Err(error) => Err(error),
     }
 }
@@ -245,14 +224,9 @@ pub(super) fn d_scales(
                 frequency_hz: grid.hz(),
                 asked: points
                     .iter()
-                    .map(|(d, _)| {
-                        constant[k] * d[(at, at)].norm() / d[(performance, performance)].norm()
-                    })
+                    .map(|(d, _)| constant[k] * d[(at, at)].norm() / d[(performance, performance)].norm())
                     .collect(),
-                used: points
-                    .iter()
-                    .map(|(_, m)| constant[k] * m[k] / m[last])
-                    .collect(),
+                used: points.iter().map(|(_, m)| constant[k] * m[k] / m[last]).collect(),
             }
         })
         .collect())

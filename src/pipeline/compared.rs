@@ -101,21 +101,14 @@ impl OwnControllers {
         let verification = &delivery.verification;
         let of_pid = |pid: &Rival| {
             let predictions = pid.as_ref().map(|(_, own)| own.to_vec());
-            Known {
-                predictions: predictions.unwrap_or_default(),
-                verification: None,
-            }
+            Known { predictions: predictions.unwrap_or_default(), verification: None }
         };
         let judged = self.design.judged_with(&delivery.controller);
         let delivered = Known {
             predictions: judged.map_or(vec![], Vec::from),
             verification: verification.is_proven().then(|| verification.clone()),
         };
-        [
-            delivered,
-            of_pid(&self.rivals.tuned),
-            of_pid(&self.rivals.textbook),
-        ]
+        [delivered, of_pid(&self.rivals.tuned), of_pid(&self.rivals.textbook)]
     }
 }
 
@@ -138,10 +131,7 @@ pub fn compared(
             Some(known) => known.clone(),
             None => predict(machine, controller, *rpm)?,
         };
-        predictions.push(Prediction {
-            name: name.to_owned(),
-            ..prediction
-        });
+        predictions.push(Prediction { name: name.to_owned(), ..prediction });
     }
     let verification = match &known.verification {
         Some(known) => known.clone(),
@@ -151,10 +141,7 @@ pub fn compared(
             verify_with_proof(machine, &law, SPEEDS, conditions)?
         }
     };
-    let proven_rpm = verification
-        .proof
-        .as_ref()
-        .map_or(0.0, SpeedProof::proven_to_rpm);
+    let proven_rpm = verification.proof.as_ref().map_or(0.0, SpeedProof::proven_to_rpm);
     Ok(Compared {
         name: name.to_owned(),
         worst: worst_predictions(

@@ -76,9 +76,9 @@ pub(crate) fn better_in_every_figure(a: &[Prediction], b: &[Prediction]) -> bool
         let margins = (0..4).map(|axis| p.sensitivity.peak(axis).0.recip());
         stiffness.into_iter().chain(margins).collect::<Vec<f64>>()
     };
-    a.iter().zip(b).all(|(a, b)| {
-        a.is_stable() && (!b.is_stable() || figures(a).iter().zip(figures(b)).all(|(a, b)| *a > b))
-    })
+    a.iter()
+        .zip(b)
+        .all(|(a, b)| a.is_stable() && (!b.is_stable() || figures(a).iter().zip(figures(b)).all(|(a, b)| *a > b)))
 }
 
 /// Settings of a PID search whose amplifier limits are the figures of the delivered controller: noise current at rest
@@ -99,11 +99,7 @@ pub(crate) fn rival_settings(
 ///
 /// # Errors
 /// [`PipelineError`] when the plant or the loop cannot be built.
-pub fn predict(
-    machine: &Machine,
-    controller: &Controller,
-    speed_rpm: f64,
-) -> Result<Prediction, PipelineError> {
+pub fn predict(machine: &Machine, controller: &Controller, speed_rpm: f64) -> Result<Prediction, PipelineError> {
     let band_hz = machine.spindle.stiffness_band_hz;
     let LoopAtSpeed { plant, poles, grid } = closed_loop(machine, controller, speed_rpm, band_hz)?;
     let law = discrete(controller, machine.spindle.electronics.sample_period_s())?;
@@ -120,8 +116,7 @@ pub fn predict(
         true => stiffness_at(&plant, controller, 0, hz),
         false => f64::NAN,
     };
-    let (stiffness, sensitivity) =
-        stiffness_and_sensitivity(&plant, &*controller.responder(), &grid);
+    let (stiffness, sensitivity) = stiffness_and_sensitivity(&plant, &*controller.responder(), &grid);
     let modes = match &controller.law {
         ControlLaw::Discrete(_) => modes_of_poles(&plant, &law, &poles.poles_rad_s)?,
         ControlLaw::Continuous(_) => loop_modes(&plant, &law)?,
@@ -189,8 +184,7 @@ pub(crate) fn chatter_limit(
     material: &Material,
     cut: &Engagement,
 ) -> Result<Option<StabilityLimit>, PipelineError> {
-    let LoopAtSpeed { plant, poles, grid } =
-        closed_loop(machine, controller, speed_rpm, chatter_band_hz(machine))?;
+    let LoopAtSpeed { plant, poles, grid } = closed_loop(machine, controller, speed_rpm, chatter_band_hz(machine))?;
     if poles.growth_rate_per_s >= 0.0 {
         return Ok(None);
     }
@@ -198,11 +192,7 @@ pub(crate) fn chatter_limit(
     let tool: Vec<_> = grid
         .omega_rad_s()
         .par_iter()
-        .map(|w| {
-            compliance(&plant, &*responder, *w)
-                .submatrix(0, 0, 2, 2)
-                .to_owned()
-        })
+        .map(|w| compliance(&plant, &*responder, *w).submatrix(0, 0, 2, 2).to_owned())
         .collect();
     Ok(Some(milling(grid.omega_rad_s(), &tool, material, cut)?))
 }
@@ -218,14 +208,9 @@ fn chatter_band_hz(machine: &Machine) -> (f64, f64) {
 ///
 /// # Errors
 /// [`PipelineError::Numeric`] when the map is singular.
-pub fn discrete(
-    controller: &Controller,
-    period_s: f64,
-) -> Result<StateSpace<Discrete>, PipelineError> {
+pub fn discrete(controller: &Controller, period_s: f64) -> Result<StateSpace<Discrete>, PipelineError> {
     match &controller.law {
         ControlLaw::Discrete(law) => Ok(law.clone()),
-        ControlLaw::Continuous(law) => {
-            tustin(law, period_s).map_err(PipelineError::numeric("discretisation"))
-        }
+        ControlLaw::Continuous(law) => tustin(law, period_s).map_err(PipelineError::numeric("discretisation")),
     }
 }

@@ -63,19 +63,10 @@ pub fn contact(
     })
 }
 
-fn pushed(
-    machine: &Machine,
-    rows: &ScaledRealisation,
-    force_n: f64,
-) -> Result<TimeResponse, PipelineError> {
-    let case = Case::Impulse {
-        force_n,
-        length_s: PUSH_S,
-    };
+fn pushed(machine: &Machine, rows: &ScaledRealisation, force_n: f64) -> Result<TimeResponse, PipelineError> {
+    let case = Case::Impulse { force_n, length_s: PUSH_S };
     let speed = machine.spindle.max_rpm * TAU / 60.0;
     let settings = TimeSettings::default();
     let program = float32(rows)?;
-    Ok(run_case(
-        machine, &program, case, speed, SHOWN_S, &settings,
-    )?)
+    Ok(run_case(machine, &program, case, speed, SHOWN_S, &settings)?)
 }

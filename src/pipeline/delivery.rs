@@ -89,18 +89,10 @@ impl Realised {
     ///
     /// # Errors
     /// [`PipelineError`] when the modal form, its scales or the anti-windup fail.
-    pub(super) fn new(
-        machine: &Machine,
-        plane: &StateSpace<Discrete>,
-    ) -> Result<Self, PipelineError> {
+    pub(super) fn new(machine: &Machine, plane: &StateSpace<Discrete>) -> Result<Self, PipelineError> {
         let (realisation, _) = firmware_rows(&both_planes(plane), machine)?;
         let law = realisation.rows.rounded_f32()?;
-        Ok(Self {
-            plane: plane.clone(),
-            rounded_plane: plane_of(&law)?,
-            realisation,
-            law,
-        })
+        Ok(Self { plane: plane.clone(), rounded_plane: plane_of(&law)?, realisation, law })
     }
 }
 
@@ -172,13 +164,9 @@ impl Candidate {
         further: &(dyn Fn(&StateSpace<Discrete>) -> T + Sync),
     ) -> Result<(Self, T), PipelineError> {
         let (law, plane) = (&realised.law, &realised.rounded_plane);
-        let (known_at_rest, known_over_speed) = known.map_or((None, vec![]), |known| {
-            (Some(known.at_rest), known.over_speed)
-        });
-        let known = KnownStage {
-            specification: known_at_rest,
-            synthesis: None,
-        };
+        let (known_at_rest, known_over_speed) =
+            known.map_or((None, vec![]), |known| (Some(known.at_rest), known.over_speed));
+        let known = KnownStage { specification: known_at_rest, synthesis: None };
         let at_rest = || stage("rounded", problems, plane, known);
         let over_speed = || {
             let (aim, modes) = (&problems.aim, &problems.covered_modes);
@@ -189,8 +177,7 @@ impl Candidate {
             );
             Ok::<_, PipelineError>((over_speed?, covered?))
         };
-        let ((certified, over_speed), further) =
-            rayon::join(|| rayon::join(at_rest, over_speed), || further(law));
+        let ((certified, over_speed), further) = rayon::join(|| rayon::join(at_rest, over_speed), || further(law));
         let (certified, (speed_mu, covered_at_rest)) = (certified?, over_speed?);
         let at_rest = speed_mu.iter().filter(|s| s.speed_rpm == 0.0);
         let rounded = Stage {
@@ -198,16 +185,8 @@ impl Candidate {
             covered: certified.covered.at_least(&covered_at_rest),
             ..certified
         };
-        let growth_rate_per_s = realised
-            .plane
-            .growth_rate()
-            .map_err(PipelineError::numeric("controller poles"))?;
-        let candidate = Self {
-            realised,
-            rounded,
-            growth_rate_per_s,
-            speed_mu,
-        };
+        let growth_rate_per_s = realised.plane.growth_rate().map_err(PipelineError::numeric("controller poles"))?;
+        let candidate = Self { realised, rounded, growth_rate_per_s, speed_mu };
         Ok((candidate, further))
     }
 
@@ -225,9 +204,7 @@ impl Candidate {
     /// [`OVERSPEED`] times the top speed, rpm.
     pub(super) fn provable_to_rpm(&self, machine: &Machine) -> f64 {
         let unstable = self.speed_mu.iter().filter(|s| !s.mu.is_finite());
-        unstable
-            .map(|s| s.speed_rpm)
-            .fold(OVERSPEED * machine.spindle.max_rpm, f64::min)
+        unstable.map(|s| s.speed_rpm).fold(OVERSPEED * machine.spindle.max_rpm, f64::min)
     }
 
     /// Proof of stability from rest to [`OVERSPEED`] times the top speed.
@@ -250,24 +227,17 @@ impl Candidate {
         speeds: usize,
         speed_proof: SpeedProof,
     ) -> Result<Delivery, PipelineError> {
-        const CONDITIONS: &str =
-            "full finite-element plant, exact delay, sampled; coefficients rounded to float32";
+        const CONDITIONS: &str = "full finite-element plant, exact delay, sampled; coefficients rounded to float32";
         let faster = OVERSPEEDS.map(|share| share * machine.spindle.max_rpm);
-        let Realised {
-            plane,
-            realisation,
-            law,
-            rounded_plane,
-        } = self.realised;
+        let Realised { plane, realisation, law, rounded_plane } = self.realised;
         let verified = || {
             rayon::join(
                 || verify(machine, &law, speeds, CONDITIONS),
                 || verify_at(machine, &law, &faster, "as below the top speed"),
             )
         };
-        let ((verification, overspeed), arithmetic) = rayon::join(verified, || {
-            arithmetics(&realisation, &law, problems, &self.rounded)
-        });
+        let ((verification, overspeed), arithmetic) =
+            rayon::join(verified, || arithmetics(&realisation, &law, problems, &self.rounded));
         let verification = Verification {
             mu_peak: Some(self.rounded.specification.upper).filter(|mu| mu.is_finite()),
             proof: Some(speed_proof.clone()),
@@ -275,11 +245,9 @@ impl Candidate {
         };
         let at_rest = Plant::new(machine, 0.0, ModelDetail::Full)?;
         let compliance_at_rest = compliance(&at_rest, &law, 0.0);
-        let curve = |plant: &GeneralizedPlant, peak: &PeakFigures| {
-            mu_curve(plant, &rounded_plane, peak, problems.period_s)
-        };
-        let back =
-            inverse_tustin(&plane).map_err(PipelineError::numeric("continuous controller"))?;
+        let curve =
+            |plant: &GeneralizedPlant, peak: &PeakFigures| mu_curve(plant, &rounded_plane, peak, problems.period_s);
+        let back = inverse_tustin(&plane).map_err(PipelineError::numeric("continuous controller"))?;
         Ok(Delivery {
             speed_proof,
             arithmetic: arithmetic?,
@@ -341,16 +309,12 @@ fn largest_mu(rounded: &Stage, speed_mu: &[SpeedMu]) -> f64 {
 }
 
 /// The x plane of a four-axis controller, m to A, sampled by Tustin's rule if it is continuous.
-pub(super) fn plane_of_law(
-    machine: &Machine,
-    controller: &Controller,
-) -> Result<StateSpace<Discrete>, PipelineError> {
+pub(super) fn plane_of_law(machine: &Machine, controller: &Controller) -> Result<StateSpace<Discrete>, PipelineError> {
     let sampled = match &controller.law {
         ControlLaw::Discrete(law) => return Ok(x_plane(law)),
         ControlLaw::Continuous(law) => {
             let period_s = machine.spindle.electronics.sample_period_s();
-            tustin(law, period_s)
-                .map_err(PipelineError::numeric("discretisation of the controller"))?
+            tustin(law, period_s).map_err(PipelineError::numeric("discretisation of the controller"))?
         }
     };
     Ok(x_plane(&sampled))
@@ -362,16 +326,11 @@ fn plane_of(law: &StateSpace<Discrete>) -> Result<StateSpace<Continuous>, Pipeli
 }
 
 /// A sampled controller of one plane (m to A) in the scaled signals of the w plane.
-pub(super) fn scaled_plane(
-    plane: &StateSpace<Discrete>,
-) -> Result<StateSpace<Continuous>, PipelineError> {
+pub(super) fn scaled_plane(plane: &StateSpace<Discrete>) -> Result<StateSpace<Continuous>, PipelineError> {
     let back = inverse_tustin(plane).map_err(PipelineError::numeric("rounded loop"))?;
     Ok(scale_controller(&back))
 }
 
 fn named(name: &str, law: ControlLaw) -> Controller {
-    Controller {
-        name: name.to_owned(),
-        law,
-    }
+    Controller { name: name.to_owned(), law }
 }

@@ -66,10 +66,7 @@ impl Design {
         let polished = polish.attempts.iter().filter_map(|a| a.judged.as_ref());
         let mut judged = polish.dk.iter().chain(polished);
         let own = judged.find(|j| j.controller.law.is_same(&controller.law))?;
-        Some(own.predictions.clone().map(|prediction| Prediction {
-            name: controller.name.clone(),
-            ..prediction
-        }))
+        Some(own.predictions.clone().map(|prediction| Prediction { name: controller.name.clone(), ..prediction }))
     }
 
     /// True when the delivered controller has no pole outside the circle.
@@ -104,10 +101,7 @@ impl Design {
     /// # Errors
     /// [`PipelineError`] when the delivered controller is unstable itself or does not levitate the machine, or the
     /// convex problem has no answer.
-    pub(crate) fn stiffness_limit(
-        &self,
-        machine: &Machine,
-    ) -> Result<StiffnessLimit, PipelineError> {
+    pub(crate) fn stiffness_limit(&self, machine: &Machine) -> Result<StiffnessLimit, PipelineError> {
         let limits = limits(machine, ZONE_A)?;
         let law = plane_of_law(machine, &self.delivery.controller)?;
         Ok(stiffness_limit(machine, &limits, &law, TAPS)?)
@@ -188,12 +182,9 @@ fn finished(
     progress: &mut Listener,
 ) -> Result<Design, PipelineError> {
     let specification_scale = match &delivery.controller.law {
-        ControlLaw::Discrete(law) => specification_scale(
-            machine,
-            (weights, &problems.written_modes),
-            law,
-            &delivery.speed_mu,
-        )?,
+        ControlLaw::Discrete(law) => {
+            specification_scale(machine, (weights, &problems.written_modes), law, &delivery.speed_mu)?
+        }
         ControlLaw::Continuous(_) => None,
     };
     progress(Event::Stage("scale of the specification"));
@@ -201,13 +192,5 @@ fn finished(
         .map_err(PipelineError::numeric("uncertainty of the specification"))?;
     let delivered = scaled_plane(&plane_of_law(machine, &delivery.controller)?)?;
     let real_corner_mu = largest_at_corners(&problems.specification, &delivered, &real)?;
-    Ok(Design {
-        problems,
-        constant_scales,
-        dk,
-        polish,
-        delivery,
-        real_corner_mu,
-        specification_scale,
-    })
+    Ok(Design { problems, constant_scales, dk, polish, delivery, real_corner_mu, specification_scale })
 }

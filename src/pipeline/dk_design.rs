@@ -66,10 +66,7 @@ pub(super) fn dk_design(
 ) -> Result<(DkDesign, Made), PipelineError> {
     let (problems, scales, outcome) = (&found.problems, &found.scales, &found.outcome);
     let (full, synthesis) = (&found.full, found.synthesis);
-    let known = |synthesis: f64| KnownStage {
-        synthesis: Some(synthesis),
-        ..KnownStage::default()
-    };
+    let known = |synthesis: f64| KnownStage { synthesis: Some(synthesis), ..KnownStage::default() };
     let reduction_limit = synthesis * (1.0 + settings.reduction_budget);
     let deliver = || {
         let reduced = reduce(problems, scales, full, synthesis, reduction_limit)?;
@@ -87,10 +84,7 @@ pub(super) fn dk_design(
     };
     // What only the report says of the controller as synthesised is computed beside what is delivered.
     let (made, (d_scales, full_stage)) = rayon::join(deliver, || {
-        rayon::join(
-            || d_scales(problems, scales, outcome),
-            || stage("full order", problems, full, known(synthesis)),
-        )
+        rayon::join(|| d_scales(problems, scales, outcome), || stage("full order", problems, full, known(synthesis)))
     });
     let (orders_tried, reduced, made) = made?;
     let best = outcome.steps.get(outcome.best_iteration);

@@ -35,11 +35,7 @@ pub(super) fn sampled_by_tustin(
     problems: &Problems,
     controller: &StateSpace<Continuous>,
 ) -> Result<(StateSpace<Continuous>, Emulated), PipelineError> {
-    let mut modes: Vec<f64> = problems
-        .covered_modes
-        .iter()
-        .map(|m| m.omega_rad_s)
-        .collect();
+    let mut modes: Vec<f64> = problems.covered_modes.iter().map(|m| m.omega_rad_s).collect();
     modes.sort_by(f64::total_cmp);
     let between: Vec<f64> = modes.windows(2).map(|w| (w[0] * w[1]).sqrt()).collect();
     // Without modes, a tenth of the sample rate.
@@ -73,11 +69,5 @@ pub(super) fn sampled_by_tustin(
 /// K(r v) as a system in v.
 fn stretch(k: &StateSpace<Continuous>, r: f64) -> StateSpace<Continuous> {
     let over = |m: &Mat<f64>| Mat::from_fn(m.nrows(), m.ncols(), |i, j| m[(i, j)] / r);
-    StateSpace {
-        a: over(&k.a),
-        b: over(&k.b),
-        c: k.c.clone(),
-        d: k.d.clone(),
-        time: Continuous,
-    }
+    StateSpace { a: over(&k.a), b: over(&k.b), c: k.c.clone(), d: k.d.clone(), time: Continuous }
 }

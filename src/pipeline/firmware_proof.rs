@@ -18,10 +18,7 @@ const SPEEDS: usize = 11;
 /// # Errors
 /// [`SpindleError`] when the plant cannot be built.
 pub(crate) fn prewarp_hz(machine: &Machine) -> Result<f64, SpindleError> {
-    let detail = ModelDetail::Modes {
-        flexible: 1,
-        static_residual: false,
-    };
+    let detail = ModelDetail::Modes { flexible: 1, static_residual: false };
     let model = Plant::new(machine, 0.0, detail)?;
     let fallback = 0.1 / machine.spindle.electronics.sample_period_s();
     let first = model.flexible_rad_s().first().map(|w| w / TAU);
@@ -32,14 +29,9 @@ pub(crate) fn prewarp_hz(machine: &Machine) -> Result<f64, SpindleError> {
 ///
 /// # Errors
 /// [`PipelineError`] when a coefficient has no place in its format, or a loop cannot be checked.
-pub(crate) fn proven_as_rounded(
-    machine: &Machine,
-    rows: &ScaledRealisation,
-) -> Result<Verification, PipelineError> {
+pub(crate) fn proven_as_rounded(machine: &Machine, rows: &ScaledRealisation) -> Result<Verification, PipelineError> {
     let check = |law: &StateSpace<Discrete>, format: &str| {
-        let conditions = format!(
-            "full finite-element plant, exact delay, sampled; coefficients rounded to {format}"
-        );
+        let conditions = format!("full finite-element plant, exact delay, sampled; coefficients rounded to {format}");
         verify_with_proof(machine, law, SPEEDS, &conditions)
     };
     let float = check(&rows.rows.rounded_f32()?, "float32 and to Q31")?;

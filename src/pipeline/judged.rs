@@ -34,11 +34,7 @@ pub struct Judged {
 
 impl Judged {
     /// A controller that is delivered.
-    pub(super) fn of(
-        machine: &Machine,
-        name: &str,
-        delivery: &Delivery,
-    ) -> Result<Self, PipelineError> {
+    pub(super) fn of(machine: &Machine, name: &str, delivery: &Delivery) -> Result<Self, PipelineError> {
         let to_rpm = delivery.speed_proof.proven_to_rpm();
         let figures = (delivery.largest_mu(), delivery.controller_growth_rate_per_s);
         let law = delivery.controller.law.clone();
@@ -46,11 +42,7 @@ impl Judged {
     }
 
     /// A candidate that counts as proven as far as a proof may reach ([`Candidate::provable_to_rpm`]).
-    pub(super) fn unproven(
-        machine: &Machine,
-        name: &str,
-        candidate: &Candidate,
-    ) -> Result<Self, PipelineError> {
+    pub(super) fn unproven(machine: &Machine, name: &str, candidate: &Candidate) -> Result<Self, PipelineError> {
         let to_rpm = candidate.provable_to_rpm(machine);
         let figures = (candidate.largest_mu(), candidate.growth_rate_per_s);
         let law = ControlLaw::Discrete(candidate.law().clone());
@@ -65,10 +57,7 @@ impl Judged {
         proven_to_rpm: f64,
     ) -> Result<Self, PipelineError> {
         let top = machine.spindle.max_rpm;
-        let controller = Controller {
-            name: name.to_owned(),
-            law,
-        };
+        let controller = Controller { name: name.to_owned(), law };
         let at = |rpm: f64| predict(machine, &controller, rpm);
         let (rest, fast) = rayon::join(|| at(0.0), || at(top));
         let both = [rest?, fast?];
@@ -103,12 +92,7 @@ impl Judged {
 
     /// Why this controller is not delivered in place of `other`; empty when it is. The controller that misses the later
     /// goal is the better one; of two that miss the same the stiffer one in no worse a zone, at a μ that is no worse.
-    pub(super) fn objections(
-        &self,
-        other: &Self,
-        machine: &Machine,
-        rival: Option<[f64; 2]>,
-    ) -> Vec<&'static str> {
+    pub(super) fn objections(&self, other: &Self, machine: &Machine, rival: Option<[f64; 2]>) -> Vec<&'static str> {
         let (own, others) = (self.met(machine, rival), other.met(machine, rival));
         if let Some(goal) = (0..GOALS.len()).find(|k| own[*k] != others[*k]) {
             return if own[goal] { vec![] } else { vec![GOALS[goal]] };
@@ -120,26 +104,12 @@ impl Judged {
             now.is_nan() || now <= other.stiffness_n_per_m[k]
         };
         let list = [
-            (
-                self.mu.is_nan() || self.mu > other.mu.max(1.0),
-                "µ of the whole machine is larger",
-            ),
-            (
-                self.proven_to_rpm < other.proven_to_rpm,
-                "stability is proven to a lower speed",
-            ),
-            (
-                worse_zone(0) || worse_zone(1),
-                "its zone of ISO 14839-3 is worse",
-            ),
-            (
-                softer(0) || softer(1),
-                "its tool is not stiffer both at rest and at top speed",
-            ),
+            (self.mu.is_nan() || self.mu > other.mu.max(1.0), "µ of the whole machine is larger"),
+            (self.proven_to_rpm < other.proven_to_rpm, "stability is proven to a lower speed"),
+            (worse_zone(0) || worse_zone(1), "its zone of ISO 14839-3 is worse"),
+            (softer(0) || softer(1), "its tool is not stiffer both at rest and at top speed"),
         ];
-        list.into_iter()
-            .filter_map(|(holds, words)| holds.then_some(words))
-            .collect()
+        list.into_iter().filter_map(|(holds, words)| holds.then_some(words)).collect()
     }
 }
 

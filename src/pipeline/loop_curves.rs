@@ -60,36 +60,19 @@ impl LoopCurves {
     ///
     /// # Errors
     /// [`PipelineError`] when a plant or an eigenvalue iteration fails.
-    pub fn of(
-        machine: &Machine,
-        controller: &Controller,
-        rest: &Prediction,
-    ) -> Result<Self, PipelineError> {
+    pub fn of(machine: &Machine, controller: &Controller, rest: &Prediction) -> Result<Self, PipelineError> {
         let whirl = whirl_lines(machine)?;
         if !rest.is_stable() {
-            return Ok(Self {
-                whirl,
-                stable: None,
-            });
+            return Ok(Self { whirl, stable: None });
         }
         let plant = Plant::new(machine, 0.0, ModelDetail::Full)?;
         let lines = lines_hz(&plant, &rest.sensitivity.frequency_hz);
-        let shape =
-            LoopShape::new(&plant, &*controller.responder(), &lines).map_err(SpindleError::from)?;
+        let shape = LoopShape::new(&plant, &*controller.responder(), &lines).map_err(SpindleError::from)?;
         let top_rpm = machine.spindle.max_rpm;
         let speeds = (1..=UNBALANCE_SPEEDS).map(|k| 1.2 * top_rpm * k as f64);
         let speed_rpm: Vec<f64> = speeds.map(|v| v / UNBALANCE_SPEEDS as f64).collect();
         let displacement = unbalance_response(machine, controller, &speed_rpm)?;
-        Ok(Self {
-            whirl,
-            stable: Some(StableLoop {
-                shape,
-                unbalance: UnbalanceCurve {
-                    speed_rpm,
-                    displacement,
-                },
-            }),
-        })
+        Ok(Self { whirl, stable: Some(StableLoop { shape, unbalance: UnbalanceCurve { speed_rpm, displacement } }) })
     }
 }
 
@@ -120,13 +103,9 @@ fn whirl_lines(machine: &Machine) -> Result<Vec<WhirlLine>, PipelineError> {
     // The rigid-body modes of the free rotor stay far below half its first bending mode.
     let bending = PlanarModes::new(&rotor).map_err(SpindleError::from)?;
     let lowest = 0.5 * TAU * bending.flexible_hz().first().copied().unwrap_or_default();
-    let speeds: Vec<f64> = (1..=WHIRL_SPEEDS)
-        .map(|k| top * k as f64 / WHIRL_SPEEDS as f64)
-        .collect();
-    let spectra: Result<Vec<_>, SpindleError> = speeds
-        .par_iter()
-        .map(|rpm| machine.whirl(rpm * TAU / 60.0, WHIRL_TO_HZ))
-        .collect();
+    let speeds: Vec<f64> = (1..=WHIRL_SPEEDS).map(|k| top * k as f64 / WHIRL_SPEEDS as f64).collect();
+    let spectra: Result<Vec<_>, SpindleError> =
+        speeds.par_iter().map(|rpm| machine.whirl(rpm * TAU / 60.0, WHIRL_TO_HZ)).collect();
     let mut lines: Vec<WhirlLine> = vec![];
     for (before, (rpm, found)) in speeds.iter().zip(spectra?).enumerate() {
         for sense in [-1i8, 1] {
@@ -137,11 +116,7 @@ fn whirl_lines(machine: &Machine) -> Result<Vec<WhirlLine>, PipelineError> {
                 let at = match lines.iter().position(open) {
                     Some(at) => at,
                     None if before == 0 => {
-                        lines.push(WhirlLine {
-                            whirl: sense,
-                            speed_rpm: vec![],
-                            frequency_hz: vec![],
-                        });
+                        lines.push(WhirlLine { whirl: sense, speed_rpm: vec![], frequency_hz: vec![] });
                         lines.len() - 1
                     }
                     None => break,

@@ -28,10 +28,7 @@ pub(crate) struct LoopPoles {
 ///
 /// # Errors
 /// [`PipelineError`] when the sample times differ or the eigenvalues fail.
-pub(crate) fn loop_poles(
-    plant: &Plant,
-    controller: &Controller,
-) -> Result<LoopPoles, PipelineError> {
+pub(crate) fn loop_poles(plant: &Plant, controller: &Controller) -> Result<LoopPoles, PipelineError> {
     let numeric = PipelineError::numeric("closed-loop stability");
     match &controller.law {
         ControlLaw::Discrete(law) => {
@@ -47,10 +44,7 @@ pub(crate) fn loop_poles(
             let open = plant.state_space(PADE)?.select(&axes, &axes);
             let closed = lower_lft(&open, law).map_err(&numeric)?;
             let poles_rad_s = closed.poles().map_err(&numeric)?;
-            Ok(LoopPoles {
-                growth_rate_per_s: closed.time.largest_growth_rate(&poles_rad_s),
-                poles_rad_s,
-            })
+            Ok(LoopPoles { growth_rate_per_s: closed.time.largest_growth_rate(&poles_rad_s), poles_rad_s })
         }
     }
 }
@@ -59,11 +53,7 @@ pub(crate) fn loop_poles(
 ///
 /// # Errors
 /// [`PipelineError`] when the plant cannot be built, the sample times differ, or the eigenvalues fail.
-pub(crate) fn growth_rate_at(
-    machine: &Machine,
-    controller: &Controller,
-    speed_rpm: f64,
-) -> Result<f64, PipelineError> {
+pub(crate) fn growth_rate_at(machine: &Machine, controller: &Controller, speed_rpm: f64) -> Result<f64, PipelineError> {
     let plant = Plant::new(machine, speed_rpm * TAU / 60.0, ModelDetail::Full)?;
     Ok(loop_poles(&plant, controller)?.growth_rate_per_s)
 }

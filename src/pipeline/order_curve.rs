@@ -51,10 +51,7 @@ pub(crate) struct OrderCurve {
 impl OrderCurve {
     /// The lowest order that keeps the stiffness.
     pub(crate) fn lowest(&self) -> Option<&OrderPoint> {
-        self.points
-            .iter()
-            .filter(|p| p.keeps)
-            .min_by_key(|p| p.order)
+        self.points.iter().filter(|p| p.keeps).min_by_key(|p| p.order)
     }
 }
 
@@ -73,12 +70,7 @@ pub(crate) fn lowest_order(
 ) -> Result<OrderCurve, PipelineError> {
     let full = Judged::of(machine, "mu", &design.delivery)?;
     let mut curve = OrderCurve {
-        points: vec![OrderPoint {
-            order: full.order,
-            judged: Some(full.clone()),
-            failure: None,
-            keeps: true,
-        }],
+        points: vec![OrderPoint { order: full.order, judged: Some(full.clone()), failure: None, keeps: true }],
         kept_part: KEPT,
     };
     let mut plane = plane_of_law(machine, &design.delivery.controller)?;
@@ -96,12 +88,7 @@ pub(crate) fn lowest_order(
             Ok((judged, delivery, found)) => {
                 let keeps = keeps(&judged, &full, machine);
                 let shown = judged.stiffness_n_per_m[0] >= SHOWN * full.stiffness_n_per_m[0];
-                curve.points.push(OrderPoint {
-                    order: judged.order,
-                    judged: Some(judged),
-                    failure: None,
-                    keeps,
-                });
+                curve.points.push(OrderPoint { order: judged.order, judged: Some(judged), failure: None, keeps });
                 if keeps {
                     lowest = Some(delivery);
                 }
@@ -111,12 +98,7 @@ pub(crate) fn lowest_order(
                 plane = found;
             }
             Err(failure) => {
-                curve.points.push(OrderPoint {
-                    order: 2 * order,
-                    judged: None,
-                    failure: Some(failure),
-                    keeps: false,
-                });
+                curve.points.push(OrderPoint { order: 2 * order, judged: None, failure: Some(failure), keeps: false });
                 break;
             }
         }
@@ -125,8 +107,7 @@ pub(crate) fn lowest_order(
     if let Some(delivery) = lowest {
         if let ControlLaw::Discrete(law) = &delivery.controller.law {
             let asked = (weights, design.problems.written_modes.as_slice());
-            design.specification_scale =
-                specification_scale(machine, asked, law, &delivery.speed_mu)?;
+            design.specification_scale = specification_scale(machine, asked, law, &delivery.speed_mu)?;
         }
         if let Some(polish) = &mut design.polish {
             polish.sentence = format!(
@@ -145,13 +126,8 @@ fn keeps(judged: &Judged, full: &Judged, machine: &Machine) -> bool {
     let stiff = (0..2).all(|k| judged.stiffness_n_per_m[k] >= KEPT * full.stiffness_n_per_m[k]);
     let rank = |j: &Judged| j.zones.map(|z| z.map_or(usize::MAX, |z| z as usize));
     let (zones, before) = (rank(judged), rank(full));
-    let goals = judged
-        .met(machine, None)
-        .into_iter()
-        .zip(full.met(machine, None));
-    stiff
-        && (0..2).all(|k| zones[k] <= before[k])
-        && goals.into_iter().all(|(own, was)| own || !was)
+    let goals = judged.met(machine, None).into_iter().zip(full.met(machine, None));
+    stiff && (0..2).all(|k| zones[k] <= before[k]) && goals.into_iter().all(|(own, was)| own || !was)
 }
 
 /// Cuts `plane` to `order` states and polishes it: by truncation, or, where that does not levitate the machine, with

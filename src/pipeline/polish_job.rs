@@ -44,10 +44,7 @@ const NOISE_SHARE: f64 = 1.0 / 30.0;
 /// Limits of a polish, from the machine, with a largest |S_jj|.
 pub(super) fn limits(machine: &Machine, sensitivity: f64) -> Result<LoopLimits, PipelineError> {
     let spindle = &machine.spindle;
-    let bias = spindle
-        .front
-        .bias_current_a
-        .min(spindle.rear.bias_current_a);
+    let bias = spindle.front.bias_current_a.min(spindle.rear.bias_current_a);
     let noise = spindle.electronics.sensor_noise_m;
     let nyquist_hz = 0.5 * spindle.electronics.sample_rate_hz;
     let (from_hz, to_hz) = spindle.stiffness_band_hz;
@@ -82,17 +79,9 @@ impl<'a> Goal<'a> {
     pub(super) fn of(problems: &'a Problems, written: &'a Weights) -> Self {
         let widening = problems.widening;
         if widening.tool.max(widening.current) <= WITHIN_REACH {
-            Self {
-                weights: written,
-                plant: &problems.specification,
-                widening: Widening::NONE,
-            }
+            Self { weights: written, plant: &problems.specification, widening: Widening::NONE }
         } else {
-            Self {
-                weights: &problems.aim,
-                plant: &problems.aimed,
-                widening,
-            }
+            Self { weights: &problems.aim, plant: &problems.aimed, widening }
         }
     }
 }
@@ -110,24 +99,13 @@ fn certificate(
         mu_at_speed(machine, weights, modes, &realised.law, speed_rpm)
     };
     let (rest, exact) = rayon::join(
+        || certified(STAGE, goal.plant, &realised.rounded_plane, problems.period_s),
         || {
-            certified(
-                STAGE,
-                goal.plant,
-                &realised.rounded_plane,
-                problems.period_s,
-            )
-        },
-        || {
-            let found: Result<Vec<SpeedMu>, PipelineError> =
-                [0.0, 1.0, OVERSPEED].par_iter().map(at).collect();
+            let found: Result<Vec<SpeedMu>, PipelineError> = [0.0, 1.0, OVERSPEED].par_iter().map(at).collect();
             found
         },
     );
-    Ok(KnownMu {
-        at_rest: rest?,
-        over_speed: exact?,
-    })
+    Ok(KnownMu { at_rest: rest?, over_speed: exact? })
 }
 
 /// Rounds at most, in units of those asked.
@@ -142,9 +120,7 @@ const WORTH_A_ROUND: f64 = 0.01;
 /// True when the last round made the tool stiffer by more than [`WORTH_A_ROUND`].
 fn gained(rounds: &[PolishRound]) -> bool {
     match rounds {
-        [.., before, last] => {
-            last.stiffness_n_per_m > (1.0 + WORTH_A_ROUND) * before.stiffness_n_per_m
-        }
+        [.., before, last] => last.stiffness_n_per_m > (1.0 + WORTH_A_ROUND) * before.stiffness_n_per_m,
         _ => false,
     }
 }
@@ -166,10 +142,7 @@ fn up_to_speed(
         slower
     };
     let stable = |plane: &StateSpace<Discrete>, share: f64| -> Result<bool, PipelineError> {
-        let controller = Controller {
-            name: "polish".to_owned(),
-            law: ControlLaw::Discrete(both_planes(plane)),
-        };
+        let controller = Controller { name: "polish".to_owned(), law: ControlLaw::Discrete(both_planes(plane)) };
         for speed in [1.0, OVERSPEED] {
             let rpm = share * speed * machine.spindle.max_rpm;
             if growth_rate_at(machine, &controller, rpm)? >= 0.0 {
@@ -219,11 +192,7 @@ fn descend(
     (problems, goal): (&Problems, &Goal<'_>),
     plane: &StateSpace<Discrete>,
 ) -> Result<(Polished, Realised, Option<KnownMu>), PipelineError> {
-    let task = PolishTask {
-        weights: goal.weights,
-        modes: &problems.written_modes,
-        limits,
-    };
+    let task = PolishTask { weights: goal.weights, modes: &problems.written_modes, limits };
     let mut polisher = Polisher::new(machine, task, plane, OVERSPEED)?;
     if !polisher.is_stable() {
         let brought = up_to_speed(machine, task, (plane, effort))?;
@@ -236,8 +205,7 @@ fn descend(
     let mut rounds = vec![polisher.figures()];
     // Rounds beyond those asked as long as a limit is exceeded or the last one gained: from a distant start they go on.
     while rounds.len() <= effort.rounds
-        || rounds.len() <= MOST_ROUNDS * effort.rounds
-            && (!polisher.within_limits() || gained(&rounds))
+        || rounds.len() <= MOST_ROUNDS * effort.rounds && (!polisher.within_limits() || gained(&rounds))
     {
         rounds.push(polisher.round(effort.steps)?);
     }
@@ -280,11 +248,7 @@ fn descend(
         }
     }
     let (plane, realised, known) = best;
-    let course = Polished {
-        plane,
-        rounds,
-        certificates,
-    };
+    let course = Polished { plane, rounds, certificates };
     let written = goal.widening.is_none();
     Ok((course, realised, written.then_some(known)))
 }
@@ -308,13 +272,7 @@ impl<'a> PolishJob<'a> {
         problems: &'a Problems,
         settings: &DesignSettings,
     ) -> Option<Self> {
-        Some(Self {
-            machine,
-            weights,
-            problems,
-            speeds: settings.speeds,
-            effort: settings.polish?,
-        })
+        Some(Self { machine, weights, problems, speeds: settings.speeds, effort: settings.polish? })
     }
 
     /// Polishes `plane` within `limits`, and takes the result through rounding and certificates.
@@ -325,14 +283,8 @@ impl<'a> PolishJob<'a> {
     ) -> Result<(Judged, Delivery, Polished), PipelineError> {
         let goal = Goal::of(self.problems, self.weights);
         let machine = self.machine;
-        let (course, realised, known) = descend(
-            machine,
-            (limits, self.effort),
-            (self.problems, &goal),
-            plane,
-        )?;
-        let (candidate, proof) =
-            Candidate::proven(machine, self.weights, self.problems, (realised, known))?;
+        let (course, realised, known) = descend(machine, (limits, self.effort), (self.problems, &goal), plane)?;
+        let (candidate, proof) = Candidate::proven(machine, self.weights, self.problems, (realised, known))?;
         let delivery = candidate.delivered(machine, self.problems, self.speeds, proof)?;
         let judged = Judged::of(machine, "mu", &delivery)?;
         Ok((judged, delivery, course))

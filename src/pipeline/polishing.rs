@@ -44,24 +44,12 @@ pub struct PolishAttempt {
 impl PolishAttempt {
     /// From a start, without a result.
     fn from(start: &'static str) -> Self {
-        Self {
-            start,
-            judged: None,
-            objections: vec![],
-            rounds: vec![],
-            certificates: vec![],
-            failure: None,
-        }
+        Self { start, judged: None, objections: vec![], rounds: vec![], certificates: vec![], failure: None }
     }
 
     /// From a start to a polished controller.
     fn of(start: &'static str, judged: Judged, course: Polished) -> Self {
-        Self {
-            judged: Some(judged),
-            rounds: course.rounds,
-            certificates: course.certificates,
-            ..Self::from(start)
-        }
+        Self { judged: Some(judged), rounds: course.rounds, certificates: course.certificates, ..Self::from(start) }
     }
 }
 
@@ -116,11 +104,7 @@ struct Contest<'a> {
 
 impl<'a> Contest<'a> {
     /// Opened by `plane`, the controller of the D-K iteration.
-    fn with(
-        job: PolishJob<'a>,
-        limits: LoopLimits,
-        plane: &StateSpace<Discrete>,
-    ) -> Result<Self, PipelineError> {
+    fn with(job: PolishJob<'a>, limits: LoopLimits, plane: &StateSpace<Discrete>) -> Result<Self, PipelineError> {
         let realised = Realised::new(job.machine, plane)?;
         let dk = Candidate::new(job.machine, job.weights, job.problems, realised)?;
         let judged = Judged::unproven(job.machine, "dk", &dk)?;
@@ -136,9 +120,7 @@ impl<'a> Contest<'a> {
     }
 
     fn misses_a_goal(&self) -> bool {
-        self.judged
-            .met(self.job.machine, self.rival)
-            .contains(&false)
+        self.judged.met(self.job.machine, self.rival).contains(&false)
     }
 
     /// True when a larger sensitivity may help: the zone is worse than B, or the tool softer than that of the PID.
@@ -163,10 +145,7 @@ impl<'a> Contest<'a> {
     fn prove_dk(&mut self) {
         // What cannot be computed is not proven; delivery asks again and says why.
         self.dk_proof = self.dk.proof(self.job.machine).ok();
-        let proven = self
-            .dk_proof
-            .as_ref()
-            .map_or(0.0, SpeedProof::proven_to_rpm);
+        let proven = self.dk_proof.as_ref().map_or(0.0, SpeedProof::proven_to_rpm);
         self.judged.proven_to_rpm = proven.min(self.judged.proven_to_rpm);
         self.outcome.dk = Some(self.judged.clone());
     }
@@ -178,9 +157,7 @@ impl<'a> Contest<'a> {
         limits: LoopLimits,
         plane: Result<&StateSpace<Discrete>, &PipelineError>,
     ) {
-        let done = plane
-            .map_err(ToString::to_string)
-            .and_then(|plane| polished_from(&self.job, limits, plane));
+        let done = plane.map_err(ToString::to_string).and_then(|plane| polished_from(&self.job, limits, plane));
         self.enter(start, done);
     }
 
@@ -193,16 +170,10 @@ impl<'a> Contest<'a> {
                     (self.delivery, self.judged) = (Some(candidate), judged.clone());
                     self.outcome.delivered = Some(self.outcome.attempts.len());
                 }
-                PolishAttempt {
-                    objections,
-                    ..PolishAttempt::of(start, judged, found)
-                }
+                PolishAttempt { objections, ..PolishAttempt::of(start, judged, found) }
             }
             // The controller of an earlier start or of the D-K iteration is kept, and the outcome says what failed.
-            Err(failure) => PolishAttempt {
-                failure: Some(failure),
-                ..PolishAttempt::from(start)
-            },
+            Err(failure) => PolishAttempt { failure: Some(failure), ..PolishAttempt::from(start) },
         };
         self.outcome.attempts.push(attempt);
     }
@@ -234,16 +205,10 @@ const EARLIER: &str = "earlier design";
 ///
 /// # Errors
 /// [`PipelineError`] when the machine has no limits; a polish that fails is an attempt that failed.
-pub(super) fn polished_again(
-    job: PolishJob<'_>,
-    earlier: &EarlierDesign,
-) -> Result<PolishedAgain, PipelineError> {
+pub(super) fn polished_again(job: PolishJob<'_>, earlier: &EarlierDesign) -> Result<PolishedAgain, PipelineError> {
     let zone_a = limits(job.machine, ZONE_A)?;
     // It is polished already: its first round tells whether there is more to gain.
-    let effort = PolishEffort {
-        rounds: 1,
-        ..job.effort
-    };
+    let effort = PolishEffort { rounds: 1, ..job.effort };
     let done = polished_from(&PolishJob { effort, ..job }, zone_a, &earlier.plane);
     let enough = |judged: &Judged| !judged.met(job.machine, None).contains(&false);
     Ok(match done {
@@ -321,11 +286,7 @@ fn tuned_pid(machine: &Machine) -> Result<StartingPid, PipelineError> {
     let minimum = |rpm: f64| -> Result<f64, PipelineError> {
         let seen = predict(machine, &found.controller, rpm)?;
         // A PID with an unstable loop is not compared.
-        Ok(if seen.is_stable() {
-            seen.minimum.0
-        } else {
-            0.0
-        })
+        Ok(if seen.is_stable() { seen.minimum.0 } else { 0.0 })
     };
     Ok(StartingPid {
         parameters: found.parameters,
@@ -336,18 +297,10 @@ fn tuned_pid(machine: &Machine) -> Result<StartingPid, PipelineError> {
 
 fn sentence(outcome: &PolishOutcome) -> String {
     let words = |k: f64| {
-        if k.is_nan() {
-            "none (unstable loop)".to_owned()
-        } else {
-            stiffness_words(k)
-        }
+        if k.is_nan() { "none (unstable loop)".to_owned() } else { stiffness_words(k) }
     };
     let beside = |dk: &Judged| {
-        format!(
-            " (D-K iteration: {} and {})",
-            words(dk.stiffness_n_per_m[0]),
-            words(dk.stiffness_n_per_m[1])
-        )
+        format!(" (D-K iteration: {} and {})", words(dk.stiffness_n_per_m[0]), words(dk.stiffness_n_per_m[1]))
     };
     let beside = outcome.dk.as_ref().map_or_else(String::new, beside);
     let figures = |attempt: &PolishAttempt, judged: &Judged| {
@@ -373,20 +326,13 @@ fn sentence(outcome: &PolishOutcome) -> String {
         .attempts
         .iter()
         .map(|attempt| match (&attempt.judged, &attempt.failure) {
-            (Some(judged), _) => format!(
-                "{}; it is not delivered: {}.",
-                figures(attempt, judged),
-                attempt.objections.join(", ")
-            ),
-            (None, failure) => format!(
-                "No polish from the {}: {}.",
-                attempt.start,
-                failure.as_deref().unwrap_or("it did not start")
-            ),
+            (Some(judged), _) => {
+                format!("{}; it is not delivered: {}.", figures(attempt, judged), attempt.objections.join(", "))
+            }
+            (None, failure) => {
+                format!("No polish from the {}: {}.", attempt.start, failure.as_deref().unwrap_or("it did not start"))
+            }
         })
         .collect();
-    format!(
-        "The controller of the D-K iteration is delivered. {}",
-        reasons.join(" ")
-    )
+    format!("The controller of the D-K iteration is delivered. {}", reasons.join(" "))
 }

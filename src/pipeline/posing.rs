@@ -97,9 +97,7 @@ pub(super) fn pose_again(
     let machine_modes = flexible_rad_s.len();
     let kept = machine.spindle.flexible_modes.min(machine_modes);
     let covered = (kept + settings.guard_modes).min(machine_modes);
-    let synthesis_modes = covered
-        .saturating_add(settings.extra_modes)
-        .min(machine_modes);
+    let synthesis_modes = covered.saturating_add(settings.extra_modes).min(machine_modes);
     let posing = Posing {
         split: gyroscopic_split(machine, top_speed, covered)?,
         machine,
@@ -108,11 +106,7 @@ pub(super) fn pose_again(
         kept,
         synthesis_modes,
     };
-    let Choice {
-        cover,
-        widening,
-        posed,
-    } = match fewer_modes {
+    let Choice { cover, widening, posed } = match fewer_modes {
         Some((problems, scales)) => posing.kept_or_chosen(problems, scales)?,
         None => posing.bounded(posing.chosen()?)?,
     };
@@ -121,28 +115,17 @@ pub(super) fn pose_again(
     let covered_modes = posing.modes(Some(cover));
     let written = posing.modes(None);
     let period_s = machine.spindle.electronics.sample_period_s();
-    let whole = |weights: &Weights, modes: &[UncertainMode]| {
-        whole_machine(machine, weights, machine_modes, modes)
-    };
+    let whole = |weights: &Weights, modes: &[UncertainMode]| whole_machine(machine, weights, machine_modes, modes);
     let specification = whole(weights, &written)?;
     let problems = Problems {
-        aimed: if widening.is_none() {
-            specification.clone()
-        } else {
-            whole(&aim, &written)?
-        },
+        aimed: if widening.is_none() { specification.clone() } else { whole(&aim, &written)? },
         specification,
         covered: whole(&aim, &covered_modes)?,
         synthesis: match settings.route {
             Route::Direct => posed.plant.clone(),
-            Route::Emulation { .. } => generalized(
-                machine,
-                &aim,
-                synthesis_modes,
-                &covered_modes,
-                posed.limit,
-                Route::Direct,
-            )?,
+            Route::Emulation { .. } => {
+                generalized(machine, &aim, synthesis_modes, &covered_modes, posed.limit, Route::Direct)?
+            }
         },
         posed: posed.plant,
         route: settings.route,
@@ -152,8 +135,7 @@ pub(super) fn pose_again(
         synthesis_modes,
         machine_modes,
         flexible_rad_s,
-        fit_errors: fit_errors(weights, period_s)
-            .map_err(PipelineError::numeric("weights in the w plane"))?,
+        fit_errors: fit_errors(weights, period_s).map_err(PipelineError::numeric("weights in the w plane"))?,
         covered_modes,
         cover,
         aim,
@@ -191,18 +173,10 @@ impl Posing<'_> {
         let mut shares = self.settings.guard_cover.clone();
         shares.retain(|share| *share > 0.0 && self.split.len() > self.kept);
         shares.push(0.0);
-        let mut covers: Vec<Cover> = shares
-            .into_iter()
-            .map(|guard_share| Cover {
-                modes: self.kept,
-                guard_share,
-            })
-            .collect();
+        let mut covers: Vec<Cover> =
+            shares.into_iter().map(|guard_share| Cover { modes: self.kept, guard_share }).collect();
         if self.settings.give_way {
-            covers.extend((0..self.kept).rev().map(|modes| Cover {
-                modes,
-                guard_share: 0.0,
-            }));
+            covers.extend((0..self.kept).rev().map(|modes| Cover { modes, guard_share: 0.0 }));
         }
         // A cover that changes no mode is none.
         covers.dedup_by(|b, a| self.modes(Some(*a)) == self.modes(Some(*b)));
@@ -244,12 +218,7 @@ impl Posing<'_> {
             false => ScaleStart::Guess(&start),
         };
         let found = scales_to(&plant, start, enough)?;
-        Ok(Posed {
-            plant,
-            limit,
-            scales: found.scale,
-            gamma: found.gamma,
-        })
+        Ok(Posed { plant, limit, scales: found.scale, gamma: found.gamma })
     }
 
     /// The problem with its best constant scales, where the search for them ended at the target.
@@ -259,11 +228,7 @@ impl Posing<'_> {
         }
         let scales = &posed.scales[..posed.scales.len().saturating_sub(1)];
         let found = constant_scales(&posed.plant, ScaleStart::Neighbour(scales))?;
-        Ok(Posed {
-            scales: found.scale,
-            gamma: found.gamma,
-            ..posed
-        })
+        Ok(Posed { scales: found.scale, gamma: found.gamma, ..posed })
     }
 
     fn reaches(&self, posed: &Posed) -> bool {
@@ -272,12 +237,8 @@ impl Posing<'_> {
 
     /// The choice made with fewer modes in the synthesis if it is within the target with these, else a new one.
     fn kept_or_chosen(&self, problems: &Problems, scales: &[f64]) -> Result<Choice, PipelineError> {
-        let kept = self.covering(
-            problems.cover,
-            problems.widening,
-            problems.sensitivity_limit,
-            Beside::Near(scales),
-        )?;
+        let kept =
+            self.covering(problems.cover, problems.widening, problems.sensitivity_limit, Beside::Near(scales))?;
         if self.reaches(&kept.posed) {
             return Ok(kept);
         }
@@ -293,12 +254,7 @@ impl Posing<'_> {
             return self.widened_if_allowed(first, &covers);
         }
         let least = covers[covers.len() - 1];
-        let last = self.covering(
-            least,
-            Widening::NONE,
-            given,
-            Beside::Far(&first.posed.scales),
-        )?;
+        let last = self.covering(least, Widening::NONE, given, Beside::Far(&first.posed.scales))?;
         if self.reaches(&last.posed) {
             return self.most_covered(&covers[1..], Widening::NONE, last);
         }
@@ -316,31 +272,17 @@ impl Posing<'_> {
         // Whether the target is reached decides; the choice that is made is searched to its end.
         let ends = (from, self.settings.gamma_target);
         let posed = self.attempt(cover, widening, limit, ends)?;
-        Ok(Choice {
-            cover,
-            widening,
-            posed,
-        })
+        Ok(Choice { cover, widening, posed })
     }
 
     /// The first cover of the list that is within the target with `widening`; where none is, `reached`, a choice with
     /// the last cover. γ falls as the cover is reduced, so bisection finds it.
-    fn most_covered(
-        &self,
-        covers: &[Cover],
-        widening: Widening,
-        reached: Choice,
-    ) -> Result<Choice, PipelineError> {
+    fn most_covered(&self, covers: &[Cover], widening: Widening, reached: Choice) -> Result<Choice, PipelineError> {
         let limit = reached.posed.limit;
         let (mut low, mut high, mut best) = (0, covers.len() - 1, reached);
         while low < high {
             let middle = low.midpoint(high);
-            let found = self.covering(
-                covers[middle],
-                widening,
-                limit,
-                Beside::Near(&best.posed.scales),
-            )?;
+            let found = self.covering(covers[middle], widening, limit, Beside::Near(&best.posed.scales))?;
             if self.reaches(&found.posed) {
                 (high, best) = (middle, found);
             } else {
@@ -351,11 +293,7 @@ impl Posing<'_> {
     }
 
     /// The choice, or the one with wider limits where it misses the target and the settings allow it.
-    fn widened_if_allowed(
-        &self,
-        choice: Choice,
-        covers: &[Cover],
-    ) -> Result<Choice, PipelineError> {
+    fn widened_if_allowed(&self, choice: Choice, covers: &[Cover]) -> Result<Choice, PipelineError> {
         if self.reaches(&choice.posed) || !self.settings.give_way {
             return Ok(choice);
         }
@@ -379,15 +317,9 @@ impl Posing<'_> {
             return Ok(choice);
         }
         // Displacements do not bind beyond this; the current may.
-        let with_current = |current: f64| Widening {
-            current,
-            ..displacements(wide)
-        };
+        let with_current = |current: f64| Widening { current, ..displacements(wide) };
         let (current, choice) = self.widened_by(choice, &with_current)?;
-        let at_this_current = |factor: f64| Widening {
-            current,
-            ..displacements(factor)
-        };
+        let at_this_current = |factor: f64| Widening { current, ..displacements(factor) };
         let (_, choice) = self.narrowed((1.0, None), (wide, choice), &at_this_current)?;
         Ok(choice)
     }
@@ -399,20 +331,12 @@ impl Posing<'_> {
         let from = Beside::Far(&choice.posed.scales);
         // Where γ crosses the target is interpolated: it is searched to its end.
         let posed = self.attempt(cover, widening, limit, (from, 0.0))?;
-        Ok(Choice {
-            cover,
-            widening,
-            posed,
-        })
+        Ok(Choice { cover, widening, posed })
     }
 
     /// The least factor of a family of widenings, from 1 on, that brings γ to the target; the last that lowered γ where
     /// none does. With the choice that belongs to it.
-    fn widened_by(
-        &self,
-        choice: Choice,
-        family: &dyn Fn(f64) -> Widening,
-    ) -> Result<(f64, Choice), PipelineError> {
+    fn widened_by(&self, choice: Choice, family: &dyn Fn(f64) -> Widening) -> Result<(f64, Choice), PipelineError> {
         let mut short = (1.0f64, Some(choice.posed.gamma));
         let (mut factor, mut best) = (1.0f64, choice);
         for _ in 0..STEPS {
@@ -440,11 +364,7 @@ impl Posing<'_> {
         family: &dyn Fn(f64) -> Widening,
     ) -> Result<(f64, Choice), PipelineError> {
         let mut best = choice;
-        let mut bracket = Bracket::new(
-            (short, gamma),
-            (factor, best.posed.gamma),
-            self.settings.gamma_target,
-        );
+        let mut bracket = Bracket::new((short, gamma), (factor, best.posed.gamma), self.settings.gamma_target);
         while self.reaches(&best.posed) && bracket.ratio() > 1.0 + WIDTH {
             let middle = bracket.next(WIDTH);
             let found = self.rewidened(&best, family(middle))?;
@@ -462,11 +382,7 @@ impl Posing<'_> {
             return Ok(choice);
         }
         let tighter = &self.settings.sensitivity_limits;
-        let Choice {
-            cover,
-            widening,
-            mut posed,
-        } = choice;
+        let Choice { cover, widening, mut posed } = choice;
         // γ falls as the bound on T is loosened: bisection finds the tightest bound of the list that is within the
         // target.
         let (mut low, mut high) = (0, tighter.len());
@@ -485,10 +401,6 @@ impl Posing<'_> {
                 low = middle + 1;
             }
         }
-        Ok(Choice {
-            cover,
-            widening,
-            posed,
-        })
+        Ok(Choice { cover, widening, posed })
     }
 }

@@ -45,20 +45,16 @@ impl ProblemSet {
         let numeric = PipelineError::numeric(STAGE);
         let problems = &design.problems;
         let ControlLaw::Discrete(law) = &design.delivery.controller.law else {
-            return Err(PipelineError::Controller(
-                crate::controller::ControllerError::Infeasible {
-                    step: STAGE,
-                    reason: "the delivered controller is not sampled".to_owned(),
-                    advice: "design by the direct route",
-                },
-            ));
+            return Err(PipelineError::Controller(crate::controller::ControllerError::Infeasible {
+                step: STAGE,
+                reason: "the delivered controller is not sampled".to_owned(),
+                advice: "design by the direct route",
+            }));
         };
         let plane = x_plane(law);
         let controller = scaled_plane(&plane)?;
-        let closed_loop =
-            lower_lft(&problems.specification.system, &controller).map_err(&numeric)?;
-        let structure =
-            Structure::new(&problems.synthesis.blocks).map_err(PipelineError::mu(STAGE))?;
+        let closed_loop = lower_lft(&problems.specification.system, &controller).map_err(&numeric)?;
+        let structure = Structure::new(&problems.synthesis.blocks).map_err(PipelineError::mu(STAGE))?;
         let (d_left, d_right_inverse) = design.scales().systems(&structure).map_err(&numeric)?;
         let round = ProblemWeights::of_specification(&problems.written_modes, weights);
         let round = round.map_err(&numeric)?;

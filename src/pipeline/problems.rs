@@ -76,18 +76,12 @@ pub(super) fn generalized(
 ) -> Result<GeneralizedPlant, PipelineError> {
     let numbers: Vec<usize> = modes.iter().map(|m| m.number).collect();
     let plane = design_plane(machine, flexible, &numbers, route)?;
-    let weights = Weights {
-        complementary_sensitivity_limit: sensitivity_limit,
-        ..weights.clone()
-    };
+    let weights = Weights { complementary_sensitivity_limit: sensitivity_limit, ..weights.clone() };
     let weight_plane = match route {
-        Route::Direct => WeightPlane::Synthesis {
-            period_s: machine.spindle.electronics.sample_period_s(),
-        },
+        Route::Direct => WeightPlane::Synthesis { period_s: machine.spindle.electronics.sample_period_s() },
         Route::Emulation { .. } => WeightPlane::Laplace,
     };
-    generalized_plane(&plane, modes, &weights, weight_plane)
-        .map_err(PipelineError::numeric("generalized plant"))
+    generalized_plane(&plane, modes, &weights, weight_plane).map_err(PipelineError::numeric("generalized plant"))
 }
 
 /// The generalized plant of one plane of the whole machine, sampled, in the w plane: what a loop is judged on. The
@@ -103,14 +97,8 @@ pub fn whole_machine(
 ) -> Result<GeneralizedPlant, PipelineError> {
     let numbers: Vec<usize> = modes.iter().map(|m| m.number).collect();
     let plane = design_plane(machine, flexible, &numbers, Route::Direct)?;
-    let weights = Weights {
-        complementary_sensitivity_limit: None,
-        ..weights.clone()
-    };
-    let weight_plane = WeightPlane::Analysis {
-        period_s: machine.spindle.electronics.sample_period_s(),
-    };
-    generalized_plane(&plane, modes, &weights, weight_plane).map_err(PipelineError::numeric(
-        "generalized plant of the whole machine",
-    ))
+    let weights = Weights { complementary_sensitivity_limit: None, ..weights.clone() };
+    let weight_plane = WeightPlane::Analysis { period_s: machine.spindle.electronics.sample_period_s() };
+    generalized_plane(&plane, modes, &weights, weight_plane)
+        .map_err(PipelineError::numeric("generalized plant of the whole machine"))
 }

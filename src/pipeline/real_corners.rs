@@ -34,10 +34,7 @@ pub fn largest_at_corners(
         others.chain(real.iter().copied()).collect()
     };
     let ordered = closed.select(&last(closed.outputs()), &last(closed.inputs()));
-    let kept: Vec<_> = (0..plant.blocks.len())
-        .filter(|k| !real.contains(k))
-        .map(|k| plant.blocks[k])
-        .collect();
+    let kept: Vec<_> = (0..plant.blocks.len()).filter(|k| !real.contains(k)).map(|k| plant.blocks[k]).collect();
     let found: Result<Vec<f64>, PipelineError> = (0..1usize << real.len())
         .into_par_iter()
         .map(|corner| {

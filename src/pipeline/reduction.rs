@@ -48,20 +48,12 @@ pub(super) fn reduce(
             tried.push((order, mu));
             if mu <= limit {
                 tried.push((full.order(), at_full));
-                return Ok(Reduced {
-                    controller: candidate,
-                    synthesis: mu,
-                    tried,
-                });
+                return Ok(Reduced { controller: candidate, synthesis: mu, tried });
             }
         }
     }
     tried.push((full.order(), at_full));
-    Ok(Reduced {
-        controller: full.clone(),
-        synthesis: at_full,
-        tried,
-    })
+    Ok(Reduced { controller: full.clone(), synthesis: at_full, tried })
 }
 
 const STAGE: &str = "reduction";
@@ -76,14 +68,9 @@ pub(super) fn loop_balancing(
     let plant = scaled(&problems.synthesis, scales);
     let (nw, nz) = (plant.disturbances(), plant.errors());
     let twice = |first: usize, count: usize| -> Vec<usize> {
-        (0..first)
-            .chain(first..first + count)
-            .chain(first..first + count)
-            .collect()
+        (0..first).chain(first..first + count).chain(first..first + count).collect()
     };
-    let ports = plant
-        .system
-        .select(&twice(nz, plant.measurements), &twice(nw, plant.controls));
+    let ports = plant.system.select(&twice(nz, plant.measurements), &twice(nw, plant.controls));
     let opened = lower_lft(&ports, full).map_err(numeric())?;
     let list = |from: usize, count: usize| (from..from + count).collect::<Vec<_>>();
     let output_weight = opened.select(&list(0, nz), &list(nw, plant.controls));

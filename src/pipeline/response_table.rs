@@ -37,9 +37,7 @@ impl ResponseTable<'_> {
         }
         let parts = entries.iter();
         let parts = parts.flat_map(|entry| [format!("{entry}_re"), format!("{entry}_im")]);
-        std::iter::once("frequency_hz".to_owned())
-            .chain(parts)
-            .collect()
+        std::iter::once("frequency_hz".to_owned()).chain(parts).collect()
     }
 
     /// The row of a frequency, Hz.

@@ -53,11 +53,7 @@ impl RotatingLoop {
         let round = ProblemWeights::of_specification(modes, weights);
         let round = round.map_err(PipelineError::numeric("weights of μ over speed"))?;
         let ports = modes.iter().map(|m| m.number + 1).max().unwrap_or(0);
-        let x: Vec<usize> = modes
-            .iter()
-            .map(|m| CHANNELS + 2 * m.number)
-            .chain([4, 6, 8, 0, 2])
-            .collect();
+        let x: Vec<usize> = modes.iter().map(|m| CHANNELS + 2 * m.number).chain([4, 6, 8, 0, 2]).collect();
         let y = x.iter().map(|k| k + 1).collect();
         Ok(Self {
             late_s: (0.5 * plant.sample_period_s() - plant.delay_s()).max(0.0),
@@ -67,11 +63,7 @@ impl RotatingLoop {
             weights: [&round.output, &round.input].map(FrequencyResponder::new),
             frame: Frame {
                 modes: modes.len(),
-                exposure: Exposure::new(
-                    modes.len(),
-                    &round.channels,
-                    weights.integral_corner_hz.is_some(),
-                ),
+                exposure: Exposure::new(modes.len(), &round.channels, weights.integral_corner_hz.is_some()),
                 channels: round.channels,
             },
         })
@@ -85,11 +77,9 @@ impl RotatingLoop {
         let weights = self.weights.each_ref().map(|w| w.at(omega));
         SIGNS.map(|sign| {
             let turn = c64::new(0.0, sign);
-            let whirl = |p: &Mat<c64>, q: &Mat<c64>| {
-                Mat::from_fn(p.nrows(), p.ncols(), |i, j| p[(i, j)] + turn * q[(i, j)])
-            };
-            self.frame
-                .closed(&weights, &whirl(&a, &b), &whirl(&ka, &kb))
+            let whirl =
+                |p: &Mat<c64>, q: &Mat<c64>| Mat::from_fn(p.nrows(), p.ncols(), |i, j| p[(i, j)] + turn * q[(i, j)]);
+            self.frame.closed(&weights, &whirl(&a, &b), &whirl(&ka, &kb))
         })
     }
 

@@ -175,11 +175,7 @@ pub fn run(task: &Task<'_>, listen: &mut Listener<'_>) -> Result<Run, PipelineEr
     };
     if task.extent == Extent::Everything {
         let pid = run.pid().map(|p| &p.controller);
-        run.contact = Some(contact(
-            &run.machine,
-            &run.design.delivery.realisation,
-            pid,
-        )?);
+        run.contact = Some(contact(&run.machine, &run.design.delivery.realisation, pid)?);
         run.curves = Some(curves(&run)?);
     }
     Ok(run)
@@ -199,11 +195,7 @@ fn curves(run: &Run) -> Result<Curves, PipelineError> {
 
 fn updating_words(found: &Updating) -> String {
     let each = |name: &str, by: &UpdatedMachine| {
-        format!(
-            "{:.4} % ({name}, {} evaluations)",
-            by.fit.largest_error_percent(),
-            by.fit.evaluations
-        )
+        format!("{:.4} % ({name}, {} evaluations)", by.fit.largest_error_percent(), by.fit.evaluations)
     };
     let own = each("Gauss–Newton", &found.gauss_newton);
     let other = found.nelder_mead.as_ref();
@@ -219,10 +211,7 @@ fn update(nominal: &Machine, targets: &Targets, extent: Extent) -> Result<Updati
         Extent::Controller => Ok(None),
     };
     let (steps, simplex) = rayon::join(|| gauss_newton(nominal, targets, &settings), simplex);
-    Ok(Updating {
-        gauss_newton: steps?,
-        nelder_mead: simplex?,
-    })
+    Ok(Updating { gauss_newton: steps?, nelder_mead: simplex? })
 }
 
 /// The loop of a controller at rest and at top speed.
@@ -242,11 +231,7 @@ pub(crate) fn at_rest_and_top_speed(
 ///
 /// # Errors
 /// As [`at_rest_and_top_speed`].
-fn predicted(
-    machine: &Machine,
-    design: &Design,
-    controller: &Controller,
-) -> Result<[Prediction; 2], PipelineError> {
+fn predicted(machine: &Machine, design: &Design, controller: &Controller) -> Result<[Prediction; 2], PipelineError> {
     let known = design.judged_with(controller);
     known.map_or_else(|| at_rest_and_top_speed(machine, controller), Ok)
 }
@@ -255,10 +240,7 @@ fn predicted(
 ///
 /// # Errors
 /// As [`at_rest_and_top_speed`].
-pub(crate) fn delivered(
-    machine: &Machine,
-    design: &Design,
-) -> Result<[Prediction; 2], PipelineError> {
+pub(crate) fn delivered(machine: &Machine, design: &Design) -> Result<[Prediction; 2], PipelineError> {
     predicted(machine, design, &design.delivery.controller)
 }
 
@@ -266,24 +248,17 @@ pub(crate) fn delivered(
 ///
 /// # Errors
 /// As [`at_rest_and_top_speed`].
-pub(crate) fn unpolished(
-    machine: &Machine,
-    design: &Design,
-) -> Result<Option<[Prediction; 2]>, PipelineError> {
+pub(crate) fn unpolished(machine: &Machine, design: &Design) -> Result<Option<[Prediction; 2]>, PipelineError> {
     let polish = design.polish.as_ref().filter(|p| p.delivered.is_some());
     let dk = polish.and_then(|p| p.dk.as_ref());
-    dk.map(|dk| predicted(machine, design, &dk.controller))
-        .transpose()
+    dk.map(|dk| predicted(machine, design, &dk.controller)).transpose()
 }
 
 /// The loop at rest with the coefficients of each arithmetic of a design.
 ///
 /// # Errors
 /// As [`at_rest_and_top_speed`].
-pub(crate) fn by_arithmetic(
-    machine: &Machine,
-    design: &Design,
-) -> Result<Vec<Prediction>, PipelineError> {
+pub(crate) fn by_arithmetic(machine: &Machine, design: &Design) -> Result<Vec<Prediction>, PipelineError> {
     let each = design.delivery.arithmetic.par_iter();
     // One of them is delivered.
     let at_rest = |controller: &Controller| match design.judged_with(controller) {
@@ -297,11 +272,7 @@ pub(crate) fn by_arithmetic(
 ///
 /// # Errors
 /// [`PipelineError`] when a plant or a loop cannot be built; a PID that is not found is no error.
-pub(crate) fn rivals(
-    machine: &Machine,
-    design: &Design,
-    pid: TuneSettings,
-) -> Result<Rivals, PipelineError> {
+pub(crate) fn rivals(machine: &Machine, design: &Design, pid: TuneSettings) -> Result<Rivals, PipelineError> {
     let delivered = &design.delivery.controller;
     let effort = rival_settings(machine, delivered, pid)?;
     let rival = |found: Result<TunedPid, VerificationError>| -> Result<Rival, PipelineError> {
@@ -323,9 +294,5 @@ pub(crate) fn rivals(
         None => tune(machine, &effort, &mut |_, _| {}),
     };
     let (tuned, textbook) = rayon::join(|| rival(tuned()), || rival(textbook(machine, &plain)));
-    Ok(Rivals {
-        tuned: tuned?,
-        textbook: textbook?,
-        effort,
-    })
+    Ok(Rivals { tuned: tuned?, textbook: textbook?, effort })
 }

@@ -84,10 +84,7 @@ impl DesignSettings {
     /// With the polish: what the commands deliver.
     #[must_use]
     pub fn polished() -> Self {
-        Self {
-            polish: Some(PolishEffort::default()),
-            ..Self::default()
-        }
+        Self { polish: Some(PolishEffort::default()), ..Self::default() }
     }
 }
 
@@ -107,11 +104,6 @@ pub struct PolishEffort {
 impl Default for PolishEffort {
     /// Eighty steps, and more as long as a round gains one percent.
     fn default() -> Self {
-        Self {
-            rounds: 2,
-            steps: 40,
-            cuts: 4,
-            cut_steps: 15,
-        }
+        Self { rounds: 2, steps: 40, cuts: 4, cut_steps: 15 }
     }
 }

@@ -78,10 +78,7 @@ pub(crate) fn simulated(
     let (case, seconds) = (scenario.case, scenario.duration_s);
     let speed = scenario.speed_rpm * TAU / 60.0;
     let response = run_case(machine, program, case, speed, seconds, settings)?;
-    let smooth = TimeSettings {
-        quantum_m: 0.0,
-        ..*settings
-    };
+    let smooth = TimeSettings { quantum_m: 0.0, ..*settings };
     let smooth = run_case(machine, program, case, speed, seconds, &smooth)?;
     let steps = Quantisation::of(settings.quantum_m, &response, &smooth);
     let recovery = Recovery::of(machine, &response);
@@ -93,17 +90,11 @@ pub(crate) fn simulated(
                 false => (met, end),
             }
         }
-        false => (
-            false,
-            "the closed loop is unstable at this speed".to_owned(),
-        ),
+        false => (false, "the closed loop is unstable at this speed".to_owned()),
     };
     Ok(Simulated {
         figures: figures(machine, &response),
-        limits: Limits {
-            current_a: SignalLimits::of(machine).output_a,
-            voltage_v: settings.bus_voltage_v,
-        },
+        limits: Limits { current_a: SignalLimits::of(machine).output_a, voltage_v: settings.bus_voltage_v },
         stable: scenario.stable,
         response,
         recovery,
@@ -119,10 +110,7 @@ fn verdict(goal: Goal, response: &TimeResponse, recovery: Recovery) -> (bool, St
         return (false, "the rotor left every reasonable range".to_owned());
     }
     match goal {
-        Goal::LiftsOff if lies(response) => (
-            false,
-            "the rotor does not leave the backup bearings".to_owned(),
-        ),
+        Goal::LiftsOff if lies(response) => (false, "the rotor does not leave the backup bearings".to_owned()),
         Goal::LiftsOff => (true, "the rotor lifts off and stays free".to_owned()),
         Goal::Recovers => (recovery != Recovery::Lost, recovery.sentence()),
         Goal::StaysClear => (recovery == Recovery::Clear, recovery.sentence()),

@@ -36,10 +36,7 @@ impl SpecificationScale {
             self.binds, self.frequency_hz, self.speed_rpm, self.key
         );
         if self.factor.is_finite() {
-            format!(
-                "The specification is met at {:.2} times its limits: {place}.",
-                self.factor
-            )
+            format!("The specification is met at {:.2} times its limits: {place}.", self.factor)
         } else {
             format!("The specification is not met at any multiple of its limits: {place}.")
         }
@@ -98,9 +95,7 @@ impl Row {
             "over_frequency.rear_displacement_m",
         ];
         match self {
-            Self::Displacement(place) if weights.curves.displacement[place].is_some() => {
-                CURVES[place]
-            }
+            Self::Displacement(place) if weights.curves.displacement[place].is_some() => CURVES[place],
             Self::Displacement(place) => {
                 let above = frequency_hz > weights.displacement_crossover_hz[place];
                 LEVELS[place][usize::from(above)]
@@ -113,11 +108,7 @@ impl Row {
     }
 
     /// Specification and modes, widened by a factor, with this row wider still.
-    fn loosened(
-        self,
-        factor: f64,
-        (weights, modes): (&Weights, &[UncertainMode]),
-    ) -> (Weights, Vec<UncertainMode>) {
+    fn loosened(self, factor: f64, (weights, modes): (&Weights, &[UncertainMode])) -> (Weights, Vec<UncertainMode>) {
         let mut wider = Widening::all(factor);
         let (mut modes, mut looser) = (modes.to_vec(), weights.clone());
         match self {
@@ -201,9 +192,7 @@ pub(crate) fn specification_scale(
         })
         .collect();
     let softest = rows.into_iter().zip(loosened?);
-    let row = softest
-        .min_by(|a, b| a.1.total_cmp(&b.1))
-        .map_or(Row::Displacement(0), |(row, _)| row);
+    let row = softest.min_by(|a, b| a.1.total_cmp(&b.1)).map_or(Row::Displacement(0), |(row, _)| row);
     let frequency_hz = binding.frequency_hz.abs();
     Ok(Some(SpecificationScale {
         factor,

@@ -88,23 +88,14 @@ pub fn mu_at_speed(
     let poles = poles.map_err(PipelineError::numeric(STAGE))?;
     let poles = sampled.time.continuous_poles(poles);
     if poles.iter().any(|p| p.re.is_nan() || p.re >= 0.0) {
-        return Ok(SpeedMu {
-            speed_rpm,
-            mu: f64::INFINITY,
-            frequency_hz: f64::NAN,
-        });
+        return Ok(SpeedMu { speed_rpm, mu: f64::INFINITY, frequency_hz: f64::NAN });
     }
     let nyquist_hz = 0.5 / plant.sample_period_s();
-    let grid = FrequencyGrid::log_hz(1.0, 0.98 * nyquist_hz, LINES)
-        .refine_round_poles(&poles, LINES_A_SIDE);
+    let grid = FrequencyGrid::log_hz(1.0, 0.98 * nyquist_hz, LINES).refine_round_poles(&poles, LINES_A_SIDE);
     let rotating = RotatingLoop::new(&plant, weights, modes, law)?;
     let last = LAST * TAU * nyquist_hz;
     let (mu, omega) = PeakSearch::new(&rotating, grid.omega_rad_s())?.peak(last)?;
-    Ok(SpeedMu {
-        speed_rpm,
-        mu,
-        frequency_hz: omega / TAU,
-    })
+    Ok(SpeedMu { speed_rpm, mu, frequency_hz: omega / TAU })
 }
 
 const STAGE: &str = "μ over speed";
@@ -142,18 +133,12 @@ impl<'a> PeakSearch<'a> {
             .par_iter()
             .map(|k| {
                 let [forward, backward] = rotating.at(lines[*k]);
-                let both = |(m, blocks): &(Mat<c64>, Vec<Block>)| {
-                    upper_bound(m, blocks).map_err(PipelineError::mu(STAGE))
-                };
+                let both =
+                    |(m, blocks): &(Mat<c64>, Vec<Block>)| upper_bound(m, blocks).map_err(PipelineError::mu(STAGE));
                 Ok([both(&forward)?, both(&backward)?])
             })
             .collect();
-        Ok(Self {
-            rotating,
-            lines,
-            guides,
-            guided: guided?,
-        })
+        Ok(Self { rotating, lines, guides, guided: guided? })
     }
 
     /// The largest bound and its signed frequency, rad/s, sought up to `last`: beyond Nyquist the loop of a sampled
@@ -171,20 +156,13 @@ impl<'a> PeakSearch<'a> {
         let mut tops = tops(&high);
         tops.retain(|top| top.0 >= (1.0 - BETWEEN_LINES) * peak.0);
         tops.truncate(MOST_TOPS);
-        let refined: Result<Vec<(f64, f64)>, PipelineError> = tops
-            .par_iter()
-            .map(|top| self.refined(*top, &high, last))
-            .collect();
+        let refined: Result<Vec<(f64, f64)>, PipelineError> =
+            tops.par_iter().map(|top| self.refined(*top, &high, last)).collect();
         Ok(refined?.into_iter().fold(peak, larger))
     }
 
     /// The largest bound round a line that is larger than its neighbours; `high` are the bounds known on lines.
-    fn refined(
-        &self,
-        top: (f64, f64),
-        high: &[(f64, f64)],
-        last: f64,
-    ) -> Result<(f64, f64), PipelineError> {
+    fn refined(&self, top: (f64, f64), high: &[(f64, f64)], last: f64) -> Result<(f64, f64), PipelineError> {
         let (centre, side) = (top.1.abs(), usize::from(top.1 < 0.0));
         let number = self.lines.partition_point(|w| *w < centre);
         let line = |number: Option<usize>| number.and_then(|k| self.lines.get(k)).copied();
@@ -210,10 +188,8 @@ impl<'a> PeakSearch<'a> {
 
     /// Bounds on lines, with their signed frequencies, where they may exceed `least`.
     fn above(&self, lines: &[f64], least: f64) -> Result<Vec<(f64, f64)>, PipelineError> {
-        let found: Result<Vec<Option<(f64, f64)>>, PipelineError> = lines
-            .par_iter()
-            .map(|omega| self.bound(*omega, [least; 2]))
-            .collect();
+        let found: Result<Vec<Option<(f64, f64)>>, PipelineError> =
+            lines.par_iter().map(|omega| self.bound(*omega, [least; 2])).collect();
         Ok(found?.into_iter().flatten().collect())
     }
 

@@ -67,10 +67,7 @@ impl OwnStability {
             return "The controller itself is stable.".to_owned();
         }
         let (rate, price) = (self.found_growth_rate_per_s, 100.0 * PRICE);
-        match (
-            self.chosen.and_then(|k| self.alternatives.get(k)),
-            self.cheapest(),
-        ) {
+        match (self.chosen.and_then(|k| self.alternatives.get(k)), self.cheapest()) {
             (Some(a), _) => format!(
                 "The controller with the lowest µ is unstable itself ({rate:.1} 1/s); the stable one delivered ({}) \
                  costs {:.1} % in µ.",
@@ -108,10 +105,7 @@ pub(super) fn prefer_stable(
     limits: &[f64],
     bounded: &dyn Fn(f64) -> Result<GeneralizedPlant, PipelineError>,
 ) -> Result<(StateSpace<Continuous>, OwnStability), PipelineError> {
-    let growth = |k: &StateSpace<Continuous>| {
-        k.growth_rate()
-            .map_err(PipelineError::numeric("controller poles"))
-    };
+    let growth = |k: &StateSpace<Continuous>| k.growth_rate().map_err(PipelineError::numeric("controller poles"));
     let mut report = OwnStability {
         found_growth_rate_per_s: growth(&outcome.controller)?,
         found_mu: f64::NAN,
@@ -136,11 +130,7 @@ pub(super) fn prefer_stable(
                 }
             }
         }
-        levers.push((
-            format!("{factor} times the sensor noise"),
-            plant,
-            RELAXED[0],
-        ));
+        levers.push((format!("{factor} times the sensor noise"), plant, RELAXED[0]));
     }
     for limit in limits {
         // A bound that cannot be posed is no lever.
@@ -153,16 +143,8 @@ pub(super) fn prefer_stable(
             continue;
         };
         let growth_rate_per_s = growth(&k)?;
-        let mu = if growth_rate_per_s < 0.0 {
-            attained(posed, &k)?.unwrap_or(f64::INFINITY)
-        } else {
-            f64::INFINITY
-        };
-        report.alternatives.push(Alternative {
-            lever,
-            growth_rate_per_s,
-            mu,
-        });
+        let mu = if growth_rate_per_s < 0.0 { attained(posed, &k)?.unwrap_or(f64::INFINITY) } else { f64::INFINITY };
+        report.alternatives.push(Alternative { lever, growth_rate_per_s, mu });
         if mu <= report.found_mu * (1.0 + PRICE) {
             report.chosen = Some(report.alternatives.len() - 1);
             return Ok((k, report));
@@ -172,25 +154,11 @@ pub(super) fn prefer_stable(
 }
 
 /// The central controller of a plant with the scales of the iteration, this far above its optimal level.
-fn central(
-    plant: &GeneralizedPlant,
-    outcome: &DkOutcome,
-    relaxed: f64,
-) -> Option<StateSpace<Continuous>> {
-    let blocks: Vec<Block> = plant
-        .blocks
-        .iter()
-        .map(|b| Block::ComplexFull {
-            rows: b.rows(),
-            cols: b.cols(),
-        })
-        .collect();
+fn central(plant: &GeneralizedPlant, outcome: &DkOutcome, relaxed: f64) -> Option<StateSpace<Continuous>> {
+    let blocks: Vec<Block> =
+        plant.blocks.iter().map(|b| Block::ComplexFull { rows: b.rows(), cols: b.cols() }).collect();
     let structure = Structure::new(&blocks).ok()?;
     let plant = outcome.scales.scaled_plant(plant, &structure).ok()?;
-    let settings = HinfSettings {
-        rel_tol: 1e-5,
-        slack: relaxed,
-        ..HinfSettings::default()
-    };
+    let settings = HinfSettings { rel_tol: 1e-5, slack: relaxed, ..HinfSettings::default() };
     synthesise(&plant, &settings).ok().map(|s| s.controller)
 }

@@ -99,9 +99,7 @@ pub(crate) fn study(
     };
     let weights = tighter(written, factor);
     let orders = match questions.lowest_order {
-        true => Some(lowest_order(
-            machine, &weights, settings, &mut found, progress,
-        )?),
+        true => Some(lowest_order(machine, &weights, settings, &mut found, progress)?),
         false => None,
     };
     progress(Event::Begins("predictions"));
@@ -110,12 +108,7 @@ pub(crate) fn study(
         Some(asked) => {
             let design = design_in_words(machine, written, settings, progress)?;
             let rest = predict(machine, &design.delivery.controller, 0.0)?;
-            Some(AsWritten {
-                design,
-                rest,
-                asked,
-                factor,
-            })
+            Some(AsWritten { design, rest, asked, factor })
         }
         None => None,
     };
@@ -157,21 +150,12 @@ pub(crate) fn study(
 }
 
 /// The design by the route that the settings do not take.
-fn other_route(
-    machine: &Machine,
-    weights: &Weights,
-    settings: &DesignSettings,
-) -> Result<OtherRoute, PipelineError> {
+fn other_route(machine: &Machine, weights: &Weights, settings: &DesignSettings) -> Result<OtherRoute, PipelineError> {
     let route = match settings.route {
-        Route::Direct => Route::Emulation {
-            pade_order: PADE_ORDER,
-        },
+        Route::Direct => Route::Emulation { pade_order: PADE_ORDER },
         Route::Emulation { .. } => Route::Direct,
     };
-    let settings = DesignSettings {
-        route,
-        ..settings.clone()
-    };
+    let settings = DesignSettings { route, ..settings.clone() };
     let found = match design(machine, weights, &settings, &mut |_| {}) {
         Ok(other) => {
             let rest = predict(machine, &other.delivery.controller, 0.0)?;

@@ -107,19 +107,14 @@ pub(super) fn synthesise_for_machine(
     }
     match best {
         Some((_, found)) => Ok(Synthesised { rounds, ..found }),
-        None => Err(PipelineError::Synthesis(
-            crate::robust::SynthesisError::Partition("no synthesis was tried".to_owned()),
-        )),
+        None => {
+            Err(PipelineError::Synthesis(crate::robust::SynthesisError::Partition("no synthesis was tried".to_owned())))
+        }
     }
 }
 
 /// Settings of the next synthesis; `None` when μ is within target or no setting is left to change.
-fn further(
-    round: &Round,
-    problems: &Problems,
-    settings: &DesignSettings,
-    target: f64,
-) -> Option<DesignSettings> {
+fn further(round: &Round, problems: &Problems, settings: &DesignSettings, target: f64) -> Option<DesignSettings> {
     // The modes seen did not allow the target: those of the machine will not either.
     let out_of_reach = round.synthesis > 1.0;
     if round.whole_machine <= 1.0 || out_of_reach && round.whole_machine.is_finite() {
@@ -133,18 +128,11 @@ fn further(
         problems.machine_modes
     };
     if up_to > problems.synthesis_modes {
-        return Some(DesignSettings {
-            extra_modes: up_to - covered,
-            ..settings.clone()
-        });
+        return Some(DesignSettings { extra_modes: up_to - covered, ..settings.clone() });
     }
     let missed = target / round.whole_machine;
-    (round.whole_machine.is_finite() && problems.sensitivity_limit.is_some()).then(|| {
-        DesignSettings {
-            gamma_target: settings.gamma_target * missed * STEP_BACK,
-            ..settings.clone()
-        }
-    })
+    (round.whole_machine.is_finite() && problems.sensitivity_limit.is_some())
+        .then(|| DesignSettings { gamma_target: settings.gamma_target * missed * STEP_BACK, ..settings.clone() })
 }
 
 fn synthesise_once(
@@ -153,13 +141,9 @@ fn synthesise_once(
     (problems, scales): (Problems, Vec<f64>),
     progress: &mut Listener,
 ) -> Result<Synthesised, PipelineError> {
-    let outcome = iterate(
-        &scaled(&problems.posed, &scales),
-        &settings.dk,
-        &mut |step| {
-            progress(Event::Step(step));
-        },
-    )?;
+    let outcome = iterate(&scaled(&problems.posed, &scales), &settings.dk, &mut |step| {
+        progress(Event::Step(step));
+    })?;
     progress(Event::Stage("D-K iteration"));
     // Modes and further uncertainty come first, one channel each.
     let noise = problems.posed.blocks.len().saturating_sub(1) + LOADS;
@@ -167,24 +151,11 @@ fn synthesise_once(
         Some(_) => &[],
         None => &T_BOUNDS,
     };
-    let (synthesised, own_stability) = prefer_stable(
-        &problems.posed,
-        &scales,
-        &outcome,
-        noise..noise + LOOPS,
-        looser,
-        &|limit| {
+    let (synthesised, own_stability) =
+        prefer_stable(&problems.posed, &scales, &outcome, noise..noise + LOOPS, looser, &|limit| {
             let (flexible, modes) = (problems.synthesis_modes, &problems.covered_modes);
-            generalized(
-                machine,
-                &problems.aim,
-                flexible,
-                modes,
-                Some(limit),
-                settings.route,
-            )
-        },
-    )?;
+            generalized(machine, &problems.aim, flexible, modes, Some(limit), settings.route)
+        })?;
     progress(Event::Stage("stable controller"));
     let (full, emulated) = match settings.route {
         Route::Direct => (synthesised, None),
@@ -194,14 +165,5 @@ fn synthesise_once(
         }
     };
     let synthesis = attained(&problems.synthesis, &full)?.unwrap_or(f64::INFINITY);
-    Ok(Synthesised {
-        problems,
-        scales,
-        outcome,
-        own_stability,
-        full,
-        synthesis,
-        emulated,
-        rounds: vec![],
-    })
+    Ok(Synthesised { problems, scales, outcome, own_stability, full, synthesis, emulated, rounds: vec![] })
 }

@@ -24,10 +24,7 @@ const STEPS_BACK: usize = 5;
 
 /// The specification with the tool's displacement limits divided by a factor.
 pub(crate) fn tighter(weights: &Weights, factor: f64) -> Weights {
-    Weights {
-        tool_tightening: weights.tool_tightening * factor,
-        ..weights.clone()
-    }
+    Weights { tool_tightening: weights.tool_tightening * factor, ..weights.clone() }
 }
 
 /// The design with the tool's displacement limits divided by the factor asked for, and that factor. `Auto` starts from
@@ -77,11 +74,7 @@ pub(crate) fn covered_gamma(
     tightening: f64,
     settings: &DesignSettings,
 ) -> Result<f64, PipelineError> {
-    let only = DesignSettings {
-        sensitivity_limits: vec![],
-        give_way: false,
-        ..settings.clone()
-    };
+    let only = DesignSettings { sensitivity_limits: vec![], give_way: false, ..settings.clone() };
     Ok(pose(machine, &tighter(weights, tightening), &only)?.2)
 }
 
@@ -95,9 +88,7 @@ pub(crate) fn largest_tightening(
     weights: &Weights,
     settings: &DesignSettings,
 ) -> Result<f64, PipelineError> {
-    let meets = |factor: f64| {
-        Ok::<_, PipelineError>(covered_gamma(machine, weights, factor, settings)? <= 1.0)
-    };
+    let meets = |factor: f64| Ok::<_, PipelineError>(covered_gamma(machine, weights, factor, settings)? <= 1.0);
     let (mut low, mut high) = (1.0 / 64.0, 64.0);
     // Octaves first, from the factor asked: most specifications are within a factor of four.
     let mut factor = 1.0;

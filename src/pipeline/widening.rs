@@ -22,21 +22,13 @@ impl Widening {
     /// One factor on every limit.
     #[must_use]
     pub(crate) const fn all(factor: f64) -> Self {
-        Self {
-            tool: factor,
-            front: factor,
-            rear: factor,
-            current: factor,
-        }
+        Self { tool: factor, front: factor, rear: factor, current: factor }
     }
 
     /// One factor on every displacement, the control current as written.
     #[must_use]
     pub const fn displacements(factor: f64) -> Self {
-        Self {
-            current: 1.0,
-            ..Self::all(factor)
-        }
+        Self { current: 1.0, ..Self::all(factor) }
     }
 
     /// True when no limit is wider than written.
@@ -65,10 +57,7 @@ impl Widening {
             load: curves.load.clone(),
             noise: curves.noise.clone(),
             displacement: [0, 1, 2].map(divided),
-            current: curves
-                .current
-                .as_ref()
-                .map(|w| w.times(self.current.recip())),
+            current: curves.current.as_ref().map(|w| w.times(self.current.recip())),
         }
     }
 

@@ -40,9 +40,7 @@ impl WorstPrediction {
     pub(crate) fn least_stiffness(&self) -> Option<(f64, f64)> {
         let peaks = self.worst.compliance.iter().filter_map(|c| c.peak());
         let least = peaks.map(|(hz, e)| (1.0 / e.upper, hz));
-        least
-            .min_by(|a, b| a.0.total_cmp(&b.0))
-            .filter(|_| self.is_stable())
+        least.min_by(|a, b| a.0.total_cmp(&b.0)).filter(|_| self.is_stable())
     }
 }
 
@@ -63,9 +61,7 @@ const POINTS_A_ROUND: usize = 6;
 pub fn uncertainty(machine: &Machine, mode_uncertainty: &[f64]) -> ModeUncertainty {
     let modes = machine.spindle.flexible_modes;
     let table = |k: usize| mode_uncertainty.get(k).copied().unwrap_or(0.0);
-    ModeUncertainty {
-        relative: (0..modes).map(table).collect(),
-    }
+    ModeUncertainty { relative: (0..modes).map(table).collect() }
 }
 
 /// Worst case of a controller on the full plant at a speed.
@@ -93,27 +89,18 @@ pub(crate) fn worst_prediction(
     let corner_growth_rate_per_s = rates?.into_iter().fold(poles.growth_rate_per_s, f64::max);
     let stable = corner_growth_rate_per_s < 0.0;
     let top_speed_hz = machine.spindle.max_rpm / 60.0;
-    let across = plant
-        .flexible_rad_s()
-        .iter()
-        .zip(&uncertainty.relative)
-        .filter(|(_, r)| **r > 0.0)
-        .flat_map(|(omega, r)| {
+    let across =
+        plant.flexible_rad_s().iter().zip(&uncertainty.relative).filter(|(_, r)| **r > 0.0).flat_map(|(omega, r)| {
             // Five percent beyond the range: the closed loop moves its resonances by about its damping.
             let half = 1.5 * r + 0.05;
             let part = move |k: usize| half * (2.0 * k as f64 / ACROSS_MODE as f64 - 1.0);
             (0..=ACROSS_MODE).map(move |k| omega * (1.0 + part(k)) / TAU)
         });
     let last = below_nyquist(machine, band_hz.1);
-    let plain = FrequencyGrid::log_hz(band_hz.0, last, GRID_POINTS)
-        .refine_round_poles(&poles.poles_rad_s, POINTS_A_SIDE);
+    let plain =
+        FrequencyGrid::log_hz(band_hz.0, last, GRID_POINTS).refine_round_poles(&poles.poles_rad_s, POINTS_A_SIDE);
     let grid = FrequencyGrid::from_hz(
-        plain
-            .hz()
-            .into_iter()
-            .chain(across)
-            .chain([LOW_HZ, top_speed_hz])
-            .filter(|f| stable && *f <= last),
+        plain.hz().into_iter().chain(across).chain([LOW_HZ, top_speed_hz]).filter(|f| stable && *f <= last),
     );
     let responder = controller.responder();
     let mut worst = worst_case(&plant, &*responder, uncertainty, &grid);
@@ -145,18 +132,12 @@ pub(crate) fn worst_predictions(
 ) -> Result<Vec<WorstPrediction>, PipelineError> {
     let uncertainty = uncertainty(machine, mode_uncertainty);
     let spread = (0..SPREAD).map(|k| to_rpm * k as f64 / (SPREAD - 1) as f64);
-    let mut speeds: Vec<(f64, bool)> = asked_rpm
-        .iter()
-        .map(|rpm| (*rpm, true))
-        .chain(spread.map(|rpm| (rpm, false)))
-        .collect();
+    let mut speeds: Vec<(f64, bool)> =
+        asked_rpm.iter().map(|rpm| (*rpm, true)).chain(spread.map(|rpm| (rpm, false))).collect();
     // A speed that is both stays as one that was asked for.
     speeds.sort_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(&a.1)));
     speeds.dedup_by(|a, b| a.0 == b.0);
-    speeds
-        .into_iter()
-        .map(|speed| worst_prediction(machine, controller, speed, &uncertainty))
-        .collect()
+    speeds.into_iter().map(|speed| worst_prediction(machine, controller, speed, &uncertainty)).collect()
 }
 
 /// Frequencies between the neighbours of the highest line of every curve, Hz.
@@ -164,20 +145,11 @@ fn brackets(worst: &WorstCase) -> Vec<f64> {
     curves(worst)
         .flat_map(|curve| {
             let lines = &curve.lines;
-            let top = (0..lines.len())
-                .reduce(|a, b| {
-                    if lines[b].upper > lines[a].upper {
-                        b
-                    } else {
-                        a
-                    }
-                })
-                .unwrap_or(0);
+            let top = (0..lines.len()).reduce(|a, b| if lines[b].upper > lines[a].upper { b } else { a }).unwrap_or(0);
             let at = |k: usize| curve.frequency_hz.get(k).copied();
             let (lo, hi) = (at(top.saturating_sub(1)), at(top + 1).or(at(top)));
             let (lo, hi) = (lo.unwrap_or(1.0), hi.unwrap_or(1.0));
-            (1..=POINTS_A_ROUND)
-                .map(move |k| lo + (hi - lo) * k as f64 / (POINTS_A_ROUND + 1) as f64)
+            (1..=POINTS_A_ROUND).map(move |k| lo + (hi - lo) * k as f64 / (POINTS_A_ROUND + 1) as f64)
         })
         .collect()
 }

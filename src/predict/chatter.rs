@@ -28,9 +28,7 @@ pub enum ChatterError {
         rule: &'static str,
     },
     /// Lists that do not belong together.
-    #[error(
-        "{frequencies} frequencies but {responses} responses of 2×2; one each is needed, frequencies ascending"
-    )]
+    #[error("{frequencies} frequencies but {responses} responses of 2×2; one each is needed, frequencies ascending")]
     Response {
         /// Number of frequencies.
         frequencies: usize,
@@ -62,29 +60,17 @@ pub struct Engagement {
 impl Engagement {
     /// A slot as wide as the cutter.
     pub fn slot(teeth: usize) -> Self {
-        Self {
-            teeth,
-            entry_rad: 0.0,
-            exit_rad: PI,
-        }
+        Self { teeth, entry_rad: 0.0, exit_rad: PI }
     }
 
     /// Up milling with a radial width of cut of this fraction of the diameter.
     pub fn up_milling(teeth: usize, width_over_diameter: f64) -> Self {
-        Self {
-            teeth,
-            entry_rad: 0.0,
-            exit_rad: (1.0 - 2.0 * width_over_diameter).clamp(-1.0, 1.0).acos(),
-        }
+        Self { teeth, entry_rad: 0.0, exit_rad: (1.0 - 2.0 * width_over_diameter).clamp(-1.0, 1.0).acos() }
     }
 
     /// Down milling with a radial width of cut of this fraction of the diameter.
     pub fn down_milling(teeth: usize, width_over_diameter: f64) -> Self {
-        Self {
-            teeth,
-            entry_rad: (2.0 * width_over_diameter - 1.0).clamp(-1.0, 1.0).acos(),
-            exit_rad: PI,
-        }
+        Self { teeth, entry_rad: (2.0 * width_over_diameter - 1.0).clamp(-1.0, 1.0).acos(), exit_rad: PI }
     }
 }
 
@@ -119,14 +105,8 @@ pub fn directional_coefficients(cut: &Engagement, radial_ratio: f64) -> [[f64; 2
     let between = |f: &dyn Fn(f64) -> f64| 0.5 * (f(cut.exit_rad) - f(cut.entry_rad));
     let (c, s) = (|p: f64| (2.0 * p).cos(), |p: f64| (2.0 * p).sin());
     [
-        [
-            between(&|p| c(p) - 2.0 * k * p + k * s(p)),
-            between(&|p| -s(p) - 2.0 * p + k * c(p)),
-        ],
-        [
-            between(&|p| -s(p) + 2.0 * p + k * c(p)),
-            between(&|p| -c(p) - 2.0 * k * p - k * s(p)),
-        ],
+        [between(&|p| c(p) - 2.0 * k * p + k * s(p)), between(&|p| -s(p) - 2.0 * p + k * c(p))],
+        [between(&|p| -s(p) + 2.0 * p + k * c(p)), between(&|p| -c(p) - 2.0 * k * p - k * s(p))],
     ]
 }
 
@@ -150,10 +130,7 @@ pub fn milling(
             let row = if i == 0 { a0[0] } else { a0[1] };
             phi[(0, j)] * row[0] + phi[(1, j)] * row[1]
         };
-        let mut pair = eigenvalues([
-            [product(0, 0), product(0, 1)],
-            [product(1, 0), product(1, 1)],
-        ]);
+        let mut pair = eigenvalues([[product(0, 0), product(0, 1)], [product(1, 0), product(1, 1)]]);
         // Each track goes on with the eigenvalue nearest to its last one.
         if let (Some((_, last)), Some((_, other))) = (tracks[0].last(), tracks[1].last()) {
             let straight = (pair[0] - last).norm() + (pair[1] - other).norm();
@@ -165,14 +142,8 @@ pub fn milling(
         tracks[0].push((*omega, pair[0]));
         tracks[1].push((*omega, pair[1]));
     }
-    let runs = tracks
-        .iter()
-        .flat_map(|track| runs(track, |e| -c64::new(scale, 0.0) / e))
-        .collect();
-    Ok(StabilityLimit {
-        teeth: cut.teeth,
-        runs,
-    })
+    let runs = tracks.iter().flat_map(|track| runs(track, |e| -c64::new(scale, 0.0) / e)).collect();
+    Ok(StabilityLimit { teeth: cut.teeth, runs })
 }
 
 /// Stability limit of orthogonal cutting (one tooth): `specific_pa` is K_s, `oriented` the response of the chip
@@ -180,23 +151,12 @@ pub fn milling(
 ///
 /// # Errors
 /// [`ChatterError`] for values out of range or lists that do not fit.
-pub fn orthogonal(
-    omega_rad_s: &[f64],
-    oriented: &[c64],
-    specific_pa: f64,
-) -> Result<StabilityLimit, ChatterError> {
+pub fn orthogonal(omega_rad_s: &[f64], oriented: &[c64], specific_pa: f64) -> Result<StabilityLimit, ChatterError> {
     positive("specific cutting force", specific_pa)?;
     ascending(omega_rad_s, oriented.len())?;
-    let track: Vec<(f64, c64)> = omega_rad_s
-        .iter()
-        .copied()
-        .zip(oriented.iter().copied())
-        .collect();
+    let track: Vec<(f64, c64)> = omega_rad_s.iter().copied().zip(oriented.iter().copied()).collect();
     // 1 + b K_s (1 − e^{−jθ}) G = 0 is the same equation with Λ = 1/(K_s G) up to scale.
-    Ok(StabilityLimit {
-        teeth: 1,
-        runs: runs(&track, |g| c64::new(0.5 / specific_pa, 0.0) / g),
-    })
+    Ok(StabilityLimit { teeth: 1, runs: runs(&track, |g| c64::new(0.5 / specific_pa, 0.0) / g) })
 }
 
 /// Points with a positive limit, split where there is none. `lambda` gives Λ scaled such that depth = −Λ_R (1 + κ²).
@@ -209,11 +169,7 @@ fn runs(track: &[(f64, c64)], lambda: impl Fn(c64) -> c64) -> Vec<Vec<Critical>>
             // θ = π − 2 arctan κ, in (0, 2π) for Λ_R < 0.
             let phase_rad = PI - 2.0 * (l.im / l.re).atan();
             if let Some(run) = runs.last_mut() {
-                run.push(Critical {
-                    omega_rad_s: *omega,
-                    depth_m,
-                    phase_rad,
-                });
+                run.push(Critical { omega_rad_s: *omega, depth_m, phase_rad });
             }
         } else if runs.last().is_some_and(|run| !run.is_empty()) {
             runs.push(Vec::new());
@@ -249,20 +205,14 @@ impl StabilityLimit {
 
     /// Largest stable depth at each of the speeds; not a number where no chatter occurs.
     pub fn depths(&self, speeds_rad_s: &[f64]) -> Vec<f64> {
-        speeds_rad_s
-            .iter()
-            .map(|s| self.depth_at(*s).unwrap_or(f64::NAN))
-            .collect()
+        speeds_rad_s.iter().map(|s| self.depth_at(*s).unwrap_or(f64::NAN)).collect()
     }
 
     /// The depth below which cutting is stable at every speed; `None` if no depth chatters.
     pub fn minimum(&self) -> Option<MinimumDepth> {
         let all = self.runs.iter().flatten();
         all.min_by(|a, b| a.depth_m.total_cmp(&b.depth_m))
-            .map(|c| MinimumDepth {
-                depth_m: c.depth_m,
-                omega_rad_s: c.omega_rad_s,
-            })
+            .map(|c| MinimumDepth { depth_m: c.depth_m, omega_rad_s: c.omega_rad_s })
     }
 }
 
@@ -274,15 +224,7 @@ fn eigenvalues([[a, b], [c, d]]: [[c64; 2]; 2]) -> [c64; 2] {
 }
 
 fn positive(what: &'static str, value: f64) -> Result<(), ChatterError> {
-    if value.is_finite() && value > 0.0 {
-        Ok(())
-    } else {
-        Err(ChatterError::Value {
-            what,
-            value,
-            rule: "positive",
-        })
-    }
+    if value.is_finite() && value > 0.0 { Ok(()) } else { Err(ChatterError::Value { what, value, rule: "positive" }) }
 }
 
 fn ascending(omega_rad_s: &[f64], responses: usize) -> Result<(), ChatterError> {
@@ -290,10 +232,7 @@ fn ascending(omega_rad_s: &[f64], responses: usize) -> Result<(), ChatterError> 
     if sorted && omega_rad_s.len() == responses && omega_rad_s.first().is_some_and(|w| *w > 0.0) {
         Ok(())
     } else {
-        Err(ChatterError::Response {
-            frequencies: omega_rad_s.len(),
-            responses,
-        })
+        Err(ChatterError::Response { frequencies: omega_rad_s.len(), responses })
     }
 }
 
@@ -306,11 +245,7 @@ fn check(
     positive("tangential cutting force", material.tangential_pa)?;
     positive("number of teeth", cut.teeth as f64)?;
     if !(material.radial_ratio.is_finite() && material.radial_ratio >= 0.0) {
-        return Err(ChatterError::Value {
-            what: "radial ratio",
-            value: material.radial_ratio,
-            rule: "zero or more",
-        });
+        return Err(ChatterError::Value { what: "radial ratio", value: material.radial_ratio, rule: "zero or more" });
     }
     let arc = cut.exit_rad - cut.entry_rad;
     if !(cut.entry_rad >= 0.0 && arc > 0.0 && cut.exit_rad <= TAU) {
@@ -320,15 +255,9 @@ fn check(
             rule: "positive and within one turn",
         });
     }
-    let fitting = compliance
-        .iter()
-        .filter(|m| (m.nrows(), m.ncols()) == (2, 2))
-        .count();
+    let fitting = compliance.iter().filter(|m| (m.nrows(), m.ncols()) == (2, 2)).count();
     if fitting != compliance.len() {
-        return Err(ChatterError::Response {
-            frequencies: omega_rad_s.len(),
-            responses: fitting,
-        });
+        return Err(ChatterError::Response { frequencies: omega_rad_s.len(), responses: fitting });
     }
     ascending(omega_rad_s, fitting)
 }

@@ -13,29 +13,19 @@ pub use crate::spindle::plant::AXES;
 
 /// Closed-loop response from the forces to the displacements (the channels after the four control channels)
 /// at `omega_rad_s`, displacements × forces, m/N; the forces act continuously, the currents through the hold.
-pub fn compliance(
-    plant: &dyn Response,
-    controller: &dyn HeldResponse,
-    omega_rad_s: f64,
-) -> Mat<c64> {
+pub fn compliance(plant: &dyn Response, controller: &dyn HeldResponse, omega_rad_s: f64) -> Mat<c64> {
     closed_response(plant, controller, AXES, omega_rad_s)
 }
 
 /// Output sensitivity S = (I − G K)⁻¹ at the sensors, 4×4.
-pub fn sensitivity(
-    plant: &dyn Response,
-    controller: &dyn HeldResponse,
-    omega_rad_s: f64,
-) -> Mat<c64> {
+pub fn sensitivity(plant: &dyn Response, controller: &dyn HeldResponse, omega_rad_s: f64) -> Mat<c64> {
     sensitivity_of(&plant.at(omega_rad_s), &controller.held_at(omega_rad_s))
 }
 
 /// (I − G K)⁻¹ of a plant's and a controller's response.
 pub(super) fn sensitivity_of(p: &Mat<c64>, k: &Mat<c64>) -> Mat<c64> {
     let g = p.submatrix(0, 0, AXES, AXES).to_owned();
-    let identity = Mat::from_fn(AXES, AXES, |i, j| {
-        c64::new(if i == j { 1.0 } else { 0.0 }, 0.0)
-    });
+    let identity = Mat::from_fn(AXES, AXES, |i, j| c64::new(if i == j { 1.0 } else { 0.0 }, 0.0));
     solve_complex(&return_difference(&g, k), &identity)
 }
 
@@ -73,20 +63,10 @@ pub fn both_planes<T: TimeBase>(plane: &StateSpace<T>) -> StateSpace<T> {
     let n = plane.order();
     let zero = Mat::zeros(n, n);
     let spread = |axis: usize| 2 * axis;
-    let b = Mat::from_fn(2 * n, AXES, |i, j| {
-        if (i < n) == (j % 2 == 0) {
-            plane.b[(i % n.max(1), j / 2)]
-        } else {
-            0.0
-        }
-    });
-    let c = Mat::from_fn(AXES, 2 * n, |i, j| {
-        if (j < n) == (i % 2 == 0) {
-            plane.c[(i / 2, j % n.max(1))]
-        } else {
-            0.0
-        }
-    });
+    let b =
+        Mat::from_fn(2 * n, AXES, |i, j| if (i < n) == (j % 2 == 0) { plane.b[(i % n.max(1), j / 2)] } else { 0.0 });
+    let c =
+        Mat::from_fn(AXES, 2 * n, |i, j| if (j < n) == (i % 2 == 0) { plane.c[(i / 2, j % n.max(1))] } else { 0.0 });
     let mut d = Mat::zeros(AXES, AXES);
     for i in 0..2 {
         for j in 0..2 {
@@ -95,11 +75,5 @@ pub fn both_planes<T: TimeBase>(plane: &StateSpace<T>) -> StateSpace<T> {
             }
         }
     }
-    StateSpace {
-        a: block2(&plane.a, &zero, &zero, &plane.a),
-        b,
-        c,
-        d,
-        time: plane.time,
-    }
+    StateSpace { a: block2(&plane.a, &zero, &zero, &plane.a), b, c, d, time: plane.time }
 }

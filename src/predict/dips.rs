@@ -29,9 +29,7 @@ pub fn dips(
         .filter(|(f, k)| *f >= from_hz && *f <= to_hz && k.is_finite())
         .collect();
     let side = |walk: &mut dyn Iterator<Item = &(f64, f64)>, floor: f64| -> f64 {
-        walk.take_while(|(_, k)| *k >= floor)
-            .map(|(_, k)| *k)
-            .fold(floor, f64::max)
+        walk.take_while(|(_, k)| *k >= floor).map(|(_, k)| *k).fold(floor, f64::max)
     };
     inside
         .windows(3)
@@ -41,11 +39,7 @@ pub fn dips(
             let (f, floor) = w[1];
             let left = side(&mut inside[..=k].iter().rev(), floor);
             let right = side(&mut inside[k + 2..].iter(), floor);
-            Dip {
-                frequency_hz: f,
-                stiffness_n_per_m: floor,
-                prominence: left.min(right) / floor,
-            }
+            Dip { frequency_hz: f, stiffness_n_per_m: floor, prominence: left.min(right) / floor }
         })
         .filter(|d| d.prominence >= least_prominence)
         .collect()

@@ -93,14 +93,8 @@ impl LoopShape {
                 None => 0,
                 Some(last) => {
                     let distance = |v: &c64| (v - last).norm();
-                    let order = |a: &(usize, &c64), b: &(usize, &c64)| {
-                        distance(a.1).total_cmp(&distance(b.1))
-                    };
-                    values
-                        .iter()
-                        .enumerate()
-                        .min_by(order)
-                        .map_or(0, |(k, _)| k)
+                    let order = |a: &(usize, &c64), b: &(usize, &c64)| distance(a.1).total_cmp(&distance(b.1));
+                    values.iter().enumerate().min_by(order).map_or(0, |(k, _)| k)
                 }
             };
             if nearest < values.len() {
@@ -111,10 +105,7 @@ impl LoopShape {
 
     /// The disc margin on the lines.
     pub fn disc_margin(&self) -> DiscMargin {
-        DiscMargin {
-            radius: 1.0 / self.peak_sensitivity.0,
-            frequency_hz: self.peak_sensitivity.1,
-        }
+        DiscMargin { radius: 1.0 / self.peak_sensitivity.0, frequency_hz: self.peak_sensitivity.1 }
     }
 }
 
@@ -133,8 +124,7 @@ pub fn unbalance_response(
         let plant = Plant::new(machine, omega, ModelDetail::Full)?.for_few_frequencies();
         let h = closed_response(&plant, controller, AXES, omega);
         // A forward circular force: y lags x by a quarter turn.
-        let size =
-            |row: usize| (h[(row, 0)] - c64::new(0.0, 1.0) * h[(row, 1)]).norm() * omega * omega;
+        let size = |row: usize| (h[(row, 0)] - c64::new(0.0, 1.0) * h[(row, 1)]).norm() * omega * omega;
         Ok([size(0), size(2), size(4)])
     };
     speeds_rpm.par_iter().map(at).collect()

@@ -47,10 +47,7 @@ const RIGID: usize = 2;
 ///
 /// # Errors
 /// [`SpindleError`] when the loop is not well posed or its eigenvalues fail.
-pub fn loop_modes(
-    plant: &Plant,
-    controller: &StateSpace<Discrete>,
-) -> Result<LoopModes, SpindleError> {
+pub fn loop_modes(plant: &Plant, controller: &StateSpace<Discrete>) -> Result<LoopModes, SpindleError> {
     let sampled = plant.sampled()?;
     let poles = plant.loop_poles(&sampled, controller)?;
     modes_of_poles(plant, controller, &sampled.time.continuous_poles(poles))
@@ -65,20 +62,11 @@ pub(crate) fn modes_of_poles(
     controller: &StateSpace<Discrete>,
     poles_rad_s: &[c64],
 ) -> Result<LoopModes, SpindleError> {
-    let natural: Vec<f64> = plant
-        .flexible_rad_s()
-        .iter()
-        .take(FLEXIBLE)
-        .copied()
-        .collect();
+    let natural: Vec<f64> = plant.flexible_rad_s().iter().take(FLEXIBLE).copied().collect();
     let count = natural.len();
     let sampled = plant.sampled_with_modal_ports(count)?;
     // x only: modal forces, forces at the actuators; then the loop.
-    let ports: Vec<usize> = (0..count)
-        .map(|k| CHANNELS + 2 * k)
-        .chain([6, 8])
-        .chain(0..AXES)
-        .collect();
+    let ports: Vec<usize> = (0..count).map(|k| CHANNELS + 2 * k).chain([6, 8]).chain(0..AXES).collect();
     let numeric = |e: NumericError| SpindleError::Numeric(e);
     let closed = lower_lft(&sampled.select(&ports, &ports), controller).map_err(numeric)?;
     let period = closed.time.period_s;
@@ -139,8 +127,5 @@ pub(crate) fn modes_of_poles(
 }
 
 fn mode(s: c64) -> LoopMode {
-    LoopMode {
-        frequency_hz: s.norm() / std::f64::consts::TAU,
-        damping_ratio: -s.re / s.norm(),
-    }
+    LoopMode { frequency_hz: s.norm() / std::f64::consts::TAU, damping_ratio: -s.re / s.norm() }
 }

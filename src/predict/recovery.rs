@@ -27,11 +27,7 @@ impl Recovery {
     /// Reads a response.
     pub fn of(machine: &Machine, response: &TimeResponse) -> Self {
         let Some((first_s, last_s)) = response.contact_s else {
-            return if response.diverged {
-                Self::Lost
-            } else {
-                Self::Clear
-            };
+            return if response.diverged { Self::Lost } else { Self::Clear };
         };
         let samples = &response.samples;
         let (Some(end), false) = (samples.last(), response.diverged) else {
@@ -43,26 +39,17 @@ impl Recovery {
             d[2].hypot(d[3]) > zone || d[4].hypot(d[5]) > zone
         });
         let free_s = outside.map_or(last_s, |s| last_s.max(s.time_s));
-        let quiet_s = response
-            .last_limited_s
-            .map_or(free_s, |limited| free_s.max(limited));
-        if quiet_s < 0.75 * end.time_s {
-            Self::Recovered {
-                after_s: free_s - first_s,
-            }
-        } else {
-            Self::Lost
-        }
+        let quiet_s = response.last_limited_s.map_or(free_s, |limited| free_s.max(limited));
+        if quiet_s < 0.75 * end.time_s { Self::Recovered { after_s: free_s - first_s } } else { Self::Lost }
     }
 
     /// The sentence of a verdict.
     pub(crate) fn sentence(self) -> String {
         match self {
             Self::Clear => "the rotor stays clear of the backup bearings".to_owned(),
-            Self::Recovered { after_s } => format!(
-                "the rotor touches the backup bearings and recovers in {:.1} ms",
-                1e3 * after_s
-            ),
+            Self::Recovered { after_s } => {
+                format!("the rotor touches the backup bearings and recovers in {:.1} ms", 1e3 * after_s)
+            }
             Self::Lost => "the rotor touches the backup bearings and does not recover".to_owned(),
         }
     }
@@ -74,18 +61,11 @@ impl Recovery {
 ///
 /// # Errors
 /// [`SpindleError`] when the rotor cannot be built.
-pub fn touching_force_n(
-    machine: &Machine,
-    current_limit_a: f64,
-    length_s: f64,
-) -> Result<f64, SpindleError> {
+pub fn touching_force_n(machine: &Machine, current_limit_a: f64, length_s: f64) -> Result<f64, SpindleError> {
     let body = machine.rotor()?.mass_properties();
     let lever = machine.tool_plane_m() - body.centre_of_gravity_m;
     let mass = 1.0 / (1.0 / body.mass_kg + lever * lever / body.diametral_inertia_kg_m2);
-    let held: f64 = Side::BOTH
-        .into_iter()
-        .map(|side| machine.spindle.bearing(side).ki_n_per_a * current_limit_a)
-        .sum();
+    let held: f64 = Side::BOTH.into_iter().map(|side| machine.spindle.bearing(side).ki_n_per_a * current_limit_a).sum();
     let impulse = (2.0 * mass * held * machine.spindle.backup_clearance_m).sqrt();
     Ok(PI * impulse / (2.0 * length_s))
 }

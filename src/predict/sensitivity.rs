@@ -57,18 +57,12 @@ impl AxisSensitivity {
             .iter()
             .zip(&self.frequency_hz)
             .map(|(s, f)| (s[axis], *f))
-            .fold(
-                (0.0, 0.0),
-                |best, next| if next.0 > best.0 { next } else { best },
-            )
+            .fold((0.0, 0.0), |best, next| if next.0 > best.0 { next } else { best })
     }
 
     /// Worst zone over the axes.
     pub fn zone(&self) -> Zone {
-        (0..AXES)
-            .map(|axis| Zone::of_peak(self.peak(axis).0))
-            .max()
-            .unwrap_or(Zone::D)
+        (0..AXES).map(|axis| Zone::of_peak(self.peak(axis).0)).max().unwrap_or(Zone::D)
     }
 }
 
@@ -78,11 +72,7 @@ pub(super) fn axis_magnitudes(s: &Mat<c64>) -> [f64; AXES] {
 }
 
 /// Sensitivity of each axis over a grid.
-pub fn axis_sensitivity(
-    plant: &dyn Response,
-    controller: &dyn HeldResponse,
-    grid: &FrequencyGrid,
-) -> AxisSensitivity {
+pub fn axis_sensitivity(plant: &dyn Response, controller: &dyn HeldResponse, grid: &FrequencyGrid) -> AxisSensitivity {
     let magnitude = grid
         .omega_rad_s()
         .par_iter()
@@ -91,8 +81,5 @@ pub fn axis_sensitivity(
             axis_magnitudes(&s)
         })
         .collect();
-    AxisSensitivity {
-        frequency_hz: grid.hz(),
-        magnitude,
-    }
+    AxisSensitivity { frequency_hz: grid.hz(), magnitude }
 }

@@ -29,20 +29,11 @@ impl ShaftLine {
         let rotor = machine.rotor()?;
         let modes = PlanarModes::new(&rotor)?;
         let ends = rotor.node_positions_m();
-        let (first, last) = (
-            ends.first().copied().unwrap_or(0.0),
-            ends.last().copied().unwrap_or(0.0),
-        );
+        let (first, last) = (ends.first().copied().unwrap_or(0.0), ends.last().copied().unwrap_or(0.0));
         let planes = &machine.spindle.planes;
-        let recorded = [
-            machine.tool_plane_m(),
-            planes.front_actuator_m,
-            planes.rear_actuator_m,
-        ];
+        let recorded = [machine.tool_plane_m(), planes.front_actuator_m, planes.rear_actuator_m];
         let count = stations.max(2);
-        let position_m: Vec<f64> = (0..count)
-            .map(|k| first + (last - first) * k as f64 / (count - 1) as f64)
-            .collect();
+        let position_m: Vec<f64> = (0..count).map(|k| first + (last - first) * k as f64 / (count - 1) as f64).collect();
         let amplitudes = |z: &[f64]| -> Result<Mat<f64>, SpindleError> {
             let rows: Result<Vec<Vec<f64>>, SpindleError> = z
                 .iter()
@@ -52,22 +43,15 @@ impl ShaftLine {
                 })
                 .collect();
             let rows = rows?;
-            Ok(Mat::from_fn(z.len(), PLANES, |i, k| {
-                rows[i].get(k).copied().unwrap_or(0.0)
-            }))
+            Ok(Mat::from_fn(z.len(), PLANES, |i, k| rows[i].get(k).copied().unwrap_or(0.0)))
         };
         let (along, through) = (amplitudes(&position_m)?, amplitudes(&recorded)?);
         let inverse = solve(&through, &Mat::identity(PLANES, PLANES))?;
-        Ok(Self {
-            position_m,
-            weights: &along * &inverse,
-        })
+        Ok(Self { position_m, weights: &along * &inverse })
     }
 
     /// Displacements at the stations from those at tool, front and rear actuator.
     pub fn through(&self, planes: [f64; PLANES]) -> Vec<f64> {
-        (0..self.weights.nrows())
-            .map(|i| (0..PLANES).map(|k| self.weights[(i, k)] * planes[k]).sum())
-            .collect()
+        (0..self.weights.nrows()).map(|i| (0..PLANES).map(|k| self.weights[(i, k)] * planes[k]).sum()).collect()
     }
 }

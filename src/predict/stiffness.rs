@@ -29,11 +29,7 @@ impl DynamicStiffness {
 
     /// Smallest stiffness and its frequency, (N/m, Hz); `None` on an empty grid.
     pub fn minimum(&self) -> Option<(f64, f64)> {
-        self.magnitude_n_per_m
-            .iter()
-            .zip(&self.frequency_hz)
-            .map(|(k, f)| (*k, *f))
-            .min_by(|a, b| a.0.total_cmp(&b.0))
+        self.magnitude_n_per_m.iter().zip(&self.frequency_hz).map(|(k, f)| (*k, *f)).min_by(|a, b| a.0.total_cmp(&b.0))
     }
 }
 
@@ -44,11 +40,8 @@ pub fn dynamic_stiffness(
     axis: usize,
     grid: &FrequencyGrid,
 ) -> DynamicStiffness {
-    let values: Vec<c64> = grid
-        .omega_rad_s()
-        .par_iter()
-        .map(|w| compliance(plant, controller, *w)[(axis, axis)].inv())
-        .collect();
+    let values: Vec<c64> =
+        grid.omega_rad_s().par_iter().map(|w| compliance(plant, controller, *w)[(axis, axis)].inv()).collect();
     DynamicStiffness::of(grid, &values)
 }
 
@@ -63,41 +56,24 @@ pub(crate) fn stiffness_and_sensitivity(
         .par_iter()
         .map(|w| {
             let (compliance, s) = compliance_and_sensitivity(plant, controller, *w);
-            (
-                [0, 1].map(|axis| compliance[(axis, axis)].inv()),
-                axis_magnitudes(&s),
-            )
+            ([0, 1].map(|axis| compliance[(axis, axis)].inv()), axis_magnitudes(&s))
         })
         .collect();
     let stiffness = [0, 1].map(|axis| {
         let own: Vec<c64> = lines.iter().map(|line| line.0[axis]).collect();
         DynamicStiffness::of(grid, &own)
     });
-    let sensitivity = AxisSensitivity {
-        frequency_hz: grid.hz(),
-        magnitude: lines.iter().map(|line| line.1).collect(),
-    };
+    let sensitivity = AxisSensitivity { frequency_hz: grid.hz(), magnitude: lines.iter().map(|line| line.1).collect() };
     (stiffness, sensitivity)
 }
 
 /// A stiffness in N/µm, that of a slender rotor in N/mm.
 pub(crate) fn stiffness_words(n_per_m: f64) -> String {
     // Two decimals of N/µm show three digits from here on.
-    if n_per_m.abs() < 1e5 {
-        format!("{:.2} N/mm", 1e-3 * n_per_m)
-    } else {
-        format!("{:.2} N/µm", 1e-6 * n_per_m)
-    }
+    if n_per_m.abs() < 1e5 { format!("{:.2} N/mm", 1e-3 * n_per_m) } else { format!("{:.2} N/µm", 1e-6 * n_per_m) }
 }
 
 /// Dynamic stiffness magnitude at one frequency, N/m.
-pub(crate) fn stiffness_at(
-    plant: &dyn Response,
-    controller: &dyn HeldResponse,
-    axis: usize,
-    frequency_hz: f64,
-) -> f64 {
-    compliance(plant, controller, TAU * frequency_hz)[(axis, axis)]
-        .inv()
-        .norm()
+pub(crate) fn stiffness_at(plant: &dyn Response, controller: &dyn HeldResponse, axis: usize, frequency_hz: f64) -> f64 {
+    compliance(plant, controller, TAU * frequency_hz)[(axis, axis)].inv().norm()
 }

@@ -219,48 +219,12 @@ pub fn simulate(
 
 fn check(scenario: &Scenario<'_>, settings: &TimeSettings) -> Result<(), TimeError> {
     let rules = [
-        (
-            "duration_s",
-            scenario.duration_s,
-            0.0,
-            60.0,
-            "between 0 and 60 s",
-        ),
-        (
-            "speed_rad_s",
-            scenario.speed_rad_s,
-            0.0,
-            1e5,
-            "between 0 and 1e5 rad/s",
-        ),
-        (
-            "substeps",
-            settings.substeps as f64,
-            1.0,
-            1000.0,
-            "between 1 and 1000",
-        ),
-        (
-            "bus_voltage_v",
-            settings.bus_voltage_v,
-            1e-3,
-            1e5,
-            "a positive voltage",
-        ),
-        (
-            "reference_ramp_s",
-            settings.reference_ramp_s,
-            0.0,
-            60.0,
-            "between 0 and 60 s",
-        ),
-        (
-            "quantum_m",
-            settings.quantum_m,
-            0.0,
-            1e-3,
-            "between 0 and 1 mm",
-        ),
+        ("duration_s", scenario.duration_s, 0.0, 60.0, "between 0 and 60 s"),
+        ("speed_rad_s", scenario.speed_rad_s, 0.0, 1e5, "between 0 and 1e5 rad/s"),
+        ("substeps", settings.substeps as f64, 1.0, 1000.0, "between 1 and 1000"),
+        ("bus_voltage_v", settings.bus_voltage_v, 1e-3, 1e5, "a positive voltage"),
+        ("reference_ramp_s", settings.reference_ramp_s, 0.0, 60.0, "between 0 and 60 s"),
+        ("quantum_m", settings.quantum_m, 0.0, 1e-3, "between 0 and 1 mm"),
     ];
     for (what, value, low, high, rule) in rules {
         if !(low..=high).contains(&value) {
@@ -278,11 +242,7 @@ const BAND: f64 = 0.8;
 fn modes_in_band(machine: &Machine) -> Result<usize, SpindleError> {
     let modes = PlanarModes::new(&machine.rotor()?).map_err(SpindleError::Shaft)?;
     let highest_hz = 0.5 * BAND * machine.spindle.electronics.sample_rate_hz;
-    let inside = modes
-        .flexible_hz()
-        .iter()
-        .filter(|f| **f < highest_hz)
-        .count();
+    let inside = modes.flexible_hz().iter().filter(|f| **f < highest_hz).count();
     Ok(inside.max(machine.spindle.flexible_modes))
 }
 
@@ -306,12 +266,7 @@ struct Shaft {
 }
 
 impl Shaft {
-    fn new(
-        machine: &Machine,
-        speed_rad_s: f64,
-        settings: &TimeSettings,
-        step_s: f64,
-    ) -> Result<Self, TimeError> {
+    fn new(machine: &Machine, speed_rad_s: f64, settings: &TimeSettings, step_s: f64) -> Result<Self, TimeError> {
         let effective = machine.effective();
         let contact = machine.spindle.backup_contact()?;
         // The force law brings the negative stiffness; the shaft here gets none (a file may not say zero).
@@ -322,10 +277,7 @@ impl Shaft {
             Some(count) => count,
             None => modes_in_band(machine)?,
         };
-        let detail = ModelDetail::Modes {
-            flexible,
-            static_residual: false,
-        };
+        let detail = ModelDetail::Modes { flexible, static_residual: false };
         let plant = Plant::new(&free, speed_rad_s, detail)?;
         let loads: Vec<usize> = (AXES..AXES + LOADS).collect();
         let all: Vec<usize> = (0..AXES + LOADS).collect();
@@ -347,11 +299,7 @@ impl Shaft {
         let part = |column: usize, width: usize| e.submatrix(0, column, n, width).to_owned();
         let displacements = system.c.submatrix(AXES, 0, LOADS, n).to_owned();
         let pair = |side: Side, k: usize| {
-            Magnet::new(
-                machine.spindle.bearing(side),
-                &effective.bearings[k],
-                settings.bus_voltage_v,
-            )
+            Magnet::new(machine.spindle.bearing(side), &effective.bearings[k], settings.bus_voltage_v)
         };
         Ok(Self {
             phi: part(0, n),
@@ -408,24 +356,13 @@ impl Shaft {
     /// All forces on the shaft as a column: loads, and bearings on top of them.
     fn total(&self, state: &Mat<f64>, live: bool, load: &[f64; LOADS]) -> (Mat<f64>, bool) {
         let (magnetic, contact) = self.forces(state, live);
-        let column = Mat::from_fn(LOADS, 1, |i, _| {
-            load[i]
-                + if i >= 2 {
-                    magnetic[i - 2] + contact[i - 2]
-                } else {
-                    0.0
-                }
-        });
+        let column =
+            Mat::from_fn(LOADS, 1, |i, _| load[i] + if i >= 2 { magnetic[i - 2] + contact[i - 2] } else { 0.0 });
         (column, contact.iter().any(|f| *f != 0.0))
     }
 
     /// One substep; `load` gives the loads at a time from its start. True when the voltage limited a current.
-    fn advance(
-        &mut self,
-        command: &[f64; AXES],
-        live: bool,
-        load: &dyn Fn(f64) -> [f64; LOADS],
-    ) -> bool {
+    fn advance(&mut self, command: &[f64; AXES], live: bool, load: &dyn Fn(f64) -> [f64; LOADS]) -> bool {
         let (start, touching) = self.total(&self.state, live, &load(0.0));
         let mut limited = false;
         if live {
@@ -468,11 +405,7 @@ impl Shaft {
 }
 
 fn quantised(value: f64, quantum: f64) -> f64 {
-    if quantum > 0.0 {
-        (value / quantum).round() * quantum
-    } else {
-        value
-    }
+    if quantum > 0.0 { (value / quantum).round() * quantum } else { value }
 }
 
 /// Standard normal deviate (Box and Muller).

@@ -73,12 +73,7 @@ pub fn run_case(
     settings: &TimeSettings,
 ) -> Result<TimeResponse, TimeError> {
     let shares = bearing_shares(machine)?;
-    let weight = machine
-        .rotor()
-        .map_err(TimeError::Plant)?
-        .mass_properties()
-        .mass_kg
-        * GRAVITY;
+    let weight = machine.rotor().map_err(TimeError::Plant)?.mass_properties().mass_kg * GRAVITY;
     let load = |t: f64| -> [f64; LOADS] {
         let mut f = [0.0; LOADS];
         match case {
@@ -112,11 +107,7 @@ pub fn run_case(
     let scenario = Scenario {
         speed_rad_s,
         duration_s,
-        rest_s: if case == Case::LiftOff {
-            SETTLING_S
-        } else {
-            0.0
-        },
+        rest_s: if case == Case::LiftOff { SETTLING_S } else { 0.0 },
         load_n: &load,
     };
     simulate(machine, controller, &scenario, settings)
@@ -159,19 +150,9 @@ impl Quantisation {
                 })
                 .fold(0.0, f64::max)
         };
-        let left = both()
-            .map(|(a, _)| a.displacements_m[0].hypot(a.displacements_m[1]))
-            .fold(0.0, f64::max);
+        let left = both().map(|(a, _)| a.displacements_m[0].hypot(a.displacements_m[1])).fold(0.0, f64::max);
         let displacement_m = [0, 1, 2].map(difference);
-        Self {
-            quantum_m,
-            displacement_m,
-            part: if left > 0.0 {
-                displacement_m[0] / left
-            } else {
-                0.0
-            },
-        }
+        Self { quantum_m, displacement_m, part: if left > 0.0 { displacement_m[0] / left } else { 0.0 } }
     }
 
     /// True when more than half of what is left at the tool comes from the steps.
@@ -211,8 +192,7 @@ pub fn figures(machine: &Machine, response: &TimeResponse) -> TimeFigures {
     let contact = |k: usize| samples[k / AXES].contact_n[k % AXES].abs();
     TimeFigures {
         settled_displacement_m: [0, 1, 2].map(|plane| radial(last, plane)),
-        clearance_ratio: displacement_m[1].max(displacement_m[2])
-            / machine.spindle.backup_clearance_m,
+        clearance_ratio: displacement_m[1].max(displacement_m[2]) / machine.spindle.backup_clearance_m,
         displacement_m,
         current_a: [0, 1].map(|b| largest(&current, b)),
         voltage_v: [0, 1].map(|b| largest(&voltage, b)),

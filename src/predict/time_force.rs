@@ -57,10 +57,7 @@ impl Magnet {
         let coil = |c: f64| c.clamp(0.0, self.max_a / self.bias_a);
         let (plus, minus) = (coil(1.0 + eta), coil(1.0 - eta));
         let largest = self.max_n / (0.25 * self.ki_n_per_a * self.bias_a);
-        let (pull, push) = (
-            (plus / (1.0 - xi)).powi(2).min(largest),
-            (minus / (1.0 + xi)).powi(2).min(largest),
-        );
+        let (pull, push) = ((plus / (1.0 - xi)).powi(2).min(largest), (minus / (1.0 + xi)).powi(2).min(largest));
         0.25 * self.ki_n_per_a * self.bias_a * (pull - push)
     }
 
@@ -75,10 +72,7 @@ impl Magnet {
         let command = command_a.clamp(-reach.max(self.bias_a), reach.max(self.bias_a));
         let wanted = (command - current_a) * (1.0 - (-self.corner_rad_s * step_s).exp());
         let largest = self.slew_a_per_s * step_s;
-        (
-            current_a + wanted.clamp(-largest, largest),
-            wanted.abs() > largest,
-        )
+        (current_a + wanted.clamp(-largest, largest), wanted.abs() > largest)
     }
 }
 
@@ -111,9 +105,6 @@ impl BackupBearing {
         let normal = (self.stiffness_n_per_m * depth + self.damping_n_s_per_m * approach).max(0.0);
         let sliding = velocity[0] * t[0] + velocity[1] * t[1] + speed_rad_s * self.radius_m;
         let tangential = -self.friction * normal * (sliding / FRICTION_SPEED_M_S).tanh();
-        [
-            -normal * n[0] + tangential * t[0],
-            -normal * n[1] + tangential * t[1],
-        ]
+        [-normal * n[0] + tangential * t[0], -normal * n[1] + tangential * t[1]]
     }
 }

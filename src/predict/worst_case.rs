@@ -28,9 +28,7 @@ pub struct ModeUncertainty {
 impl ModeUncertainty {
     /// Frequency factors of the corners of the box, and its centre first.
     pub fn corners(&self) -> Vec<Vec<f64>> {
-        let uncertain: Vec<usize> = (0..self.relative.len())
-            .filter(|k| self.relative[*k] > 0.0)
-            .collect();
+        let uncertain: Vec<usize> = (0..self.relative.len()).filter(|k| self.relative[*k] > 0.0).collect();
         let mut all = vec![vec![1.0; self.relative.len()]];
         for signs in 0..1usize << uncertain.len() {
             let mut factors = vec![1.0; self.relative.len()];
@@ -66,12 +64,7 @@ impl WorstCurve {
     /// The bounds at the line nearest to a frequency; `None` on an empty grid.
     pub(crate) fn near(&self, frequency_hz: f64) -> Option<&Extreme> {
         let all = self.frequency_hz.iter().zip(&self.lines);
-        all.min_by(|a, b| {
-            (a.0 - frequency_hz)
-                .abs()
-                .total_cmp(&(b.0 - frequency_hz).abs())
-        })
-        .map(|(_, line)| line)
+        all.min_by(|a, b| (a.0 - frequency_hz).abs().total_cmp(&(b.0 - frequency_hz).abs())).map(|(_, line)| line)
     }
 }
 
@@ -100,19 +93,13 @@ pub fn worst_case(
     let modes = uncertainty.relative.len();
     let with_ports = plant.with_modal_ports(modes);
     let omega = &plant.flexible_rad_s()[..modes.min(plant.flexible_rad_s().len())];
-    let lines: Vec<[Extreme; OUTPUTS]> = grid
-        .omega_rad_s()
-        .par_iter()
-        .map(|w| at_frequency(&with_ports, controller, uncertainty, omega, *w))
-        .collect();
+    let lines: Vec<[Extreme; OUTPUTS]> =
+        grid.omega_rad_s().par_iter().map(|w| at_frequency(&with_ports, controller, uncertainty, omega, *w)).collect();
     let curve = |channel: usize| WorstCurve {
         frequency_hz: grid.hz(),
         lines: lines.iter().map(|l| l[channel].clone()).collect(),
     };
-    WorstCase {
-        compliance: [0, 1].map(curve),
-        sensitivity: [2, 3, 4, 5].map(curve),
-    }
+    WorstCase { compliance: [0, 1].map(curve), sensitivity: [2, 3, 4, 5].map(curve) }
 }
 
 /// All channels at one frequency.
@@ -144,12 +131,7 @@ fn at_frequency(
 
 /// N: outputs (q, tool, signals) × inputs (forces of the stiffness changes per κ, tool forces, disturbances at the
 /// sensors).
-fn closed(
-    plant: &Plant,
-    controller: &dyn HeldResponse,
-    omega_rad_s: &[f64],
-    omega: f64,
-) -> Mat<c64> {
+fn closed(plant: &Plant, controller: &dyn HeldResponse, omega_rad_s: &[f64], omega: f64) -> Mat<c64> {
     let p = plant.at(omega);
     let k = controller.held_at(omega);
     let m = 2 * omega_rad_s.len();
@@ -165,9 +147,7 @@ fn closed(
         let own = if i == j { one } else { zero };
         (0..AXES).fold(own, |sum, l| sum - p[(i, l)] * k[(l, j)])
     });
-    let disturbed = Mat::from_fn(AXES, m + OUTPUTS, |i, j| {
-        inputs(i, j) + if j == m + 2 + i { one } else { zero }
-    });
+    let disturbed = Mat::from_fn(AXES, m + OUTPUTS, |i, j| inputs(i, j) + if j == m + 2 + i { one } else { zero });
     let signals = solve_complex(&difference, &disturbed);
     let currents = &k * &signals;
     Mat::from_fn(m + OUTPUTS, m + OUTPUTS, |i, j| {
@@ -176,30 +156,21 @@ fn closed(
             i if i < m + 2 => AXES + i - m,
             _ => return signals[(i - m - 2, j)],
         };
-        (0..AXES).fold(inputs(row, j), |sum, l| {
-            sum + p[(row, l)] * currents[(l, j)]
-        })
+        (0..AXES).fold(inputs(row, j), |sum, l| sum + p[(row, l)] * currents[(l, j)])
     })
 }
 
 /// Whether channel b is channel a with x and y exchanged and y reversed, as in an isotropic machine.
 fn alike(n: &Mat<c64>, m: usize, a: usize, b: usize) -> bool {
     let turned = |i: usize| {
-        if i < m {
-            i ^ 1
-        } else {
-            m + (if i == m + a { b } else { a })
-        }
+        if i < m { i ^ 1 } else { m + (if i == m + a { b } else { a }) }
     };
     // x stands at even places everywhere; a quarter turn takes (x, y) to (−y, x).
     let sign = |i: usize| if i.is_multiple_of(2) { -1.0 } else { 1.0 };
     let own: Vec<usize> = (0..m).chain([m + a]).collect();
     own.iter().all(|i| {
         own.iter().all(|j| {
-            let (x, y) = (
-                n[(*i, *j)],
-                n[(turned(*i), turned(*j))] * (sign(*i) * sign(*j)),
-            );
+            let (x, y) = (n[(*i, *j)], n[(turned(*i), turned(*j))] * (sign(*i) * sign(*j)));
             (x - y).norm_sqr() <= SAME * SAME * x.norm_sqr().max(y.norm_sqr()) + f64::MIN_POSITIVE
         })
     })

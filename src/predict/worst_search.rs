@@ -74,11 +74,8 @@ impl Search {
     /// The same where the planes are equal; `channel` is one of x, behind which that of y follows.
     pub(super) fn of_equal_planes(n: &Mat<c64>, m: usize, channel: usize) -> Self {
         let x = |k: usize| if 2 * k < m { 2 * k } else { m + channel };
-        let direction = |sign: f64| {
-            Part::new(1, m / 2, |i, j| {
-                n[(x(i), x(j))] + c64::new(0.0, sign) * n[(x(i) + 1, x(j))]
-            })
-        };
+        let direction =
+            |sign: f64| Part::new(1, m / 2, |i, j| n[(x(i), x(j))] + c64::new(0.0, sign) * n[(x(i) + 1, x(j))]);
         let mut directions = vec![direction(1.0), direction(-1.0)];
         // At rest both are one.
         directions.dedup();
@@ -98,9 +95,7 @@ impl Search {
         let mut settled = 0.0f64;
         for _ in 0..MOST_BOXES {
             // The box with the largest bound; ties fall to the first, so that the order is fixed.
-            let Some(k) =
-                (0..open.len()).reduce(|a, b| if open[b].upper > open[a].upper { b } else { a })
-            else {
+            let Some(k) = (0..open.len()).reduce(|a, b| if open[b].upper > open[a].upper { b } else { a }) else {
                 break;
             };
             if open[k].upper <= best.0 * (1.0 + SETTLED) {
@@ -119,10 +114,7 @@ impl Search {
                 }
             }
         }
-        let upper = open
-            .iter()
-            .map(|b| b.upper)
-            .fold(settled.max(best.0), f64::max);
+        let upper = open.iter().map(|b| b.upper).fold(settled.max(best.0), f64::max);
         extreme(nominal, upper, best)
     }
 
@@ -182,17 +174,8 @@ impl Search {
             });
             of.sum()
         };
-        let split = free
-            .iter()
-            .copied()
-            .reduce(|p, q| if weight(q) > weight(p) { q } else { p })
-            .unwrap_or(0);
-        Branch {
-            upper: regular.map_or(f64::INFINITY, |rest| first.sqrt() + rest),
-            centre,
-            half,
-            split,
-        }
+        let split = free.iter().copied().reduce(|p, q| if weight(q) > weight(p) { q } else { p }).unwrap_or(0);
+        Branch { upper: regular.map_or(f64::INFINITY, |rest| first.sqrt() + rest), centre, half, split }
     }
 }
 
@@ -229,9 +212,7 @@ impl Part {
         let mut moved = self.n12.clone();
         eliminate(&mut self.difference(kappa), &mut moved, self.n12.len(), 1);
         let each = self.n21.iter().zip(&moved).enumerate();
-        each.fold(self.n22, |sum, (i, (read, moved))| {
-            sum + read * kappa[i / self.planes] * moved
-        })
+        each.fold(self.n22, |sum, (i, (read, moved))| sum + read * kappa[i / self.planes] * moved)
     }
 
     /// With its share of the mean, recentred at κ = c: (I − N₁₁C)⁻¹ applied to N₁₁ and N₁₂, N₂₁ and N₂₂ to fit.
@@ -246,21 +227,15 @@ impl Part {
             .collect();
         eliminate(&mut self.difference(centre), &mut both, m, columns);
         let through = |first: c64, j: usize| {
-            (0..m).fold(first, |sum, i| {
-                sum + self.n21[i] * centre[i / self.planes] * both[i * columns + j]
-            })
+            (0..m).fold(first, |sum, i| sum + self.n21[i] * centre[i / self.planes] * both[i * columns + j])
         };
         let width = |j: usize| half[j / self.planes];
         let read: Vec<c64> = (0..m).map(|j| through(self.n21[j], j)).collect();
         let drive = |i: usize| both[i * columns + m];
         Centred {
-            a: (0..m * m)
-                .map(|k| modulus(both[k / m * columns + k % m]) * width(k % m))
-                .collect(),
+            a: (0..m * m).map(|k| modulus(both[k / m * columns + k % m]) * width(k % m)).collect(),
             b: (0..m).map(|i| modulus(drive(i))).collect(),
-            c: (0..m)
-                .map(|j| share * modulus(read[j]) * width(j))
-                .collect(),
+            c: (0..m).map(|j| share * modulus(read[j]) * width(j)).collect(),
             slope: (0..half.len())
                 .map(|k| {
                     let own = self.own(k).map(|j| read[j] * drive(j));
@@ -320,12 +295,7 @@ impl Centred {
 }
 
 fn extreme(nominal: f64, upper: f64, (lower, at): (f64, Vec<f64>)) -> Extreme {
-    Extreme {
-        nominal,
-        lower,
-        upper,
-        factors: at.iter().map(|k| (1.0 + k).max(0.0).sqrt()).collect(),
-    }
+    Extreme { nominal, lower, upper, factors: at.iter().map(|k| (1.0 + k).max(0.0).sqrt()).collect() }
 }
 
 #[cfg(test)]
@@ -377,12 +347,7 @@ mod tests {
         let found = search.run(&[[-0.1, 0.2]; 3]);
         let at = |k: usize| -0.1 + 0.3 * k as f64 / 20.0;
         let points = (0..21 * 21 * 21).map(|k| [at(k % 21), at(k / 21 % 21), at(k / 441)]);
-        let largest = points
-            .map(|point| search.mean(|part| part.at(&point)).norm())
-            .fold(0.0, f64::max);
-        assert!(
-            largest <= found.upper && largest >= found.lower * 0.98,
-            "{largest} {found:?}"
-        );
+        let largest = points.map(|point| search.mean(|part| part.at(&point)).norm()).fold(0.0, f64::max);
+        assert!(largest <= found.upper && largest >= found.lower * 0.98, "{largest} {found:?}");
     }
 }

@@ -50,18 +50,14 @@ pub(super) fn compute<T: Send + 'static>(
         let _ = sender.send(found);
     });
     if let Err(error) = worker {
-        return Err(PyRuntimeError::new_err(format!(
-            "no thread for the computation: {error}"
-        )));
+        return Err(PyRuntimeError::new_err(format!("no thread for the computation: {error}")));
     }
     let found = python.detach(move || {
         loop {
             match receiver.recv_timeout(POLL) {
                 Ok(found) => return Ok(found),
                 Err(RecvTimeoutError::Disconnected) => {
-                    return Err(PyRuntimeError::new_err(
-                        "the computation ended without a result",
-                    ));
+                    return Err(PyRuntimeError::new_err("the computation ended without a result"));
                 }
                 Err(RecvTimeoutError::Timeout) => {
                     if let Err(interrupted) = Python::attach(|python| python.check_signals()) {
@@ -75,10 +71,9 @@ pub(super) fn compute<T: Send + 'static>(
     match found {
         Ok(Ok(value)) => Ok(value),
         Ok(Err(message)) => Err(PyValueError::new_err(message)),
-        Err(payload) => Err(PyRuntimeError::new_err(format!(
-            "a defect of muspin, please report it: {}",
-            words(payload.as_ref())
-        ))),
+        Err(payload) => {
+            Err(PyRuntimeError::new_err(format!("a defect of muspin, please report it: {}", words(payload.as_ref()))))
+        }
     }
 }
 

@@ -37,9 +37,7 @@ pub(super) fn complex(array: &PyReadonlyArray2<'_, Complex64>, name: &str) -> Py
     if view.iter().any(|x| !(x.re.is_finite() && x.im.is_finite())) {
         return Err(refused(format!("{name} holds NaN or infinity")));
     }
-    Ok(Mat::from_fn(rows, columns, |i, j| {
-        c64::new(view[[i, j]].re, view[[i, j]].im)
-    }))
+    Ok(Mat::from_fn(rows, columns, |i, j| c64::new(view[[i, j]].re, view[[i, j]].im)))
 }
 
 /// An array from a matrix.
@@ -48,10 +46,7 @@ pub(super) fn array<'py>(python: Python<'py>, m: &Mat<f64>) -> RealOut<'py> {
 }
 
 /// A complex array from a matrix.
-pub(super) fn complex_array<'py>(
-    python: Python<'py>,
-    m: &Mat<c64>,
-) -> Bound<'py, PyArray2<Complex64>> {
+pub(super) fn complex_array<'py>(python: Python<'py>, m: &Mat<c64>) -> Bound<'py, PyArray2<Complex64>> {
     let at = |(i, j)| Complex64::new(m[(i, j)].re, m[(i, j)].im);
     ndarray::Array2::from_shape_fn((m.nrows(), m.ncols()), at).to_pyarray(python)
 }

@@ -24,10 +24,7 @@ impl NativeMachine {
     /// Reads a spindle and a tool: paths or shipped names.
     #[staticmethod]
     fn load(python: Python<'_>, spindle: String, tool: String) -> PyResult<Self> {
-        compute(python, move |_| {
-            load_machine(&spindle, &tool).map_err(|e| words(e.into()))
-        })
-        .map(Self)
+        compute(python, move |_| load_machine(&spindle, &tool).map_err(|e| words(e.into()))).map(Self)
     }
 
     /// Name of the spindle and of the tool.
@@ -46,17 +43,10 @@ impl NativeMachine {
     }
 
     /// The design model at a speed as a continuous system with Padé approximants of the delay.
-    fn plant<'py>(
-        &self,
-        python: Python<'py>,
-        rpm: f64,
-        pade_order: usize,
-    ) -> PyResult<SystemOut<'py>> {
+    fn plant<'py>(&self, python: Python<'py>, rpm: f64, pade_order: usize) -> PyResult<SystemOut<'py>> {
         let (machine, speed) = (self.0.clone(), speed(rpm)?);
         if pade_order > PADE_LIMIT {
-            return Err(refused(format!(
-                "pade_order = {pade_order} must be at most {PADE_LIMIT}"
-            )));
+            return Err(refused(format!("pade_order = {pade_order} must be at most {PADE_LIMIT}")));
         }
         let found = compute(python, move |_| {
             let plant = Plant::design_model(&machine, speed).map_err(|e| e.to_string())?;
@@ -77,8 +67,7 @@ impl NativeMachine {
             return Err(refused(format!("omega holds {bad}: give numbers in rad/s")));
         }
         let all = compute(python, move |_| {
-            let plant =
-                Plant::new(&machine, speed, ModelDetail::Full).map_err(|e| e.to_string())?;
+            let plant = Plant::new(&machine, speed, ModelDetail::Full).map_err(|e| e.to_string())?;
             let mut all = ndarray::Array3::zeros((omega.len(), CHANNELS, CHANNELS));
             for (k, w) in omega.iter().enumerate() {
                 let h = plant.at(*w);
@@ -94,19 +83,12 @@ impl NativeMachine {
     /// The machine with the frequencies of a measurement folder, and the figures as JSON.
     fn update(&self, python: Python<'_>, measurement: String) -> PyResult<(Self, String)> {
         let machine = self.0.clone();
-        let (machine, figures) = compute(python, move |_| {
-            embedded::updated(&machine, &measurement).map_err(words)
-        })?;
+        let (machine, figures) = compute(python, move |_| embedded::updated(&machine, &measurement).map_err(words))?;
         Ok((Self(machine), figures.to_string()))
     }
 
     /// The controller (JSON) that meets a weights file, and the figures as JSON.
-    fn design(
-        &self,
-        python: Python<'_>,
-        weights: String,
-        polish: bool,
-    ) -> PyResult<(String, String)> {
+    fn design(&self, python: Python<'_>, weights: String, polish: bool) -> PyResult<(String, String)> {
         let machine = self.0.clone();
         let (design, figures) = compute(python, move |stop| {
             let weights = load_weights(&weights).map_err(|e| words(e.into()))?;
@@ -114,10 +96,7 @@ impl NativeMachine {
             embedded::designed(&machine, &weights, polish, &progress).map_err(words)
         })?;
         let controller = controller_json(&design.delivery.controller, None);
-        Ok((
-            String::from_utf8_lossy(&controller).into_owned(),
-            figures.to_string(),
-        ))
+        Ok((String::from_utf8_lossy(&controller).into_owned(), figures.to_string()))
     }
 
     /// The corrected machine, and the figures as JSON.
@@ -137,9 +116,7 @@ const PADE_LIMIT: usize = 10;
 fn speed(rpm: f64) -> PyResult<f64> {
     match rpm.is_finite() && rpm >= 0.0 {
         true => Ok(rpm * TAU / 60.0),
-        false => Err(refused(format!(
-            "rpm = {rpm} must be zero or a positive number"
-        ))),
+        false => Err(refused(format!("rpm = {rpm} must be zero or a positive number"))),
     }
 }
 

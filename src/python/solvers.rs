@@ -2,8 +2,7 @@
 
 use super::compute::compute;
 use super::convert::{
-    Matrices, Real, RealOut, SystemOut, array, complex, complex_array, continuous, matrix, refused,
-    system,
+    Matrices, Real, RealOut, SystemOut, array, complex, complex_array, continuous, matrix, refused, system,
 };
 use crate::augment::{Block, GeneralizedPlant};
 use crate::linalg::riccati::care;
@@ -34,21 +33,10 @@ pub(super) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
 
 /// X, relative residual and growth rate of the stabilising solution of A'X + XA − XGX + Q = 0.
 #[pyfunction(name = "care")]
-fn care_of<'py>(
-    python: Python<'py>,
-    a: Real<'py>,
-    g: Real<'py>,
-    q: Real<'py>,
-) -> PyResult<(RealOut<'py>, f64, f64)> {
+fn care_of<'py>(python: Python<'py>, a: Real<'py>, g: Real<'py>, q: Real<'py>) -> PyResult<(RealOut<'py>, f64, f64)> {
     let (a, g, q) = (matrix(&a, "A")?, matrix(&g, "G")?, matrix(&q, "Q")?);
-    let found = compute(python, move |_| {
-        care(&a, &g, &q).map_err(|e| format!("Riccati equation: {e}"))
-    })?;
-    Ok((
-        array(python, &found.x),
-        found.residual,
-        found.closed_loop_max_real,
-    ))
+    let found = compute(python, move |_| care(&a, &g, &q).map_err(|e| format!("Riccati equation: {e}")))?;
+    Ok((array(python, &found.x), found.residual, found.closed_loop_max_real))
 }
 
 /// Norm, its frequency and a certified upper bound; `period` 0 is continuous time.
@@ -63,13 +51,7 @@ fn hinfnorm(python: Python<'_>, p: Matrices<'_>, period: f64) -> PyResult<(f64, 
             false => hinf_norm(&s, NORM_TOLERANCE),
             true => {
                 let time = Discrete { period_s: period };
-                let sampled = StateSpace {
-                    a: s.a,
-                    b: s.b,
-                    c: s.c,
-                    d: s.d,
-                    time,
-                };
+                let sampled = StateSpace { a: s.a, b: s.b, c: s.c, d: s.d, time };
                 hinf_norm_discrete(&sampled, NORM_TOLERANCE)
             }
         };
@@ -78,12 +60,7 @@ fn hinfnorm(python: Python<'_>, p: Matrices<'_>, period: f64) -> PyResult<(f64, 
     Ok((found.norm, found.peak_omega_rad_s, found.upper))
 }
 
-fn plant(
-    p: &Matrices<'_>,
-    measurements: usize,
-    controls: usize,
-    blocks: Vec<Block>,
-) -> PyResult<GeneralizedPlant> {
+fn plant(p: &Matrices<'_>, measurements: usize, controls: usize, blocks: Vec<Block>) -> PyResult<GeneralizedPlant> {
     let system = continuous(p)?;
     let fits = |name: &str, part: usize, whole: usize| match part > 0 && part < whole {
         true => Ok(()),
@@ -95,28 +72,17 @@ fn plant(
     };
     fits("nmeas", measurements, system.outputs())?;
     fits("ncon", controls, system.inputs())?;
-    Ok(GeneralizedPlant {
-        system,
-        controls,
-        measurements,
-        blocks,
-    })
+    Ok(GeneralizedPlant { system, controls, measurements, blocks })
 }
 
 /// The plant as it is posed: enlarged by a share of the gains of its channels where one is given.
-fn posed(
-    plant: &GeneralizedPlant,
-    share: Option<f64>,
-) -> Result<(GeneralizedPlant, Regularisation), String> {
+fn posed(plant: &GeneralizedPlant, share: Option<f64>) -> Result<(GeneralizedPlant, Regularisation), String> {
     match share {
         None => Ok((plant.clone(), Regularisation::default())),
         Some(share) if share > 0.0 && share < 1.0 => regularised(plant, share).ok_or_else(|| {
-            "regularise: a control reaches no error, or no disturbance reaches a measurement"
-                .to_owned()
+            "regularise: a control reaches no error, or no disturbance reaches a measurement".to_owned()
         }),
-        Some(share) => Err(format!(
-            "regularise = {share} must be True or a share of the gains between 0 and 1"
-        )),
+        Some(share) => Err(format!("regularise = {share} must be True or a share of the gains between 0 and 1")),
     }
 }
 
@@ -125,15 +91,7 @@ type Added = (Vec<f64>, Vec<f64>);
 
 /// Controller, γ of it, optimal γ, norm of the loop of the plant as given with its frequency, that of the loop as
 /// posed, the certificate as pairs, what was added.
-type Hinf<'py> = (
-    SystemOut<'py>,
-    f64,
-    f64,
-    (f64, f64),
-    f64,
-    Vec<(&'static str, f64)>,
-    Added,
-);
+type Hinf<'py> = (SystemOut<'py>, f64, f64, (f64, f64), f64, Vec<(&'static str, f64)>, Added);
 
 /// H∞ synthesis; `gamma` asks for the central controller at that level, `share` for a regularisation.
 #[pyfunction]
@@ -146,18 +104,14 @@ fn hinfsyn<'py>(
     share: Option<f64>,
 ) -> PyResult<Hinf<'py>> {
     let given = plant(&p, measurements, controls, vec![])?;
-    let settings = HinfSettings {
-        gamma,
-        ..HinfSettings::default()
-    };
+    let settings = HinfSettings { gamma, ..HinfSettings::default() };
     let (found, norm, added) = compute(python, move |_| {
         let (plant, added) = posed(&given, share)?;
         let found = synthesise(&plant, &settings).map_err(|e| explained(&e))?;
         let norm = match added == Regularisation::default() {
             true => (found.closed_loop_norm, found.closed_loop_peak_rad_s),
             false => {
-                let closed =
-                    lower_lft(&given.system, &found.controller).map_err(|e| e.to_string())?;
+                let closed = lower_lft(&given.system, &found.controller).map_err(|e| e.to_string())?;
                 let norm = hinf_norm(&closed, NORM_TOLERANCE).map_err(|e| e.to_string())?;
                 (norm.norm, norm.peak_omega_rad_s)
             }
@@ -192,15 +146,8 @@ fn explained(error: &SynthesisError) -> String {
             | SynthesisError::MeasurementNoise { .. }
             | SynthesisError::WeakFeedthrough { .. }
     );
-    let regularise = if hair {
-        "; or pass regularise=True, which adds what is missing and reports it"
-    } else {
-        ""
-    };
-    format!(
-        "H-infinity synthesis: {error}\n\nhint: {}{regularise}",
-        error.advice()
-    )
+    let regularise = if hair { "; or pass regularise=True, which adds what is missing and reports it" } else { "" };
+    format!("H-infinity synthesis: {error}\n\nhint: {}{regularise}", error.advice())
 }
 
 /// A block as (kind, rows or size, columns).
@@ -208,15 +155,10 @@ type BlockIn = (String, usize, usize);
 
 fn blocks(list: &[BlockIn]) -> PyResult<Vec<Block>> {
     let one = |(kind, rows, cols): &BlockIn| match kind.as_str() {
-        "complex_full" => Ok(Block::ComplexFull {
-            rows: *rows,
-            cols: *cols,
-        }),
+        "complex_full" => Ok(Block::ComplexFull { rows: *rows, cols: *cols }),
         "complex_scalar" => Ok(Block::ComplexScalar { n: *rows }),
         "real_scalar" => Ok(Block::RealScalar { n: *rows }),
-        other => Err(refused(format!(
-            "block kind {other:?}: complex_full, complex_scalar or real_scalar"
-        ))),
+        other => Err(refused(format!("block kind {other:?}: complex_full, complex_scalar or real_scalar"))),
     };
     list.iter().map(one).collect()
 }
@@ -257,9 +199,7 @@ fn musyn<'py>(
         found.mu_peak,
         found.mu_lower_peak,
         found.peak_omega_rad_s,
-        steps
-            .map(|s| (s.gamma, s.mu_peak, s.controller_order))
-            .collect(),
+        steps.map(|s| (s.gamma, s.mu_peak, s.controller_order)).collect(),
         (added.d12, added.d21),
     ))
 }
@@ -281,14 +221,8 @@ fn mussv<'py>(
             m.ncols()
         )));
     }
-    let found = compute(python, move |_| {
-        mu::bounds(&m, &structure).map_err(|e| e.to_string())
-    })?;
-    Ok((
-        found.upper,
-        found.lower,
-        complex_array(python, &found.delta),
-    ))
+    let found = compute(python, move |_| mu::bounds(&m, &structure).map_err(|e| e.to_string()))?;
+    Ok((found.upper, found.lower, complex_array(python, &found.delta)))
 }
 
 /// The best reduction to `order` states with its H∞ error and method, and the Hankel singular values.
@@ -301,10 +235,7 @@ fn balred<'py>(
 ) -> PyResult<(SystemOut<'py>, f64, String, Vec<f64>)> {
     let full = continuous(&p)?;
     if order > full.order() {
-        return Err(refused(format!(
-            "order {order}, but the system has {} states",
-            full.order()
-        )));
+        return Err(refused(format!("order {order}, but the system has {} states", full.order())));
     }
     let (best, hankel) = compute(python, move |_| {
         let balancing = Balancing::new(&full).map_err(|e| e.to_string())?;
@@ -314,17 +245,10 @@ fn balred<'py>(
         let wanted = |name: &str| method.as_deref().is_none_or(|m| m == name);
         match reductions.into_iter().find(|r| wanted(r.method)) {
             Some(best) => Ok((best, balancing.hankel)),
-            None => Err(format!(
-                "no reduction of that kind to {order} states; there are: {names}"
-            )),
+            None => Err(format!("no reduction of that kind to {order} states; there are: {names}")),
         }
     })?;
-    Ok((
-        system(python, &best.system),
-        best.error_hinf,
-        best.method.to_owned(),
-        hankel,
-    ))
+    Ok((system(python, &best.system), best.error_hinf, best.method.to_owned(), hankel))
 }
 
 /// The sampled system; `method` is zoh, tustin or tustin_prewarp with the frequency in rad/s.
@@ -338,15 +262,11 @@ fn c2d<'py>(
 ) -> PyResult<SystemOut<'py>> {
     let s = continuous(&p)?;
     if !(period.is_finite() && period > 0.0) {
-        return Err(refused(format!(
-            "Ts = {period} must be a positive time in seconds"
-        )));
+        return Err(refused(format!("Ts = {period} must be a positive time in seconds")));
     }
     let limit = std::f64::consts::PI / period;
     if method == "tustin_prewarp" && !(prewarp > 0.0 && prewarp < limit) {
-        return Err(refused(format!(
-            "prewarp_frequency = {prewarp} must lie between 0 and pi/Ts = {limit} rad/s"
-        )));
+        return Err(refused(format!("prewarp_frequency = {prewarp} must lie between 0 and pi/Ts = {limit} rad/s")));
     }
     let found = compute(python, move |_| {
         let found = match method.as_str() {

@@ -109,9 +109,7 @@ impl Replacement<'_> {
                 let inside = format!("{relative}/");
                 if kind.is_dir() && self.earlier.paths().any(|p| p.starts_with(&inside)) {
                     open.push(relative);
-                } else if !kind.is_file()
-                    || !(relative == MANIFEST || self.earlier.lists(&relative))
-                {
+                } else if !kind.is_file() || !(relative == MANIFEST || self.earlier.lists(&relative)) {
                     return Ok(Some(relative));
                 }
             }

@@ -98,12 +98,7 @@ impl Row {
 
     /// The row of a tool whose run failed.
     pub(crate) fn failed(tool: &str, inputs_sha256: &str, failure: String) -> Self {
-        Self {
-            tool: tool.to_owned(),
-            inputs_sha256: inputs_sha256.to_owned(),
-            failure: Some(failure),
-            figures: None,
-        }
+        Self { tool: tool.to_owned(), inputs_sha256: inputs_sha256.to_owned(), failure: Some(failure), figures: None }
     }
 
     /// True when the specification is met.
@@ -114,11 +109,7 @@ impl Row {
     /// µ controller, PID.
     fn loop_of(&self, k: usize) -> Option<&LoopFigures> {
         let figures = self.figures.as_ref()?;
-        if k == 0 {
-            Some(&figures.mu)
-        } else {
-            figures.pid.as_ref()
-        }
+        if k == 0 { Some(&figures.mu) } else { figures.pid.as_ref() }
     }
 
     /// A figure of a loop; NaN where there is none.
@@ -208,10 +199,7 @@ pub(crate) fn sentences(rows: &[Row]) -> Vec<String> {
         .filter(|r| r.minimum(0).is_finite())
         .filter(|r| r.minimum(1).is_nan() || r.minimum(0) > r.minimum(1))
         .count();
-    let own = format!(
-        "Smallest tool stiffness at rest: {} with the µ controllers",
-        range(0)
-    );
+    let own = format!("Smallest tool stiffness at rest: {} with the µ controllers", range(0));
     words.push(match has_pid(rows.iter()) {
         true => format!(
             "{own}, {} with PIDs tuned for it; the µ controller is the stiffer one for {wins} of {} tools.",
@@ -327,12 +315,7 @@ pub fn figures(rows: &[Row], top_speed_hz: f64) -> Vec<(Picture, Figure)> {
         let each = rows.iter().enumerate();
         each.filter_map(|(n, r)| {
             let found = r.loop_of(k)?;
-            Some(Curve {
-                name: &r.tool,
-                role: Role::Other(n),
-                x: &found.frequency_hz,
-                y: &found.stiffness_n_per_m,
-            })
+            Some(Curve { name: &r.tool, role: Role::Other(n), x: &found.frequency_hz, y: &found.stiffness_n_per_m })
         })
         .collect()
     };
@@ -341,14 +324,8 @@ pub fn figures(rows: &[Row], top_speed_hz: f64) -> Vec<(Picture, Figure)> {
         panels.push(("tuned PIDs", curves(1)));
     }
     vec![
-        (
-            Picture::Tools,
-            tools("A design per tool", &names, &quantities(&rows)),
-        ),
-        (
-            Picture::ToolsStiffness,
-            tool_stiffness("Dynamic stiffness with each tool", &panels, top_speed_hz),
-        ),
+        (Picture::Tools, tools("A design per tool", &names, &quantities(&rows))),
+        (Picture::ToolsStiffness, tool_stiffness("Dynamic stiffness with each tool", &panels, top_speed_hz)),
     ]
 }
 
@@ -391,10 +368,7 @@ fn quantities(rows: &[&Row]) -> Vec<ToolQuantity<'static>> {
             label: "Order of the controller",
             unit: "",
             references: vec![],
-            bars: vec![(
-                "µ controller",
-                column(&|r| r.figures.as_ref().map_or(f64::NAN, |f| f.order as f64)),
-            )],
+            bars: vec![("µ controller", column(&|r| r.figures.as_ref().map_or(f64::NAN, |f| f.order as f64)))],
         },
     ];
     if rows.iter().any(|r| r.tightening().is_some()) {
@@ -402,10 +376,7 @@ fn quantities(rows: &[&Row]) -> Vec<ToolQuantity<'static>> {
             label: "Largest factor on the tool's specification",
             unit: "",
             references: vec![(1.0, "as written")],
-            bars: vec![(
-                "µ controller",
-                column(&|r| r.tightening().unwrap_or(f64::NAN)),
-            )],
+            bars: vec![("µ controller", column(&|r| r.tightening().unwrap_or(f64::NAN)))],
         });
     }
     quantities

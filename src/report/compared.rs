@@ -60,16 +60,9 @@ impl Hammer {
 
 /// Adds what the PID search found to the summary, and returns the controllers that there are, with what is known of
 /// them.
-pub(crate) fn add_own(
-    summary: &mut Summary,
-    own: OwnControllers,
-) -> Vec<(Role, Controller, Known)> {
+pub(crate) fn add_own(summary: &mut Summary, own: OwnControllers) -> Vec<(Role, Controller, Known)> {
     let [of_mu, of_pid, of_textbook] = own.known();
-    let Rivals {
-        tuned,
-        textbook,
-        effort,
-    } = own.rivals;
+    let Rivals { tuned, textbook, effort } = own.rivals;
     let mut controllers = vec![(Role::Mu, own.design.delivery.controller, of_mu)];
     match tuned {
         Ok((pid, _)) => {
@@ -117,10 +110,7 @@ pub(crate) fn add_compared(
     let measured: Vec<Measured> = hammers.into_iter().map(|h| h.curve).collect();
     add_ratios(&mut report.summary, list);
     let every: Vec<&Prediction> = list.iter().flat_map(|(_, c)| &c.predictions).collect();
-    let worst: Vec<NamedWorst> = list
-        .iter()
-        .map(|(role, c)| (*role, c.name.clone(), c.worst.clone()))
-        .collect();
+    let worst: Vec<NamedWorst> = list.iter().map(|(role, c)| (*role, c.name.clone(), c.worst.clone())).collect();
     let mut statements = statements_table(&every, &worst, flexible_hz, top_hz);
     let rows = measured.iter();
     statements.extend(rows.map(|m| StatementRow::measured(m, flexible_hz, top_hz)));
@@ -129,10 +119,8 @@ pub(crate) fn add_compared(
     summary.set("plain_words", figure_9_words(&every, &worst));
     summary.set("speeds_rpm", finite_all(ground.speeds_rpm));
     summary.set("top_speed_hz", finite(top_hz));
-    let drawn: Vec<(Role, &Prediction)> = list
-        .iter()
-        .flat_map(|(role, c)| c.predictions.iter().map(|p| (*role, p)))
-        .collect();
+    let drawn: Vec<(Role, &Prediction)> =
+        list.iter().flat_map(|(role, c)| c.predictions.iter().map(|p| (*role, p))).collect();
     report.figures(predictions(&drawn, &measured, top_hz))?;
     report.figures(worst_figures(&worst))?;
     add_lobes(report, list, ground.machine.spindle.max_rpm)
@@ -196,36 +184,20 @@ fn add_ratios(summary: &mut Summary, list: &[(Role, Compared)]) {
         let both = first.predictions.iter().zip(&other.predictions);
         let ratios = both.map(|(own, its)| RatioSummary::of(own, its));
         let ratios: Vec<RatioSummary> = ratios.collect();
-        summary.set(
-            &format!("stiffness_ratio.{}_over_{}", first.name, other.name),
-            ratios,
-        );
+        summary.set(&format!("stiffness_ratio.{}_over_{}", first.name, other.name), ratios);
     }
 }
 
 /// The picture of the stability lobes.
-fn add_lobes(
-    report: &mut Report,
-    list: &[(Role, Compared)],
-    top_rpm: f64,
-) -> Result<(), ReportError> {
-    let speeds: Vec<f64> = (1..=LOBE_POINTS)
-        .map(|k| top_rpm * k as f64 / LOBE_POINTS as f64)
-        .collect();
+fn add_lobes(report: &mut Report, list: &[(Role, Compared)], top_rpm: f64) -> Result<(), ReportError> {
+    let speeds: Vec<f64> = (1..=LOBE_POINTS).map(|k| top_rpm * k as f64 / LOBE_POINTS as f64).collect();
     let angular: Vec<f64> = speeds.iter().map(|rpm| rpm * TAU / 60.0).collect();
     let lobes: Vec<(Role, &str, Vec<f64>)> = list
         .iter()
         .filter_map(|(role, c)| Some((*role, c.name.as_str(), c.lobes.as_ref()?.depths(&angular))))
         .collect();
-    let curves: Vec<Curve> = lobes
-        .iter()
-        .map(|(role, name, depth)| Curve {
-            name,
-            role: *role,
-            x: &speeds,
-            y: depth,
-        })
-        .collect();
+    let curves: Vec<Curve> =
+        lobes.iter().map(|(role, name, depth)| Curve { name, role: *role, x: &speeds, y: depth }).collect();
     if curves.is_empty() {
         return Ok(());
     }

@@ -119,10 +119,7 @@ struct PredictedColumns {
 
 impl From<&LoopMode> for ModeSummary {
     fn from(mode: &LoopMode) -> Self {
-        Self {
-            frequency_hz: finite(mode.frequency_hz),
-            damping_ratio: finite(mode.damping_ratio),
-        }
+        Self { frequency_hz: finite(mode.frequency_hz), damping_ratio: finite(mode.damping_ratio) }
     }
 }
 
@@ -159,9 +156,7 @@ impl ToolPlaneSummary {
         Self {
             speed_rpm: finite(prediction.speed_rpm),
             tool_stiffness: AxesSummary { x, y },
-            flexible_modes: flexible
-                .map(|m| m.as_ref().map(ModeSummary::from))
-                .collect(),
+            flexible_modes: flexible.map(|m| m.as_ref().map(ModeSummary::from)).collect(),
             rigid_body_modes: modes.rigid.iter().map(ModeSummary::from).collect(),
         }
     }
@@ -169,12 +164,7 @@ impl ToolPlaneSummary {
 
 impl MeasuredSummary {
     /// `resonances` are the lightly damped ones of the record.
-    pub(crate) fn of(
-        measured: &Measured,
-        resonances: &[Resonance],
-        flexible_hz: &[f64],
-        top_speed_hz: f64,
-    ) -> Self {
+    pub(crate) fn of(measured: &Measured, resonances: &[Resonance], flexible_hz: &[f64], top_speed_hz: f64) -> Self {
         Self {
             speed_rpm: finite(measured.speed_rpm),
             tool_stiffness: CurveSummary::of(
@@ -190,15 +180,8 @@ impl MeasuredSummary {
 
 impl CurveSummary {
     fn of(f: &[f64], k: &[f64], flexible_hz: &[f64], top_speed_hz: f64) -> Self {
-        let lowest = f
-            .iter()
-            .zip(k)
-            .min_by(|a, b| a.1.total_cmp(b.1))
-            .map_or((f64::NAN, f64::NAN), |(f, k)| (*f, *k));
-        let (first, last) = (
-            f.first().copied().unwrap_or(f64::NAN),
-            f.last().copied().unwrap_or(f64::NAN),
-        );
+        let lowest = f.iter().zip(k).min_by(|a, b| a.1.total_cmp(b.1)).map_or((f64::NAN, f64::NAN), |(f, k)| (*f, *k));
+        let (first, last) = (f.first().copied().unwrap_or(f64::NAN), f.last().copied().unwrap_or(f64::NAN));
         let found = dips(f, k, (first, last), SEEN);
         let bending_hz = flexible_hz.first().copied().unwrap_or(last);
         let rigid_hz = RIGID_FROM * first..RIGID_TO * bending_hz;
@@ -222,9 +205,7 @@ impl CurveSummary {
             at_max_speed_n_per_m: finite(at(f, k, top_speed_hz)),
             minimum_n_per_m: finite(lowest.1),
             minimum_frequency_hz: finite(lowest.0),
-            flexible_mode_dips: flexible
-                .map(|natural| deepest(natural).map(DipSummary::from))
-                .collect(),
+            flexible_mode_dips: flexible.map(|natural| deepest(natural).map(DipSummary::from)).collect(),
             deepest_rigid_body_dip: rigid.map(DipSummary::from),
         }
     }
@@ -330,19 +311,9 @@ fn rigid_words(prediction: &Prediction) -> String {
         .modes
         .rigid
         .iter()
-        .map(|m| {
-            format!(
-                "{:.0} Hz with {:.0} % damping",
-                m.frequency_hz,
-                100.0 * m.damping_ratio
-            )
-        })
+        .map(|m| format!("{:.0} Hz with {:.0} % damping", m.frequency_hz, 100.0 * m.damping_ratio))
         .collect();
-    if each.is_empty() {
-        "no oscillating one".to_owned()
-    } else {
-        each.join(" and ")
-    }
+    if each.is_empty() { "no oscillating one".to_owned() } else { each.join(" and ") }
 }
 
 /// The statements of figure 9 in sentences: the first controller against the others, at the first speed.
@@ -351,15 +322,9 @@ pub(crate) fn figure_9_words(runs: &[&Prediction], worst: &[NamedWorst]) -> Vec<
     let Some(first) = runs.first() else {
         return words;
     };
-    let at_first: Vec<&&Prediction> = runs
-        .iter()
-        .filter(|p| p.speed_rpm == first.speed_rpm)
-        .collect();
+    let at_first: Vec<&&Prediction> = runs.iter().filter(|p| p.speed_rpm == first.speed_rpm).collect();
     let list = |value: &dyn Fn(&Prediction) -> String| {
-        let each: Vec<String> = at_first
-            .iter()
-            .map(|p| format!("{} {}", p.name, value(p)))
-            .collect();
+        let each: Vec<String> = at_first.iter().map(|p| format!("{} {}", p.name, value(p))).collect();
         each.join(", ")
     };
     words.push(format!(
@@ -377,18 +342,11 @@ pub(crate) fn figure_9_words(runs: &[&Prediction], worst: &[NamedWorst]) -> Vec<
             .modes
             .flexible
             .iter()
-            .map(|m| {
-                m.map_or("–".to_owned(), |m| {
-                    format!("{:.1}", 100.0 * m.damping_ratio)
-                })
-            })
+            .map(|m| m.map_or("–".to_owned(), |m| format!("{:.1}", 100.0 * m.damping_ratio)))
             .collect();
         each.join("/")
     };
-    words.push(format!(
-        "Damping of the flexible modes in percent: {}.",
-        list(&damping)
-    ));
+    words.push(format!("Damping of the flexible modes in percent: {}.", list(&damping)));
     words.push(format!("Rigid-body modes: {}.", list(&rigid_words)));
     words.extend(unstable_sentence(runs));
     words.extend(worst_sentence(worst));

@@ -31,14 +31,8 @@ pub(crate) fn worst_figures(all: &[NamedWorst]) -> Vec<(Picture, Figure)> {
         return vec![];
     }
     vec![
-        (
-            Picture::StiffnessWorst,
-            worst_stiffness(&format!("Worst dynamic stiffness {title}"), &stiffness),
-        ),
-        (
-            Picture::SensitivityWorst,
-            worst_sensitivity(&format!("Worst sensitivity {title}"), &sensitivity),
-        ),
+        (Picture::StiffnessWorst, worst_stiffness(&format!("Worst dynamic stiffness {title}"), &stiffness)),
+        (Picture::SensitivityWorst, worst_sensitivity(&format!("Worst sensitivity {title}"), &sensitivity)),
     ]
 }
 
@@ -61,9 +55,7 @@ fn panels(
             // y follows x in every list; it is drawn where some controller makes it differ.
             let twin = axis % 2 == 1
                 && all.iter().all(|(_, _, cases)| {
-                    at(cases)
-                        .and_then(|k| cases.get(k))
-                        .is_none_or(|w| same(curve(w, axis - 1), curve(w, axis)))
+                    at(cases).and_then(|k| cases.get(k)).is_none_or(|w| same(curve(w, axis - 1), curve(w, axis)))
                 });
             if twin {
                 continue;
@@ -72,13 +64,8 @@ fn panels(
                 .iter()
                 .filter_map(|(role, name, cases)| {
                     let curve = curve(cases.get(at(cases)?)?, axis);
-                    let column = |k: usize| {
-                        curve
-                            .lines
-                            .iter()
-                            .map(|e| values(e).get(k).copied().unwrap_or(f64::NAN))
-                            .collect()
-                    };
+                    let column =
+                        |k: usize| curve.lines.iter().map(|e| values(e).get(k).copied().unwrap_or(f64::NAN)).collect();
                     Some(WorstBand {
                         name: name.clone(),
                         role: *role,
@@ -101,8 +88,5 @@ fn panels(
 fn same(a: &WorstCurve, b: &WorstCurve) -> bool {
     let close = |x: f64, y: f64| (x - y).abs() <= SAME * x.abs().max(y.abs()) || x == y;
     a.lines.len() == b.lines.len()
-        && a.lines
-            .iter()
-            .zip(&b.lines)
-            .all(|(p, q)| close(p.nominal, q.nominal) && close(p.upper, q.upper))
+        && a.lines.iter().zip(&b.lines).all(|(p, q)| close(p.nominal, q.nominal) && close(p.upper, q.upper))
 }

@@ -26,15 +26,8 @@ struct ContactSummary {
 ///
 /// # Errors
 /// [`ReportError`] when the picture cannot be drawn.
-pub(crate) fn add_contact(
-    report: &mut Report,
-    machine: &Machine,
-    contact: &Contact,
-) -> Result<String, ReportError> {
-    let limits = Limits {
-        current_a: contact.current_limit_a,
-        voltage_v: contact.voltage_limit_v,
-    };
+pub(crate) fn add_contact(report: &mut Report, machine: &Machine, contact: &Contact) -> Result<String, ReportError> {
+    let limits = Limits { current_a: contact.current_limit_a, voltage_v: contact.voltage_limit_v };
     let (force_n, top_rpm) = (contact.force_n, contact.speed_rpm);
     let mut runs = vec![("mu", "μ", Role::Mu, &contact.delivered)];
     runs.extend(contact.pid.iter().map(|r| ("pid", "PID", Role::Pid, r)));
@@ -43,28 +36,15 @@ pub(crate) fn add_contact(
     for (key, name, _, response) in &runs {
         let recovery = Recovery::of(machine, response);
         recoveries.push(((*key).to_owned(), RecoverySummary::from(recovery)));
-        sentences.push(format!(
-            "with the {name} controller {}",
-            recovery.sentence()
-        ));
+        sentences.push(format!("with the {name} controller {}", recovery.sentence()));
     }
     report.summary.set(
         "simulation.contact",
-        ContactSummary {
-            force_n: finite(force_n),
-            speed_rpm: finite(top_rpm),
-            recoveries: Named(recoveries),
-        },
+        ContactSummary { force_n: finite(force_n), speed_rpm: finite(top_rpm), recoveries: Named(recoveries) },
     );
-    let shown: Vec<(&str, Role, &TimeResponse)> = runs
-        .iter()
-        .map(|(_, name, role, r)| (*name, *role, *r))
-        .collect();
+    let shown: Vec<(&str, Role, &TimeResponse)> = runs.iter().map(|(_, name, role, r)| (*name, *role, *r)).collect();
     let title = format!("Push of {force_n:.0} N at the tool, {top_rpm:.0} rpm");
-    report.figures([(
-        Picture::Contact,
-        push_figure(machine, &title, &shown, &limits),
-    )])?;
+    report.figures([(Picture::Contact, push_figure(machine, &title, &shown, &limits))])?;
     Ok(format!(
         "After a half-sine push of {force_n:.0} N and {:.1} ms at the tool at {top_rpm:.0} rpm: {}.",
         1e3 * contact.length_s,

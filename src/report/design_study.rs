@@ -16,11 +16,7 @@ use crate::spindle::Machine;
 ///
 /// # Errors
 /// [`ReportError`] when a picture cannot be drawn or a file cannot be made.
-pub(crate) fn design_report(
-    machine: &Machine,
-    study: &Study,
-    route: Route,
-) -> Result<Report, ReportError> {
+pub(crate) fn design_report(machine: &Machine, study: &Study, route: Route) -> Result<Report, ReportError> {
     let found = &study.design;
     let [rest, speed] = study.delivered.each_ref();
     let mut report = Report::of("design", machine);

@@ -2,8 +2,7 @@
 
 use super::polish_summary::PolishSummary;
 use super::speed_summary::{
-    SpeedInterval, SpeedMuSummary, SpeedProofSummary, VerificationSummary, speed_intervals,
-    speed_mu,
+    SpeedInterval, SpeedMuSummary, SpeedProofSummary, VerificationSummary, speed_intervals, speed_mu,
 };
 use super::summary::{finite, finite_all};
 use super::variant_summary::route_word;
@@ -224,8 +223,7 @@ impl From<&Design> for DesignSummary {
             mu_over_speed: speed_mu(design),
             controller_stable: design.controller_is_stable(),
             controller_stability: Some(design.own_stability_sentence()),
-            stable_alternatives: dk
-                .map_or_else(Vec::new, |dk| AlternativeSummary::all(&dk.own_stability)),
+            stable_alternatives: dk.map_or_else(Vec::new, |dk| AlternativeSummary::all(&dk.own_stability)),
             static_stiffness_tool_n_per_m: tool,
             static_stiffness_front_n_per_m: front,
             static_stiffness_rear_n_per_m: rear,
@@ -236,9 +234,7 @@ impl From<&Design> for DesignSummary {
             table_as_written: WrittenSummary::from(design),
             gyroscopic_cover: CoveredMode::all(design),
             order_per_plane: [full, reduced, Some(rounded)].map(|stage| Some(stage?.order)),
-            steps: dk.map_or_else(Vec::new, |dk| {
-                dk.steps.iter().map(StepSummary::from).collect()
-            }),
+            steps: dk.map_or_else(Vec::new, |dk| dk.steps.iter().map(StepSummary::from).collect()),
             certificates: Certificates::from(design),
             largest_mu: finite(design.largest_mu()),
             specification_scale: design.specification_scale.as_ref().map(ScaleSummary::from),
@@ -252,10 +248,7 @@ impl From<&Design> for DesignSummary {
 impl DesignSummary {
     /// µ of what is delivered: of the sampled controller if there is one.
     pub(crate) fn final_mu(&self) -> Option<f64> {
-        self.largest_mu
-            .or(self.mu_peak_discrete)
-            .or(self.mu_peak_reduced)
-            .or(self.mu_peak)
+        self.largest_mu.or(self.mu_peak_discrete).or(self.mu_peak_reduced).or(self.mu_peak)
     }
 }
 
@@ -326,11 +319,7 @@ impl From<&Stage> for StageSummary {
 
 impl From<&PeakFigures> for PeakSummary {
     fn from(peak: &PeakFigures) -> Self {
-        Self {
-            upper: finite(peak.upper),
-            lower: finite(peak.lower),
-            frequency_hz: finite(peak.frequency_hz),
-        }
+        Self { upper: finite(peak.upper), lower: finite(peak.lower), frequency_hz: finite(peak.frequency_hz) }
     }
 }
 

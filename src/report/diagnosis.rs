@@ -35,26 +35,17 @@ pub fn stage(folder: &mut ResultsFolder, d: &Diagnosis) -> Result<(), ResultsErr
     correction(folder, d)?;
     let mut table = Table::with_columns(&["data", "gap_before", "gap_after"]);
     let (used, held) = (d.gaps(false), d.gaps(true));
-    for (name, (before, after)) in [
-        ("used", used),
-        (d.held_out.as_str(), held),
-        ("all records, fitted to all", (d.gap_before, d.gap_after)),
-    ] {
-        table.push(vec![
-            name.into(),
-            Table::number(before),
-            Table::number(after),
-        ]);
+    for (name, (before, after)) in
+        [("used", used), (d.held_out.as_str(), held), ("all records, fitted to all", (d.gap_before, d.gap_after))]
+    {
+        table.push(vec![name.into(), Table::number(before), Table::number(after)]);
     }
     folder.add_table("gap.csv", &table)
 }
 
 fn localisation(d: &Diagnosis) -> Vec<Named> {
     let all = || d.localisation.ports.iter();
-    let ports: Vec<&PortScore> = all()
-        .filter(|p| p.place != Place::Nowhere)
-        .take(MAP_ROWS)
-        .collect();
+    let ports: Vec<&PortScore> = all().filter(|p| p.place != Place::Nowhere).take(MAP_ROWS).collect();
     let Some(best) = ports.first() else {
         return vec![];
     };
@@ -90,12 +81,7 @@ fn localisation(d: &Diagnosis) -> Vec<Named> {
     let bars: Vec<f64> = left.iter().map(|l| (1.0 + l).log10()).collect();
     let places = (
         Picture::LocalisationPlaces.into(),
-        plot::ranking(
-            "Places, best first, with the law recovered there",
-            &words,
-            &bars,
-            "log10(1 + χ² left)",
-        ),
+        plot::ranking("Places, best first, with the law recovered there", &words, &bars, "log10(1 + χ² left)"),
     );
     vec![map, places]
 }
@@ -106,33 +92,16 @@ fn laws(d: &Diagnosis) -> Vec<Named> {
     };
     let mut figures = vec![];
     for (k, law) in best.laws.iter().enumerate() {
-        let which = if law.name.is_empty() {
-            String::new()
-        } else {
-            format!(" ({})", law.name)
-        };
+        let which = if law.name.is_empty() { String::new() } else { format!(" ({})", law.name) };
         let title = format!("Missing law at: {}{which}", best.port);
         // Lines on which the law is smaller than its own deviation say nothing about its shape.
         let shown: Vec<_> = law
             .values
             .iter()
             .zip(&law.sd)
-            .map(|(v, sd)| {
-                if v.norm() > *sd {
-                    *v
-                } else {
-                    crate::linalg::c64::new(f64::NAN, f64::NAN)
-                }
-            })
+            .map(|(v, sd)| if v.norm() > *sd { *v } else { crate::linalg::c64::new(f64::NAN, f64::NAN) })
             .collect();
-        let figure = plot::impedance(
-            &title,
-            law.unit.text(),
-            &law.frequency_hz,
-            &shown,
-            &law.fitted,
-            &law.words(),
-        );
+        let figure = plot::impedance(&title, law.unit.text(), &law.frequency_hz, &shown, &law.fitted, &law.words());
         figures.push((Picture::Impedance.numbered(k + 1), figure));
     }
     figures
@@ -142,16 +111,9 @@ fn ranking(d: &Diagnosis) -> Option<Named> {
     if d.ranking.is_empty() {
         return None;
     }
-    let names: Vec<String> = d
-        .ranking
-        .iter()
-        .map(|(e, score)| format!("{} {}   +{score:.1}", e.kind.name(), spot(&e.location)))
-        .collect();
-    let above: Vec<f64> = d
-        .ranking
-        .iter()
-        .map(|r| (1.0 + r.1.max(0.0)).log10())
-        .collect();
+    let names: Vec<String> =
+        d.ranking.iter().map(|(e, score)| format!("{} {}   +{score:.1}", e.kind.name(), spot(&e.location))).collect();
+    let above: Vec<f64> = d.ranking.iter().map(|r| (1.0 + r.1.max(0.0)).log10()).collect();
     let figure = (
         Picture::Ranking.into(),
         plot::ranking(
@@ -172,12 +134,7 @@ fn hypotheses(folder: &mut ResultsFolder, d: &Diagnosis) -> Result<(), ResultsEr
     for (e, score) in &d.ranking {
         let values = e.kind.parameters().iter().zip(&e.values);
         let values: Vec<String> = values.map(|(p, v)| format!("{} {v:.6e}", p.name)).collect();
-        table.push(vec![
-            e.kind.name().into(),
-            spot(&e.location),
-            values.join("; "),
-            Table::number(*score),
-        ]);
+        table.push(vec![e.kind.name().into(), spot(&e.location), values.join("; "), Table::number(*score)]);
     }
     folder.add_table("ranking.csv", &table)
 }
@@ -210,20 +167,11 @@ fn channels(d: &Diagnosis) -> Vec<Named> {
             ),
             Record::Hammer(axis) => {
                 let axis = ["x", "y"][axis.min(1)];
-                (
-                    format!("hammer at the tool, {axis}"),
-                    "Compliance",
-                    "m/N",
-                    Picture::Hammer,
-                    axis.to_owned(),
-                )
+                (format!("hammer at the tool, {axis}"), "Compliance", "m/N", Picture::Hammer, axis.to_owned())
             }
         };
         // Further records of one kind carry their number.
-        let twin = d.channels[..k]
-            .iter()
-            .filter(|c| c.record == channel.record)
-            .count();
+        let twin = d.channels[..k].iter().filter(|c| c.record == channel.record).count();
         let detail = match twin {
             0 => which,
             earlier => format!("{which}-{}", earlier + 1),
@@ -236,22 +184,9 @@ fn channels(d: &Diagnosis) -> Vec<Named> {
     figures
 }
 
-fn channel_figure(
-    title: &str,
-    quantity: &str,
-    unit: &str,
-    hz: &[f64],
-    channel: &Channel,
-) -> Figure {
+fn channel_figure(title: &str, quantity: &str, unit: &str, hz: &[f64], channel: &Channel) -> Figure {
     let (before, after) = channel.residual();
-    plot::channel(
-        title,
-        quantity,
-        unit,
-        hz,
-        [&channel.measured, &channel.before, &channel.after],
-        [&before, &after],
-    )
+    plot::channel(title, quantity, unit, hz, [&channel.measured, &channel.before, &channel.after], [&before, &after])
 }
 
 /// Residuals of the direct channels, and of the held-out ones, in one picture.
@@ -260,9 +195,7 @@ fn overview(d: &Diagnosis) -> Named {
         .channels
         .iter()
         .filter(|c| match c.record {
-            Record::Sweep(i, j) => {
-                i == j || i % 2 == 0 && j == i + 1 || c.held_out && i % 2 == j % 2
-            }
+            Record::Sweep(i, j) => i == j || i % 2 == 0 && j == i + 1 || c.held_out && i % 2 == j % 2,
             Record::Hammer(_) => true,
         })
         .take(14)
@@ -283,23 +216,12 @@ fn overview(d: &Diagnosis) -> Named {
     let panels: Vec<(&str, Vec<Curve>)> = data
         .iter()
         .map(|(name, hz, before, after)| {
-            let curve = |name, role, y| Curve {
-                name,
-                role,
-                x: hz,
-                y,
-            };
-            let curves = vec![
-                curve("before", Role::Nominal, before),
-                curve("after", Role::Updated, after),
-            ];
+            let curve = |name, role, y| Curve { name, role, x: hz, y };
+            let curves = vec![curve("before", Role::Nominal, before), curve("after", Role::Updated, after)];
             (name.as_str(), curves)
         })
         .collect();
-    (
-        Picture::Residual.into(),
-        plot::residual("Residual in standard deviations, before and after", &panels),
-    )
+    (Picture::Residual.into(), plot::residual("Residual in standard deviations, before and after", &panels))
 }
 
 fn correction(folder: &mut ResultsFolder, d: &Diagnosis) -> Result<(), ResultsError> {
@@ -308,17 +230,9 @@ fn correction(folder: &mut ResultsFolder, d: &Diagnosis) -> Result<(), ResultsEr
     };
     let mut header = vec!["frequency_hz".to_owned()];
     for law in &best.laws {
-        let name = if law.name.is_empty() {
-            "law".to_owned()
-        } else {
-            format!("law_{}", law.name.replace(' ', "_"))
-        };
+        let name = if law.name.is_empty() { "law".to_owned() } else { format!("law_{}", law.name.replace(' ', "_")) };
         let unit = law.unit.key();
-        header.extend([
-            format!("{name}_{unit}_re"),
-            format!("{name}_{unit}_im"),
-            format!("{name}_{unit}_sd"),
-        ]);
+        header.extend([format!("{name}_{unit}_re"), format!("{name}_{unit}_im"), format!("{name}_{unit}_sd")]);
     }
     let mut table = Table::new(header);
     let lines = best.laws.first().map_or(0, |l| l.values.len());
@@ -360,11 +274,7 @@ fn correction(folder: &mut ResultsFolder, d: &Diagnosis) -> Result<(), ResultsEr
             }
             table.push_numbers(&row);
         }
-        let name = if s == 0 {
-            "corrected-frf.csv".to_owned()
-        } else {
-            format!("corrected-frf-{}.csv", s + 1)
-        };
+        let name = if s == 0 { "corrected-frf.csv".to_owned() } else { format!("corrected-frf-{}.csv", s + 1) };
         folder.add_table(&name, &table)?;
     }
     Ok(())

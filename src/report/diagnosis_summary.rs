@@ -195,19 +195,19 @@ pub(crate) struct CorrectionSummary {
 
 impl From<&Diagnosis> for DiagnosisSummary {
     fn from(d: &Diagnosis) -> Self {
-        let strained = d.strained.iter().map(|(name, sd)| StrainedSummary {
-            parameter: name.clone(),
-            prior_standard_deviations: finite(*sd),
-        });
+        let strained = d
+            .strained
+            .iter()
+            .map(|(name, sd)| StrainedSummary { parameter: name.clone(), prior_standard_deviations: finite(*sd) });
         let further_off = d.further_off.iter().map(|f| FurtherOffSummary {
             parameter: f.parameter.clone(),
             usual_deviations: finite(f.usual_deviations),
             relative_change: finite(f.relative_change),
         });
-        let menu = d.menu.iter().map(|m| ProposalSummary {
-            measurement: m.text.clone(),
-            separation_chi2: finite(m.separation),
-        });
+        let menu = d
+            .menu
+            .iter()
+            .map(|m| ProposalSummary { measurement: m.text.clone(), separation_chi2: finite(m.separation) });
         let detectable = d.detectable.iter().map(|e| DetectableSummary {
             effect: e.effect.kind.name().to_owned(),
             place: PlaceSummary::from(&e.effect.location),
@@ -226,10 +226,7 @@ impl From<&Diagnosis> for DiagnosisSummary {
             sentence: Some(sentence(d)),
             effects: d.effects.iter().map(EffectSummary::from).collect(),
             tie: d.tie.iter().map(RivalSummary::from).collect(),
-            all: GapOfAll {
-                gap_before: finite(d.gap_before),
-                gap_after: finite(d.gap_after),
-            },
+            all: GapOfAll { gap_before: finite(d.gap_before), gap_after: finite(d.gap_after) },
             gap_nearest: finite(d.gap_nearest),
             strained: strained.collect(),
             further_off: further_off.collect(),
@@ -262,11 +259,7 @@ impl DiagnosisSummary {
     /// The effects whose parameters are shown: all members of a tie, or what was named.
     pub(crate) fn shown_effects(&self) -> Vec<&EffectSummary> {
         let tied: Vec<&EffectSummary> = self.tie.iter().flat_map(RivalSummary::effects).collect();
-        if tied.is_empty() {
-            self.effects.iter().collect()
-        } else {
-            tied
-        }
+        if tied.is_empty() { self.effects.iter().collect() } else { tied }
     }
 }
 
@@ -332,9 +325,7 @@ impl From<&NamedEffect> for EffectSummary {
         }
         if let (Some(sd), Some(z)) = (e.position_sd_m, e.effect.location.position_m()) {
             let ends = [z - HALF_WIDTH_90 * sd, z + HALF_WIDTH_90 * sd];
-            intervals
-                .0
-                .push(("position_m".to_owned(), ends.map(finite)));
+            intervals.0.push(("position_m".to_owned(), ends.map(finite)));
         }
         Self {
             effect: e.effect.kind.name().to_owned(),
@@ -352,9 +343,7 @@ impl From<&Rival> for RivalSummary {
         Self {
             members: match &rival.effects[..] {
                 [one] => Members::One(EffectSummary::from(one)),
-                several => Members::Several {
-                    effects: several.iter().map(EffectSummary::from).collect(),
-                },
+                several => Members::Several { effects: several.iter().map(EffectSummary::from).collect() },
             },
             record_faults: rival.record_faults.iter().map(fault_words).collect(),
             score_above_best: finite(rival.score_above_best),

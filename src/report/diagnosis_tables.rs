@@ -55,37 +55,17 @@ fn gap(d: &DiagnosisSummary) -> Option<Grid> {
     let held = &d.held_out;
     let row = |name: String, before: Option<f64>, after: Option<f64>| -> Option<Vec<String>> {
         let (b, a) = (before?, after?);
-        let shrunk = if b > 0.0 {
-            format!("{:.0} %", 100.0 * (1.0 - a / b))
-        } else {
-            "–".to_owned()
-        };
+        let shrunk = if b > 0.0 { format!("{:.0} %", 100.0 * (1.0 - a / b)) } else { "–".to_owned() };
         Some(vec![name, format!("{b:.2}"), format!("{a:.2}"), shrunk])
     };
     let mut rows = vec![
-        row(
-            "used".to_owned(),
-            d.parts.gap_before_used,
-            d.parts.gap_after_used,
-        ),
-        row(
-            format!("held out: {held}"),
-            d.parts.gap_before_held_out,
-            d.parts.gap_after_held_out,
-        ),
-        row(
-            "all records, fitted to all".to_owned(),
-            d.all.gap_before,
-            d.all.gap_after,
-        ),
+        row("used".to_owned(), d.parts.gap_before_used, d.parts.gap_after_used),
+        row(format!("held out: {held}"), d.parts.gap_before_held_out, d.parts.gap_after_held_out),
+        row("all records, fitted to all".to_owned(), d.all.gap_before, d.all.gap_after),
     ];
     if let Some(c) = &d.correction {
         let port = &c.port;
-        rows.push(row(
-            format!("used, with the correction at: {port}"),
-            c.gaps.gap_before_used,
-            c.gaps.gap_after_used,
-        ));
+        rows.push(row(format!("used, with the correction at: {port}"), c.gaps.gap_before_used, c.gaps.gap_after_used));
         rows.push(row(
             format!("held out ({held}), with the correction at: {port}"),
             c.gaps.gap_before_held_out,
@@ -118,23 +98,13 @@ fn parameters(d: &DiagnosisSummary) -> Option<Grid> {
     }
     grid(
         "Parameters with their intervals",
-        &[
-            "effect",
-            "where",
-            "parameter",
-            "value",
-            "standard deviation",
-            "90 % interval",
-        ],
+        &["effect", "where", "parameter", "value", "standard deviation", "90 % interval"],
         rows,
     )
 }
 
 fn menu(d: &DiagnosisSummary) -> Option<Grid> {
-    let row = d
-        .menu
-        .iter()
-        .map(|m| vec![m.measurement.clone(), known(m.separation_chi2, four_digits)]);
+    let row = d.menu.iter().map(|m| vec![m.measurement.clone(), known(m.separation_chi2, four_digits)]);
     grid(
         "Measurements that would separate the members of the tie",
         &["measurement", "expected separation, χ²"],
@@ -143,49 +113,22 @@ fn menu(d: &DiagnosisSummary) -> Option<Grid> {
 }
 
 fn ranking(d: &DiagnosisSummary) -> Option<Grid> {
-    let row = d.ranking.iter().map(|r| {
-        vec![
-            words(&r.effect),
-            r.place.words(),
-            known(r.score_above_best, four_digits),
-        ]
-    });
-    grid(
-        "Hypotheses, best first",
-        &["effect", "where", "score above the best"],
-        row.collect(),
-    )
+    let row = d.ranking.iter().map(|r| vec![words(&r.effect), r.place.words(), known(r.score_above_best, four_digits)]);
+    grid("Hypotheses, best first", &["effect", "where", "score above the best"], row.collect())
 }
 
 fn places(d: &DiagnosisSummary) -> Option<Grid> {
     let row = d.localisation.iter().map(|p| {
-        vec![
-            p.port.clone(),
-            p.words.clone(),
-            known(p.chi2_after, four_digits),
-            known(p.score_above_best, four_digits),
-        ]
+        vec![p.port.clone(), p.words.clone(), known(p.chi2_after, four_digits), known(p.score_above_best, four_digits)]
     });
     grid(
         "Places, best first, each with a free law",
-        &[
-            "place",
-            "the law recovered there",
-            "χ² per degree of freedom that remains",
-            "score above the best",
-        ],
+        &["place", "the law recovered there", "χ² per degree of freedom that remains", "score above the best"],
         row.collect(),
     )
 }
 
 fn detectable(d: &DiagnosisSummary) -> Option<Grid> {
-    let row = d
-        .detectable
-        .iter()
-        .map(|c| vec![words(&c.effect), c.place.words(), c.words.clone()]);
-    grid(
-        "Smallest sizes that these data would show",
-        &["effect", "where", "smallest size"],
-        row.collect(),
-    )
+    let row = d.detectable.iter().map(|c| vec![words(&c.effect), c.place.words(), c.words.clone()]);
+    grid("Smallest sizes that these data would show", &["effect", "where", "smallest size"], row.collect())
 }

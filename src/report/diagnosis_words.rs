@@ -26,12 +26,7 @@ pub fn sentence(d: &Diagnosis) -> String {
         Verdict::Named => {
             let found: Vec<String> = d.effects.iter().map(statement).collect();
             let advice: Vec<String> = d.effects.iter().map(advice).collect();
-            format!(
-                "{}{}: {}. {gap}",
-                faults(d),
-                capital(&found.join(", and ")),
-                advice.join("; and ")
-            )
+            format!("{}{}: {}. {gap}", faults(d), capital(&found.join(", and ")), advice.join("; and "))
         }
         Verdict::Tie => {
             let members: Vec<String> = d
@@ -43,20 +38,14 @@ pub fn sentence(d: &Diagnosis) -> String {
                     all.collect::<Vec<String>>().join(", and ")
                 })
                 .collect();
-            let next = d.next_measurement.as_ref().map_or(String::new(), |n| {
-                format!(" The measurement that would tell: {n}.")
-            });
-            format!(
-                "Either {}: these data cannot tell them apart.{next} {gap}",
-                members.join(", or ")
-            )
+            let next = d
+                .next_measurement
+                .as_ref()
+                .map_or(String::new(), |n| format!(" The measurement that would tell: {n}."));
+            format!("Either {}: these data cannot tell them apart.{next} {gap}", members.join(", or "))
         }
         Verdict::Unexplained => {
-            let nowhere = d
-                .localisation
-                .ports
-                .first()
-                .is_none_or(|p| p.place == Place::Nowhere);
+            let nowhere = d.localisation.ports.first().is_none_or(|p| p.place == Place::Nowhere);
             let place = match d.localisation.named() {
                 Some(port) if !nowhere => {
                     // Noise alone leaves about 1.
@@ -176,21 +165,11 @@ pub(crate) fn fault_words(f: &FoundFault) -> String {
 
 /// The smallest sizes that would have been seen, for a few effects that matter most to a design.
 fn smallest(d: &Diagnosis) -> String {
-    const SHOWN: [EffectKind; 4] = [
-        EffectKind::LoopDelay,
-        EffectKind::ToolMass,
-        EffectKind::ToolJoint,
-        EffectKind::AxisMisalignment,
-    ];
-    let found = SHOWN
-        .iter()
-        .filter_map(|kind| d.detectable.iter().find(|e| e.effect.kind == *kind));
+    const SHOWN: [EffectKind; 4] =
+        [EffectKind::LoopDelay, EffectKind::ToolMass, EffectKind::ToolJoint, EffectKind::AxisMisalignment];
+    let found = SHOWN.iter().filter_map(|kind| d.detectable.iter().find(|e| e.effect.kind == *kind));
     let words: Vec<String> = found.map(|e| size(&e.effect)).collect();
-    if words.is_empty() {
-        String::new()
-    } else {
-        format!(" Smallest detectable sizes: {}.", words.join("; "))
-    }
+    if words.is_empty() { String::new() } else { format!(" Smallest detectable sizes: {}.", words.join("; ")) }
 }
 
 /// An effect without an interval, in words.
@@ -205,9 +184,7 @@ pub fn size(effect: &Effect) -> String {
 
 fn capital(text: &str) -> String {
     let mut letters = text.chars();
-    letters
-        .next()
-        .map_or(String::new(), |c| c.to_uppercase().chain(letters).collect())
+    letters.next().map_or(String::new(), |c| c.to_uppercase().chain(letters).collect())
 }
 
 fn place(location: &Location) -> String {
@@ -227,11 +204,7 @@ fn place(location: &Location) -> String {
 
 /// Decimals that an interval deserves: down to the first digit of its half width.
 fn digits(half: f64) -> usize {
-    if half > 0.0 && half.is_finite() {
-        (-half.log10().floor()).clamp(0.0, 6.0) as usize
-    } else {
-        2
-    }
+    if half > 0.0 && half.is_finite() { (-half.log10().floor()).clamp(0.0, 6.0) as usize } else { 2 }
 }
 
 /// A number in a unit with its 90 % interval: `30.0 µs (90 % 29.9…30.1)`.
@@ -259,11 +232,7 @@ pub fn statement(e: &NamedEffect) -> String {
             Shown::PercentOff => ranged(e, i, |v| 100.0 * (v - 1.0), " %"),
             Shown::Either(factor, unit, [below, above]) => {
                 let negative = e.effect.values.get(i).is_some_and(|v| *v < 0.0);
-                let (sign, way) = if negative {
-                    (-1.0, below)
-                } else {
-                    (1.0, above)
-                };
+                let (sign, way) = if negative { (-1.0, below) } else { (1.0, above) };
                 text = text.replace("{way}", way);
                 ranged(e, i, |v| sign * factor * v, unit)
             }

@@ -4,13 +4,7 @@ use super::readable::{Grid, four_digits};
 use super::updating::{PeakLists, UpdatingSummary};
 
 /// Keys below `updating` that the table shows.
-pub(crate) const SHOWN: [&str; 5] = [
-    "measured_hz",
-    "model_before_hz",
-    "model_hz",
-    "errors_hz",
-    "errors_percent",
-];
+pub(crate) const SHOWN: [&str; 5] = ["measured_hz", "model_before_hz", "model_hz", "errors_hz", "errors_percent"];
 
 /// A list of figures of one kind of peak.
 type Pick = fn(&PeakLists) -> &[Option<f64>];
@@ -53,14 +47,7 @@ pub(crate) fn frequencies(updating: &UpdatingSummary) -> Option<Grid> {
             ]);
         }
     }
-    let columns = [
-        "",
-        "measured, Hz",
-        "before, Hz",
-        "after, Hz",
-        "error, Hz",
-        "error, %",
-    ];
+    let columns = ["", "measured, Hz", "before, Hz", "after, Hz", "error, Hz", "error, %"];
     (!rows.is_empty()).then(|| Grid {
         label: "Frequencies before and after updating".to_owned(),
         columns: columns.map(str::to_owned).to_vec(),

@@ -83,18 +83,16 @@ pub fn report(summary: &Value, pictures: &[(String, String)]) -> Result<String, 
     environment.set_trim_blocks(true);
     environment.set_lstrip_blocks(true);
     environment.add_template("report.html", TEMPLATE)?;
-    let page = environment
-        .get_template("report.html")?
-        .render(minijinja::context! {
-            title => read.title(),
-            met => verdict.met,
-            verdict => verdict.sentence,
-            plain_words => read.sentences(),
-            tiles => tiles(&read),
-            sections => sections,
-            certificates => certificates(summary),
-            script => SCRIPT,
-        })?;
+    let page = environment.get_template("report.html")?.render(minijinja::context! {
+        title => read.title(),
+        met => verdict.met,
+        verdict => verdict.sentence,
+        plain_words => read.sentences(),
+        tiles => tiles(&read),
+        sections => sections,
+        certificates => certificates(summary),
+        script => SCRIPT,
+    })?;
     // The template engine writes a slash as an entity, which only makes the source harder to read.
     Ok(page.replace("&#x2f;", "/"))
 }
@@ -103,10 +101,7 @@ pub fn report(summary: &Value, pictures: &[(String, String)]) -> Result<String, 
 fn sorted(pictures: &[(String, String)]) -> (Vec<(PictureName, Picture)>, Vec<Picture>) {
     let (mut own, mut others) = (Vec::new(), Vec::new());
     for (stem, svg) in pictures {
-        let picture = Picture {
-            stem: stem.clone(),
-            svg: svg.clone(),
-        };
+        let picture = Picture { stem: stem.clone(), svg: svg.clone() };
         match PictureName::of_stem(stem) {
             Some(name) => own.push((name, picture)),
             None => others.push(picture),
@@ -117,20 +112,13 @@ fn sorted(pictures: &[(String, String)]) -> (Vec<(PictureName, Picture)>, Vec<Pi
 }
 
 /// First tables, rows and grids of a stage.
-fn figures(
-    stage: Stage,
-    all: Option<&Value>,
-    read: &PageSummary,
-) -> (Vec<Grid>, Vec<Row>, Vec<Grid>) {
+fn figures(stage: Stage, all: Option<&Value>, read: &PageSummary) -> (Vec<Grid>, Vec<Row>, Vec<Grid>) {
     let Some(all) = all else {
         return (Vec::new(), Vec::new(), Vec::new());
     };
     let (tables, shown): (Vec<Grid>, &[&str]) = match stage {
         Stage::Updating => {
-            let table = read
-                .updating
-                .as_ref()
-                .and_then(frequency_table::frequencies);
+            let table = read.updating.as_ref().and_then(frequency_table::frequencies);
             (table.into_iter().collect(), &frequency_table::SHOWN)
         }
         Stage::Diagnosis => {
@@ -154,22 +142,13 @@ fn is_long(rows: &[Row], grids: &[Grid]) -> bool {
 }
 
 /// Keys of the summary that are shown elsewhere on the page.
-const SHOWN: [&str; 6] = [
-    "run",
-    "spindle",
-    "tool",
-    "weights",
-    "verdict",
-    "plain_words",
-];
+const SHOWN: [&str; 6] = ["run", "spindle", "tool", "weights", "verdict", "plain_words"];
 
 /// Whatever no stage claims.
 fn further(summary: &Value, pictures: Vec<Picture>) -> Option<Section> {
     let staged = |key: &str| Stage::ALL.iter().any(|s| s.key() == key);
     let rest = summary.as_object().map(|map| {
-        let kept = map
-            .iter()
-            .filter(|(k, _)| !staged(k) && !SHOWN.contains(&k.as_str()) && *k != "certificates");
+        let kept = map.iter().filter(|(k, _)| !staged(k) && !SHOWN.contains(&k.as_str()) && *k != "certificates");
         Value::Object(kept.map(|(k, v)| (k.clone(), v.clone())).collect())
     });
     let (rows, grids) = readable::flatten(&rest.unwrap_or(Value::Null), &["certificates"]);
@@ -195,37 +174,18 @@ fn tiles(read: &PageSummary) -> Vec<Row> {
         least.map(|k| figure("minimum_n_per_m", k))
     };
     let zone = |s: &Option<SensitivitySummary>| s.as_ref().and_then(|s| s.zone.clone());
-    let gap = read
-        .diagnosis
-        .as_ref()
-        .and_then(|d| d.parts.gap_after_held_out);
+    let gap = read.diagnosis.as_ref().and_then(|d| d.parts.gap_after_held_out);
     let wanted = [
-        (
-            "largest µ from rest to 1.2 × top speed",
-            number(design.and_then(|d| d.largest_mu)),
-        ),
-        (
-            "µ at rest, certified",
-            number(design.and_then(|d| d.table_as_written.mu_peak_discrete)),
-        ),
-        (
-            "states of the controller",
-            design
-                .and_then(|d| d.controller_order)
-                .map(|n| n.to_string()),
-        ),
+        ("largest µ from rest to 1.2 × top speed", number(design.and_then(|d| d.largest_mu))),
+        ("µ at rest, certified", number(design.and_then(|d| d.table_as_written.mu_peak_discrete))),
+        ("states of the controller", design.and_then(|d| d.controller_order).map(|n| n.to_string())),
         ("softest point, µ", softest(&read.stiffness.mu)),
         ("softest point, PID", softest(&read.stiffness.pid)),
         ("ISO zone, µ", zone(&read.sensitivity.mu)),
         ("ISO zone, PID", zone(&read.sensitivity.pid)),
         ("gap on held-out data, after", number(gap)),
     ];
-    let row = |(label, value): (&str, Option<String>)| {
-        Some(Row {
-            label: label.to_owned(),
-            value: value?,
-        })
-    };
+    let row = |(label, value): (&str, Option<String>)| Some(Row { label: label.to_owned(), value: value? });
     wanted.into_iter().filter_map(row).collect()
 }
 
@@ -238,11 +198,7 @@ fn certificates(summary: &Value) -> Vec<Row> {
     for (stage, found) in own.into_iter().chain(nested) {
         let (rows, _) = readable::flatten(found, &[]);
         all.extend(rows.into_iter().map(|r| Row {
-            label: if stage.is_empty() {
-                r.label.clone()
-            } else {
-                format!("{stage}: {}", r.label)
-            },
+            label: if stage.is_empty() { r.label.clone() } else { format!("{stage}: {}", r.label) },
             value: r.value,
         }));
     }

@@ -139,51 +139,29 @@ impl RecordFaultSummary {
 impl From<&RecordFault> for FaultFields {
     fn from(fault: &RecordFault) -> Self {
         match *fault {
-            RecordFault::ChannelsSwapped { a, b, signal } => Self::ChannelsSwapped {
-                a: AXIS_NAMES[a],
-                b: AXIS_NAMES[b],
-                signal: signal.name(),
-            },
-            RecordFault::PlanesSwapped { signal } => Self::PlanesSwapped {
-                signal: signal.name(),
-            },
-            RecordFault::Sign { channel, signal } => Self::Sign {
-                channel: channel.map(|k| AXIS_NAMES[k]),
-                signal: signal.name(),
-            },
-            RecordFault::Unit {
-                signal,
-                decades,
-                channel,
-            } => Self::Unit {
+            RecordFault::ChannelsSwapped { a, b, signal } => {
+                Self::ChannelsSwapped { a: AXIS_NAMES[a], b: AXIS_NAMES[b], signal: signal.name() }
+            }
+            RecordFault::PlanesSwapped { signal } => Self::PlanesSwapped { signal: signal.name() },
+            RecordFault::Sign { channel, signal } => {
+                Self::Sign { channel: channel.map(|k| AXIS_NAMES[k]), signal: signal.name() }
+            }
+            RecordFault::Unit { signal, decades, channel } => Self::Unit {
                 signal: signal.name(),
                 factor: 10f64.powi(decades),
                 channel: channel.map(|k| AXIS_NAMES[k]),
             },
-            RecordFault::Clock { factor } | RecordFault::HammerCalibration { factor } => {
-                Self::Factor { factor }
-            }
+            RecordFault::Clock { factor } | RecordFault::HammerCalibration { factor } => Self::Factor { factor },
             RecordFault::SpeedLabel { speed_rpm } => Self::SpeedLabel { speed_rpm },
-            RecordFault::Drift {
-                signal,
-                relative_change,
-            } => Self::Drift {
-                signal: signal.name(),
-                relative_change,
-            },
-            RecordFault::Clipping { limit, signal } => Self::Clipping {
-                limit,
-                signal: signal.name(),
-            },
+            RecordFault::Drift { signal, relative_change } => Self::Drift { signal: signal.name(), relative_change },
+            RecordFault::Clipping { limit, signal } => Self::Clipping { limit, signal: signal.name() },
             RecordFault::Alias { sample_rate_hz } => Self::Alias { sample_rate_hz },
-            RecordFault::Quantity(quantity) => Self::Quantity {
-                signal: Signal::Compliance.name(),
-                quantity: quantity.name(),
-            },
-            RecordFault::Conjugate
-            | RecordFault::Tool
-            | RecordFault::Controller
-            | RecordFault::Disagrees => Self::None {},
+            RecordFault::Quantity(quantity) => {
+                Self::Quantity { signal: Signal::Compliance.name(), quantity: quantity.name() }
+            }
+            RecordFault::Conjugate | RecordFault::Tool | RecordFault::Controller | RecordFault::Disagrees => {
+                Self::None {}
+            }
         }
     }
 }
@@ -240,9 +218,7 @@ impl From<&Identification> for IdentificationSummary {
         };
         let shift = |readings: &[Reading]| {
             each(readings, |r| match r {
-                Reading::Found {
-                    magnet_shift_hz, ..
-                } => Some(*magnet_shift_hz),
+                Reading::Found { magnet_shift_hz, .. } => Some(*magnet_shift_hz),
                 Reading::NotIdentified { .. } => None,
             })
         };
@@ -253,29 +229,21 @@ impl From<&Identification> for IdentificationSummary {
             };
             readings.iter().map(reason).collect()
         };
-        let both = |of: fn(&Reading) -> Option<f64>| FrontRear {
-            front: each(&found.front, of),
-            rear: each(&found.rear, of),
-        };
+        let both =
+            |of: fn(&Reading) -> Option<f64>| FrontRear { front: each(&found.front, of), rear: each(&found.rear, of) };
         let crossed = |of: fn(&Reading) -> Option<f64>| Crossed {
             front_over_rear: each(&found.front_over_rear, of),
             rear_over_front: each(&found.rear_over_front, of),
         };
         Self {
             resonances_hz: each(&found.resonances, Reading::frequency_hz),
-            resonances_standard_deviation_hz: each(
-                &found.resonances,
-                Reading::standard_deviation_hz,
-            ),
+            resonances_standard_deviation_hz: each(&found.resonances, Reading::standard_deviation_hz),
             damping_ratio: found.damping_ratio.clone(),
             antiresonances_hz: both(Reading::frequency_hz),
             antiresonances_standard_deviation_hz: both(Reading::standard_deviation_hz),
             cross_antiresonances_hz: crossed(Reading::frequency_hz),
             cross_antiresonances_standard_deviation_hz: crossed(Reading::standard_deviation_hz),
-            not_identified: FrontRear {
-                front: why(&found.front),
-                rear: why(&found.rear),
-            },
+            not_identified: FrontRear { front: why(&found.front), rear: why(&found.rear) },
             magnet_shift_removed_hz: MagnetShift {
                 resonances: shift(&found.resonances),
                 front: shift(&found.front),
@@ -291,9 +259,7 @@ impl From<&Identification> for IdentificationSummary {
 /// each hammer test.
 pub(crate) fn response_files(frfs: &[MeasuredFrf], hammers: &[Hammer]) -> Vec<(String, String)> {
     let sweeps = frfs.iter().enumerate();
-    let mut files: Vec<(String, String)> = sweeps
-        .map(|(k, frf)| (format!("frf-{k}.csv"), frf_csv(frf)))
-        .collect();
+    let mut files: Vec<(String, String)> = sweeps.map(|(k, frf)| (format!("frf-{k}.csv"), frf_csv(frf))).collect();
     for (k, hammer) in hammers.iter().enumerate() {
         let (frequency_hz, compliance) = (&hammer.frf.frequency_hz, &hammer.frf.compliance);
         let mut text = String::from("frequency_hz,h_re,h_im,sigma\n");

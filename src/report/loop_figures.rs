@@ -18,17 +18,9 @@ const GRAM_MILLIMETRE: f64 = 1e-6;
 
 /// The pictures of a loop; `runs` are its predictions at rest and at top speed. Of a loop that is unstable at rest only
 /// that of the free rotor.
-pub(crate) fn loop_figures(
-    curves: &LoopCurves,
-    runs: [&Prediction; 2],
-    top_rpm: f64,
-) -> Vec<(Picture, Figure)> {
+pub(crate) fn loop_figures(curves: &LoopCurves, runs: [&Prediction; 2], top_rpm: f64) -> Vec<(Picture, Figure)> {
     let whirl: Vec<CampbellLine> = curves.whirl.iter().map(CampbellLine::from).collect();
-    let whirl = campbell(
-        "Bending modes of the free rotor over speed",
-        &whirl,
-        &[1.0, 2.0],
-    );
+    let whirl = campbell("Bending modes of the free rotor over speed", &whirl, &[1.0, 2.0]);
     let mut figures = vec![(Picture::Campbell, whirl)];
     let Some(stable) = &curves.stable else {
         return figures;
@@ -43,11 +35,7 @@ pub(crate) fn loop_figures(
 
 impl From<&WhirlLine> for CampbellLine {
     fn from(line: &WhirlLine) -> Self {
-        Self {
-            whirl: line.whirl,
-            speed_rpm: line.speed_rpm.clone(),
-            frequency_hz: line.frequency_hz.clone(),
-        }
+        Self { whirl: line.whirl, speed_rpm: line.speed_rpm.clone(), frequency_hz: line.frequency_hz.clone() }
     }
 }
 
@@ -62,19 +50,11 @@ fn controller_bode(shape: &LoopShape) -> Figure {
             response: &shape.controller[k],
         })
         .collect();
-    bode(
-        "Controller with its hold",
-        "|current / displacement|",
-        "A/m",
-        &curves,
-        &[],
-    )
+    bode("Controller with its hold", "|current / displacement|", "A/m", &curves, &[])
 }
 
 fn loci(shape: &LoopShape) -> Figure {
-    let names: Vec<String> = (1..=shape.loci.len())
-        .map(|k| format!("locus {k}"))
-        .collect();
+    let names: Vec<String> = (1..=shape.loci.len()).map(|k| format!("locus {k}")).collect();
     let loci: Vec<ResponseCurve> = names
         .iter()
         .zip(&shape.loci)
@@ -86,11 +66,7 @@ fn loci(shape: &LoopShape) -> Figure {
             response: locus,
         })
         .collect();
-    nyquist(
-        "Characteristic loci of the loop at rest",
-        &loci,
-        shape.peak_sensitivity.0,
-    )
+    nyquist("Characteristic loci of the loop at rest", &loci, shape.peak_sensitivity.0)
 }
 
 /// `margins.<controller>`.
@@ -117,16 +93,9 @@ impl From<&DiscMargin> for MarginSummary {
 }
 
 fn poles(runs: [&Prediction; 2]) -> Figure {
-    let mut panel = Panel::new(
-        "",
-        Axis::log("Frequency |s|/2π", "Hz"),
-        Axis::log("Damping ratio", ""),
-    );
+    let mut panel = Panel::new("", Axis::log("Frequency |s|/2π", "Hz"), Axis::log("Damping ratio", ""));
     panel.height_px = 320;
-    let looks = [
-        Look::points(Color::Blue, Marker::Circle),
-        Look::points(Color::Vermillion, Marker::Triangle),
-    ];
+    let looks = [Look::points(Color::Blue, Marker::Circle), Look::points(Color::Vermillion, Marker::Triangle)];
     for (run, look) in runs.into_iter().zip(looks).filter(|(r, _)| r.is_stable()) {
         let found: Vec<(f64, f64)> = run
             .poles_rad_s
@@ -146,11 +115,8 @@ fn poles(runs: [&Prediction; 2]) -> Figure {
 }
 
 fn unbalance(curve: &UnbalanceCurve, top_rpm: f64) -> Figure {
-    let mut panel = Panel::new(
-        "",
-        Axis::linear("Speed", "rpm"),
-        Axis::log("Displacement for 1 g mm at the tool", "µm"),
-    );
+    let mut panel =
+        Panel::new("", Axis::linear("Speed", "rpm"), Axis::log("Displacement for 1 g mm at the tool", "µm"));
     panel.marks.push(Mark::top_speed(top_rpm));
     let looks = [
         ("tool", Color::Blue, Dash::Solid),
@@ -160,12 +126,7 @@ fn unbalance(curve: &UnbalanceCurve, top_rpm: f64) -> Figure {
     for (k, (name, color, dash)) in looks.into_iter().enumerate() {
         let size = curve.displacement.iter();
         let y: Vec<f64> = size.map(|d| d[k] * GRAM_MILLIMETRE * 1e6).collect();
-        panel.series.push(Series::curve(
-            name,
-            &curve.speed_rpm,
-            &y,
-            Look::line(color, dash),
-        ));
+        panel.series.push(Series::curve(name, &curve.speed_rpm, &y, Look::line(color, dash)));
     }
     Figure::new(
         "Unbalance response over speed",

@@ -31,8 +31,7 @@ impl Manifest {
     /// The manifest of files that are about to be written.
     pub fn of<'a>(files: impl Iterator<Item = (&'a str, &'a [u8])>) -> Self {
         Self {
-            about: "files that muspin wrote here; a later run replaces these and nothing else"
-                .to_owned(),
+            about: "files that muspin wrote here; a later run replaces these and nothing else".to_owned(),
             files: files.map(|(p, b)| (p.to_owned(), sha256_hex(b))).collect(),
             replacing: BTreeMap::new(),
         }
@@ -49,15 +48,10 @@ impl Manifest {
             Err(e) => return Err(e),
         };
         let read: Self = serde_json::from_str(&text)?;
-        let outside = read
-            .paths()
-            .find(|path| !is_inside(path))
-            .map(str::to_owned);
+        let outside = read.paths().find(|path| !is_inside(path)).map(str::to_owned);
         match outside {
             None => Ok(read),
-            Some(path) => Err(io::Error::other(format!(
-                "'{path}' is not a path inside the folder"
-            ))),
+            Some(path) => Err(io::Error::other(format!("'{path}' is not a path inside the folder"))),
         }
     }
 

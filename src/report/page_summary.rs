@@ -68,15 +68,10 @@ pub(crate) struct PageSummary {
 }
 
 /// A topic; `None` where the summary has none.
-fn topic<T: DeserializeOwned>(
-    summary: &Value,
-    topic: &'static str,
-) -> Result<Option<T>, TopicError> {
+fn topic<T: DeserializeOwned>(summary: &Value, topic: &'static str) -> Result<Option<T>, TopicError> {
     match summary.get(topic) {
         None | Some(Value::Null) => Ok(None),
-        Some(value) => T::deserialize(value)
-            .map(Some)
-            .map_err(|source| TopicError { topic, source }),
+        Some(value) => T::deserialize(value).map(Some).map_err(|source| TopicError { topic, source }),
     }
 }
 
@@ -126,43 +121,23 @@ impl PageSummary {
         };
         if let Some(mu) = self.final_mu() {
             let relation = if mu <= 1.0 { "≤" } else { ">" };
-            note(
-                mu <= 1.0,
-                format!("µ = {mu:.3} {relation} 1 for the controller as delivered"),
-            );
+            note(mu <= 1.0, format!("µ = {mu:.3} {relation} 1 for the controller as delivered"));
         }
         if let Some(stable) = self.design.as_ref().and_then(|d| d.stable) {
-            let text = if stable {
-                "stable over the whole speed range"
-            } else {
-                "not stable at every speed"
-            };
+            let text = if stable { "stable over the whole speed range" } else { "not stable at every speed" };
             note(stable, text.to_owned());
         }
         if let Some(found) = &self.diagnosis {
             match found.verdict.as_deref() {
                 Some("adequate") => note(true, "the model agrees with the measurement".to_owned()),
                 Some("named") => note(true, format!("missing effect found: {}", effects(found))),
-                Some("tie") => note(
-                    true,
-                    "missing effects found that these data cannot tell apart".to_owned(),
-                ),
-                Some("unexplained") => note(
-                    false,
-                    "a discrepancy remains that no known effect explains".to_owned(),
-                ),
+                Some("tie") => note(true, "missing effects found that these data cannot tell apart".to_owned()),
+                Some("unexplained") => note(false, "a discrepancy remains that no known effect explains".to_owned()),
                 _ => {}
             }
         }
         let sentence = parts.join("; ");
-        Verdict {
-            met,
-            sentence: if sentence.is_empty() {
-                "No targets in this run.".to_owned()
-            } else {
-                sentence
-            },
-        }
+        Verdict { met, sentence: if sentence.is_empty() { "No targets in this run.".to_owned() } else { sentence } }
     }
 
     /// The run in sentences: those that it wrote itself, else those that its figures give; and what is proven.
@@ -196,17 +171,12 @@ impl PageSummary {
             } else {
                 "some plant within the uncertainty misses a specification"
             };
-            sentences.push(format!(
-                "The delivered controller has {order} states and µ = {mu:.3}: {meaning}."
-            ));
+            sentences.push(format!("The delivered controller has {order} states and µ = {mu:.3}: {meaning}."));
         }
         let minimum = |s: &Option<StiffnessSummary>| s.as_ref().and_then(|s| s.minimum_n_per_m);
         let (mu, pid) = (minimum(&self.stiffness.mu), minimum(&self.stiffness.pid));
         if let (Some(mu), Some(pid)) = (mu, pid) {
-            let (softest, rival) = (
-                readable::four_digits(mu * 1e-6),
-                readable::four_digits(pid * 1e-6),
-            );
+            let (softest, rival) = (readable::four_digits(mu * 1e-6), readable::four_digits(pid * 1e-6));
             sentences.push(format!(
                 "At its softest the tool plane has {softest} N/µm with the µ controller and {rival} N/µm with the \
                  PID, a factor of {:.2}.",
@@ -216,9 +186,7 @@ impl PageSummary {
         let zone = |s: &Option<SensitivitySummary>| s.as_ref().and_then(|s| s.zone.clone());
         let (mu, pid) = (zone(&self.sensitivity.mu), zone(&self.sensitivity.pid));
         if let (Some(mu), Some(pid)) = (mu, pid) {
-            sentences.push(format!(
-                "ISO 14839-3 zone {mu} with the µ controller, zone {pid} with the PID."
-            ));
+            sentences.push(format!("ISO 14839-3 zone {mu} with the µ controller, zone {pid} with the PID."));
         }
         sentences
     }
@@ -229,9 +197,7 @@ impl PageSummary {
         };
         let mut sentences: Vec<String> = found.sentence.iter().cloned().collect();
         if let (Some(before), Some(after)) = (found.all.gap_before, found.all.gap_after) {
-            sentences.push(format!(
-                "The gap between model and measurement goes from {before:.2} σ to {after:.2} σ."
-            ));
+            sentences.push(format!("The gap between model and measurement goes from {before:.2} σ to {after:.2} σ."));
         }
         sentences
     }

@@ -133,10 +133,7 @@ impl Picture {
 
     /// The picture of its kind that a detail tells apart from the others.
     pub fn detailed(self, detail: impl Into<String>) -> PictureName {
-        PictureName {
-            kind: self,
-            detail: detail.into(),
-        }
+        PictureName { kind: self, detail: detail.into() }
     }
 
     /// The picture of its kind with a number: none for the first, from 2 on for the others.

@@ -102,10 +102,7 @@ impl PidSummary {
 impl NoPid {
     /// With the reason in a sentence.
     pub(crate) fn because(sentence: String) -> Self {
-        Self {
-            found: false,
-            sentence,
-        }
+        Self { found: false, sentence }
     }
 }
 

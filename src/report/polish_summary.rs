@@ -101,9 +101,7 @@ impl From<&PolishOutcome> for PolishSummary {
                 mu: finite(limits.mu),
                 mu_of: polish.held_to.words(),
             },
-            attempts: attempts
-                .map(|(k, attempt)| AttemptSummary::of(attempt, polish.delivered == Some(k)))
-                .collect(),
+            attempts: attempts.map(|(k, attempt)| AttemptSummary::of(attempt, polish.delivered == Some(k))).collect(),
         }
     }
 }
@@ -131,10 +129,7 @@ impl AttemptSummary {
             polished: attempt.judged.as_ref().map(JudgedSummary::from),
             rounds: rounds.collect(),
             certificates: certificates
-                .map(|(mu, hz)| CertificateSummary {
-                    mu: finite(*mu),
-                    frequency_hz: finite(*hz),
-                })
+                .map(|(mu, hz)| CertificateSummary { mu: finite(*mu), frequency_hz: finite(*hz) })
                 .collect(),
         }
     }

@@ -22,10 +22,7 @@ impl Unstable {
             return Self::default();
         }
         let (growth, rpm) = (prediction.growth_rate_per_s, prediction.speed_rpm);
-        Self {
-            growth_rate_per_s: Some(finite(growth)),
-            reason: Some(unstable_words(growth, rpm)),
-        }
+        Self { growth_rate_per_s: Some(finite(growth)), reason: Some(unstable_words(growth, rpm)) }
     }
 }
 
@@ -58,10 +55,7 @@ impl StiffnessSummary {
 
     /// At rest, with the figures at top speed.
     pub(crate) fn of_both([rest, speed]: [&Prediction; 2]) -> Self {
-        Self {
-            at_top_speed: Some(Box::new(Self::of(speed))),
-            ..Self::of(rest)
-        }
+        Self { at_top_speed: Some(Box::new(Self::of(speed))), ..Self::of(rest) }
     }
 }
 
@@ -98,10 +92,7 @@ impl SensitivitySummary {
 
     /// At rest, with the figures at top speed.
     pub(crate) fn of_both([rest, speed]: [&Prediction; 2]) -> Self {
-        Self {
-            at_top_speed: Some(Box::new(Self::of(speed))),
-            ..Self::of(rest)
-        }
+        Self { at_top_speed: Some(Box::new(Self::of(speed))), ..Self::of(rest) }
     }
 }
 
@@ -109,7 +100,5 @@ impl SensitivitySummary {
 /// those that show in the mode.
 pub(crate) fn damping_ratios(prediction: &Prediction, modes: usize) -> Vec<Option<f64>> {
     let shown = prediction.modes.flexible.iter().take(modes);
-    shown
-        .map(|mode| mode.and_then(|m| finite(m.damping_ratio)))
-        .collect()
+    shown.map(|mode| mode.and_then(|m| finite(m.damping_ratio))).collect()
 }

@@ -32,11 +32,7 @@ struct Unit {
 }
 
 const fn unit(suffix: &'static str, printed: &'static str, factor: f64) -> Unit {
-    Unit {
-        suffix,
-        printed,
-        factor,
-    }
+    Unit { suffix, printed, factor }
 }
 
 /// Longer suffixes first: `_n_per_m` also ends in `_m`.
@@ -68,9 +64,7 @@ const UNITS: [Unit; 24] = [
 ];
 
 fn split(key: &str) -> (String, Option<&'static Unit>) {
-    let unit = UNITS
-        .iter()
-        .find(|u| key.len() > u.suffix.len() && key.ends_with(u.suffix));
+    let unit = UNITS.iter().find(|u| key.len() > u.suffix.len() && key.ends_with(u.suffix));
     let name = unit.map_or(key, |u| key.strip_suffix(u.suffix).unwrap_or(key));
     (words(name), unit)
 }
@@ -108,11 +102,7 @@ pub(crate) fn four_digits(x: f64) -> String {
         return format!("{x:.3e}");
     }
     let text = format!("{x:.*}", (3 - size).max(0) as usize);
-    if text.contains('.') {
-        text.trim_end_matches('0').trim_end_matches('.').to_owned()
-    } else {
-        text
-    }
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
 }
 
 fn scaled(x: f64, unit: Option<&Unit>) -> (f64, &'static str) {
@@ -129,11 +119,7 @@ fn scaled(x: f64, unit: Option<&Unit>) -> (f64, &'static str) {
 
 fn with_unit(x: f64, unit: Option<&Unit>) -> String {
     let (y, printed) = scaled(x, unit);
-    let gap = if printed.is_empty() || printed == "°" {
-        ""
-    } else {
-        " "
-    };
+    let gap = if printed.is_empty() || printed == "°" { "" } else { " " };
     format!("{}{gap}{printed}", four_digits(y))
 }
 
@@ -153,20 +139,12 @@ fn plain(value: &Value, unit: Option<&Unit>) -> String {
         Value::Null => "–".to_owned(),
         Value::Bool(true) => "yes".to_owned(),
         Value::Bool(false) => "no".to_owned(),
-        Value::Number(n) => n
-            .as_f64()
-            .map_or_else(|| n.to_string(), |x| with_unit(x, unit)),
+        Value::Number(n) => n.as_f64().map_or_else(|| n.to_string(), |x| with_unit(x, unit)),
         Value::String(s) => s.clone(),
-        Value::Array(items) => items
-            .iter()
-            .map(|i| plain(i, unit))
-            .collect::<Vec<_>>()
-            .join(", "),
-        Value::Object(map) => map
-            .iter()
-            .map(|(k, v)| format!("{} {}", split(k).0, text(k, v)))
-            .collect::<Vec<_>>()
-            .join(", "),
+        Value::Array(items) => items.iter().map(|i| plain(i, unit)).collect::<Vec<_>>().join(", "),
+        Value::Object(map) => {
+            map.iter().map(|(k, v)| format!("{} {}", split(k).0, text(k, v))).collect::<Vec<_>>().join(", ")
+        }
     }
 }
 
@@ -195,12 +173,8 @@ fn walk(
     };
     match value {
         // A list under names (a factor a region) reads better as one line.
-        Value::Object(map)
-            if map.len() > 2 && map.values().all(Value::is_number) && inherited_only(map, unit) =>
-        {
-            let cells = map
-                .iter()
-                .map(|(k, v)| format!("{} {}", words(k), plain(v, unit)));
+        Value::Object(map) if map.len() > 2 && map.values().all(Value::is_number) && inherited_only(map, unit) => {
+            let cells = map.iter().map(|(k, v)| format!("{} {}", words(k), plain(v, unit)));
             let value = cells.collect::<Vec<_>>().join(", ");
             rows.push(Row { label, value });
         }
@@ -212,14 +186,8 @@ fn walk(
         Value::Array(items) if !items.is_empty() && items.iter().all(Value::is_object) => {
             grids.push(grid(&label, items));
         }
-        Value::Array(items) if items.is_empty() => rows.push(Row {
-            label,
-            value: "none".to_owned(),
-        }),
-        scalar => rows.push(Row {
-            label,
-            value: plain(scalar, unit),
-        }),
+        Value::Array(items) if items.is_empty() => rows.push(Row { label, value: "none".to_owned() }),
+        scalar => rows.push(Row { label, value: plain(scalar, unit) }),
     }
 }
 
@@ -230,23 +198,15 @@ fn inherited_only(map: &serde_json::Map<String, Value>, unit: Option<&Unit>) -> 
 
 fn grid(label: &str, records: &[Value]) -> Grid {
     let mut keys: Vec<&String> = Vec::new();
-    for key in records
-        .iter()
-        .filter_map(Value::as_object)
-        .flat_map(|r| r.keys())
-    {
+    for key in records.iter().filter_map(Value::as_object).flat_map(|r| r.keys()) {
         if !keys.contains(&key) {
             keys.push(key);
         }
     }
-    let cell =
-        |record: &Value, key: &str| record.get(key).map_or_else(String::new, |v| text(key, v));
+    let cell = |record: &Value, key: &str| record.get(key).map_or_else(String::new, |v| text(key, v));
     Grid {
         label: label.to_owned(),
         columns: keys.iter().map(|k| split(k).0).collect(),
-        rows: records
-            .iter()
-            .map(|r| keys.iter().map(|k| cell(r, k)).collect())
-            .collect(),
+        rows: records.iter().map(|r| keys.iter().map(|k| cell(r, k)).collect()).collect(),
     }
 }

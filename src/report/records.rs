@@ -28,21 +28,10 @@ pub fn sweep_csv(record: &SweepRecord) -> String {
 /// A hammer test with coherence and averages; 1 where the record has none.
 pub(crate) fn hammer_csv(record: &HammerFrf) -> String {
     let mut text = String::from("frequency_hz,h_re,h_im,coherence,averages\n");
-    let at = |list: &Option<Vec<f64>>, k: usize| {
-        list.as_ref().and_then(|l| l.get(k).copied()).unwrap_or(1.0)
-    };
-    for (k, (hz, h)) in record
-        .frequency_hz
-        .iter()
-        .zip(&record.compliance)
-        .enumerate()
-    {
+    let at = |list: &Option<Vec<f64>>, k: usize| list.as_ref().and_then(|l| l.get(k).copied()).unwrap_or(1.0);
+    for (k, (hz, h)) in record.frequency_hz.iter().zip(&record.compliance).enumerate() {
         let (coherence, averages) = (at(&record.coherence, k), at(&record.averages, k));
-        let _ = writeln!(
-            text,
-            "{hz},{:.6e},{:.6e},{coherence:.9},{averages}",
-            h.re, h.im
-        );
+        let _ = writeln!(text, "{hz},{:.6e},{:.6e},{coherence:.9},{averages}", h.re, h.im);
     }
     text
 }
@@ -52,15 +41,11 @@ pub(crate) type Listed = (&'static str, String, f64);
 
 /// The list `measurement.yaml` of computed records under the controller `pid.json`.
 pub(crate) fn rehearsed_list(records: &[Listed]) -> String {
-    let mut text = String::from(
-        "# Computed from a model, not measured.\nspindle: spindle.yaml\ntool: tool.yaml\nrecords:\n",
-    );
+    let mut text =
+        String::from("# Computed from a model, not measured.\nspindle: spindle.yaml\ntool: tool.yaml\nrecords:\n");
     for (kind, file, rpm) in records {
         let axis = if *kind == "hammer" { ", axis: x" } else { "" };
-        let _ = writeln!(
-            text,
-            "  - {{kind: {kind}, file: {file}, speed_rpm: {rpm}, controller: pid.json{axis}}}"
-        );
+        let _ = writeln!(text, "  - {{kind: {kind}, file: {file}, speed_rpm: {rpm}, controller: pid.json{axis}}}");
     }
     text
 }

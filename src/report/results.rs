@@ -104,9 +104,7 @@ impl ResultsFolder {
     /// [`ResultsError::Path`] for a path that would leave the folder.
     pub fn add(&mut self, path: &str, bytes: impl Into<Vec<u8>>) -> Result<(), ResultsError> {
         if !is_inside(path) || path == MANIFEST {
-            return Err(ResultsError::Path {
-                path: path.to_owned(),
-            });
+            return Err(ResultsError::Path { path: path.to_owned() });
         }
         self.files.insert(path.to_owned(), bytes.into());
         Ok(())
@@ -116,11 +114,7 @@ impl ResultsFolder {
     ///
     /// # Errors
     /// [`ResultsError::Picture`] with the reason.
-    pub fn add_plot(
-        &mut self,
-        name: impl Into<PictureName>,
-        figure: &Figure,
-    ) -> Result<(), ResultsError> {
+    pub fn add_plot(&mut self, name: impl Into<PictureName>, figure: &Figure) -> Result<(), ResultsError> {
         self.add_drawn(name.into(), picture(figure))
     }
 
@@ -128,28 +122,13 @@ impl ResultsFolder {
     ///
     /// # Errors
     /// As [`Self::add_plot`].
-    pub(crate) fn add_plots(
-        &mut self,
-        figures: Vec<(PictureName, Figure)>,
-    ) -> Result<(), ResultsError> {
-        let drawn: Vec<_> = figures
-            .into_par_iter()
-            .map(|(name, figure)| (name, picture(&figure)))
-            .collect();
-        drawn
-            .into_iter()
-            .try_for_each(|(name, drawn)| self.add_drawn(name, drawn))
+    pub(crate) fn add_plots(&mut self, figures: Vec<(PictureName, Figure)>) -> Result<(), ResultsError> {
+        let drawn: Vec<_> = figures.into_par_iter().map(|(name, figure)| (name, picture(&figure))).collect();
+        drawn.into_iter().try_for_each(|(name, drawn)| self.add_drawn(name, drawn))
     }
 
-    fn add_drawn(
-        &mut self,
-        name: PictureName,
-        drawn: Result<Picture, PlotError>,
-    ) -> Result<(), ResultsError> {
-        let drawn = drawn.map_err(|source| ResultsError::Picture {
-            stem: name.stem(),
-            source,
-        })?;
+    fn add_drawn(&mut self, name: PictureName, drawn: Result<Picture, PlotError>) -> Result<(), ResultsError> {
+        let drawn = drawn.map_err(|source| ResultsError::Picture { stem: name.stem(), source })?;
         self.add_picture(name, drawn)
     }
 
@@ -157,11 +136,7 @@ impl ResultsFolder {
     ///
     /// # Errors
     /// As [`Self::add`].
-    pub(crate) fn add_picture(
-        &mut self,
-        name: impl Into<PictureName>,
-        drawn: Picture,
-    ) -> Result<(), ResultsError> {
+    pub(crate) fn add_picture(&mut self, name: impl Into<PictureName>, drawn: Picture) -> Result<(), ResultsError> {
         let stem = name.into().stem();
         self.add(&format!("plots/{stem}.svg"), drawn.svg)?;
         self.add(&format!("plots/{stem}.csv"), drawn.csv)
@@ -177,9 +152,7 @@ impl ResultsFolder {
 
     /// Staged files in the order of their paths.
     pub fn files(&self) -> impl Iterator<Item = (&str, &[u8])> {
-        self.files
-            .iter()
-            .map(|(path, bytes)| (path.as_str(), bytes.as_slice()))
+        self.files.iter().map(|(path, bytes)| (path.as_str(), bytes.as_slice()))
     }
 
     /// Staged pictures, `plots/*.svg`, as stem and SVG text in the order of the stems.
@@ -231,9 +204,7 @@ impl ResultsFolder {
             listed.files.entry(path.clone()).or_insert(hash.clone());
         }
         listed.replacing = earlier.replacing.clone();
-        listed
-            .replacing
-            .retain(|path, _| !self.files.contains_key(path));
+        listed.replacing.retain(|path, _| !self.files.contains_key(path));
         self.replace(&target, &earlier, &BTreeSet::new(), listed)
     }
 
@@ -244,13 +215,7 @@ impl ResultsFolder {
         stale: &BTreeSet<String>,
         manifest: Manifest,
     ) -> Result<(), ResultsError> {
-        let replacement = Replacement {
-            target,
-            files: &self.files,
-            earlier,
-            stale,
-            manifest: &manifest,
-        };
+        let replacement = Replacement { target, files: &self.files, earlier, stale, manifest: &manifest };
         let done = replacement.carry_out();
         done.map_err(|(path, source)| ResultsError::Io { path, source })
     }
@@ -264,18 +229,12 @@ impl ResultsFolder {
 pub fn claim(target: &Path, names: &[&str], inputs: &[&str]) -> Result<(), ResultsError> {
     let target = resolved(target)?;
     let earlier = manifest(&target)?;
-    let written: Vec<PathBuf> = unchanged(&target, &earlier)?
-        .into_iter()
-        .map(|path| target.join(path))
-        .collect();
+    let written: Vec<PathBuf> = unchanged(&target, &earlier)?.into_iter().map(|path| target.join(path)).collect();
     for input in inputs {
         let Ok(read) = std::fs::canonicalize(input) else {
             continue;
         };
-        let hit = written
-            .iter()
-            .filter_map(|w| w.canonicalize().ok())
-            .find(|w| w.starts_with(&read));
+        let hit = written.iter().filter_map(|w| w.canonicalize().ok()).find(|w| w.starts_with(&read));
         if let Some(path) = hit {
             return Err(ResultsError::Input { path });
         }
@@ -305,10 +264,7 @@ fn resolved(target: &Path) -> Result<PathBuf, ResultsError> {
 }
 
 fn manifest(target: &Path) -> Result<Manifest, ResultsError> {
-    Manifest::read(target).map_err(|source| ResultsError::Manifest {
-        path: target.join(MANIFEST),
-        source,
-    })
+    Manifest::read(target).map_err(|source| ResultsError::Manifest { path: target.join(MANIFEST), source })
 }
 
 /// Listed files that exist; all of them must be as muspin wrote them.
@@ -328,10 +284,7 @@ fn unchanged<'a>(target: &Path, earlier: &'a Manifest) -> Result<Vec<&'a str>, R
 }
 
 fn is_unchanged(file: &Path, path: &str, earlier: &Manifest) -> Result<bool, ResultsError> {
-    let failed = |source| ResultsError::Io {
-        path: file.to_owned(),
-        source,
-    };
+    let failed = |source| ResultsError::Io { path: file.to_owned(), source };
     if !std::fs::symlink_metadata(file).map_err(failed)?.is_file() {
         return Ok(false);
     }
@@ -339,12 +292,7 @@ fn is_unchanged(file: &Path, path: &str, earlier: &Manifest) -> Result<bool, Res
 }
 
 /// Whether a file may be written: nothing is there, a file of the run before, or the same bytes.
-fn is_free(
-    target: &Path,
-    earlier: &Manifest,
-    path: &str,
-    bytes: Option<&[u8]>,
-) -> Result<(), ResultsError> {
+fn is_free(target: &Path, earlier: &Manifest, path: &str, bytes: Option<&[u8]>) -> Result<(), ResultsError> {
     let parts: Vec<&str> = path.split('/').collect();
     for k in 1..parts.len() {
         let folder = target.join(parts[..k].join("/"));

@@ -67,11 +67,7 @@ pub(crate) fn spindle_draft(
         None,
         "a list, damping ratios of the free-free bending modes; [0.004] is usual for a solid steel shaft",
     );
-    draft.key(
-        "rotor.flexible_modes",
-        None,
-        "bending modes that the design model keeps, usually 3",
-    );
+    draft.key("rotor.flexible_modes", None, "bending modes that the design model keeps, usually 3");
     let bearings: [Option<&RossBearing>; 2] = match rotor.bearings.as_slice() {
         [front, rear] => [Some(front), Some(rear)],
         _ => [None, None],
@@ -83,10 +79,7 @@ pub(crate) fn spindle_draft(
         ("amplifier_bandwidth_hz", "Hz, -3 dB of the current loop"),
         ("sensor_bandwidth_hz", "Hz, -3 dB of the position sensors"),
         ("sensor_noise_m", "m, rms of one axis"),
-        (
-            "delay_s",
-            "s, from sampling to the commanded current, half a sample for the hold included",
-        ),
+        ("delay_s", "s, from sampling to the commanded current, half a sample for the hold included"),
         ("sample_rate_hz", "Hz, of the controller"),
     ] {
         draft.key(&format!("electronics.{key}"), None, meaning);
@@ -94,15 +87,8 @@ pub(crate) fn spindle_draft(
     let rpm = rotor.speed_rad_s.map(|w| w * 60.0 / std::f64::consts::TAU);
     draft.head("speed", rpm.is_some());
     draft.key("speed.max_rpm", rpm, "1/min, top speed");
-    draft.key(
-        "backup_clearance_m",
-        None,
-        "m, radial clearance of the backup bearings",
-    );
-    SpindleDraft {
-        text: draft.lines.join("\n") + "\n",
-        to_be_given: draft.gaps,
-    }
+    draft.key("backup_clearance_m", None, "m, radial clearance of the backup bearings");
+    SpindleDraft { text: draft.lines.join("\n") + "\n", to_be_given: draft.gaps }
 }
 
 fn planes(draft: &mut Draft, [front, rear]: [Option<&RossBearing>; 2], nose_m: f64) {
@@ -112,18 +98,10 @@ fn planes(draft: &mut Draft, [front, rear]: [Option<&RossBearing>; 2], nose_m: f
         None => format!("m from the nose face, centre of the {words} magnetic bearing"),
     };
     draft.head("planes", front.is_some());
-    draft.key(
-        "planes.front_sensor_m",
-        None,
-        "m from the nose face, plane of the front sensors",
-    );
+    draft.key("planes.front_sensor_m", None, "m from the nose face, plane of the front sensors");
     draft.key("planes.front_actuator_m", at(front), &place(front, "front"));
     draft.key("planes.rear_actuator_m", at(rear), &place(rear, "rear"));
-    draft.key(
-        "planes.rear_sensor_m",
-        None,
-        "m from the nose face, plane of the rear sensors",
-    );
+    draft.key("planes.rear_sensor_m", None, "m from the nose face, plane of the rear sensors");
 }
 
 fn magnets(draft: &mut Draft, bearings: [Option<&RossBearing>; 2]) {
@@ -132,22 +110,10 @@ fn magnets(draft: &mut Draft, bearings: [Option<&RossBearing>; 2]) {
     for (side, magnet) in ["front", "rear"].iter().zip(magnets) {
         draft.head(&format!("bearings.{side}"), magnet.is_some());
         let values = [
-            (
-                "ki_n_per_a",
-                magnet.map(|m| m.ki_n_per_a),
-                "N/A, force per control current",
-            ),
-            (
-                "ks_n_per_m",
-                magnet.map(|m| m.ks_n_per_m),
-                "N/m, negative stiffness as a positive number",
-            ),
+            ("ki_n_per_a", magnet.map(|m| m.ki_n_per_a), "N/A, force per control current"),
+            ("ks_n_per_m", magnet.map(|m| m.ks_n_per_m), "N/m, negative stiffness as a positive number"),
             ("max_force_n", None, "N, largest force of an axis"),
-            (
-                "bias_current_a",
-                magnet.map(|m| m.bias_current_a),
-                "A, bias current",
-            ),
+            ("bias_current_a", magnet.map(|m| m.bias_current_a), "A, bias current"),
             ("max_current_a", None, "A, largest coil current"),
             ("gap_m", magnet.map(|m| m.gap_m), "m, air gap"),
         ];

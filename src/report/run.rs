@@ -43,9 +43,7 @@ pub(crate) fn run_report(
     let mut report = Report::of("run", &run.machine);
     report.summary.set("weights", weights);
     add_models(&mut report, run, identification);
-    report
-        .summary
-        .set("design", DesignSummary::from(&run.design));
+    report.summary.set("design", DesignSummary::from(&run.design));
     report.arithmetic(&run.design, &run.arithmetic);
     add_loops(&mut report, run);
     if let Some(curves) = &run.curves {
@@ -63,10 +61,8 @@ pub(crate) fn run_report(
 /// Frequencies of the models, what was identified, and what updating did.
 fn add_models(report: &mut Report, run: &Run, identification: Option<&Identification>) {
     let [nominal, used] = &run.rotors;
-    let models = ModelsSummary {
-        nominal: ModelSummary::of(&run.nominal, nominal),
-        used: ModelSummary::of(&run.machine, used),
-    };
+    let models =
+        ModelsSummary { nominal: ModelSummary::of(&run.nominal, nominal), used: ModelSummary::of(&run.machine, used) };
     let summary = &mut report.summary;
     summary.set("model", models);
     if let Some(found) = identification {
@@ -111,9 +107,8 @@ impl ModelSummary {
 /// Controllers that are compared: key, look, predictions at rest and at top speed.
 fn loops(run: &Run) -> Vec<(&'static str, Role, &[Prediction; 2])> {
     let rivals = run.rivals.as_ref();
-    let found = |of: fn(&Rivals) -> &Rival| {
-        rivals.and_then(|r| of(r).as_ref().ok().map(|(_, predictions)| predictions))
-    };
+    let found =
+        |of: fn(&Rivals) -> &Rival| rivals.and_then(|r| of(r).as_ref().ok().map(|(_, predictions)| predictions));
     [
         ("mu", Role::Mu, Some(&run.delivered)),
         ("dk", UNPOLISHED, run.unpolished.as_ref()),
@@ -132,9 +127,7 @@ fn add_loops(report: &mut Report, run: &Run) {
     for (name, _, both) in loops(run) {
         report.predictions(name, both.each_ref());
         let damping = damping_ratios(&both[0], damped);
-        report
-            .summary
-            .set(&format!("damping_ratio.{name}"), damping);
+        report.summary.set(&format!("damping_ratio.{name}"), damping);
     }
     if let Some(rivals) = &run.rivals {
         match &rivals.tuned {
@@ -185,24 +178,14 @@ fn add_pictures(report: &mut Report, run: &Run, curves: &Curves) -> Result<(), R
 
 fn marks(targets: &Targets) -> [Vec<MarkedFrequency>; 2] {
     [0, 1].map(|bearing| {
-        let resonances = targets
-            .resonances
-            .iter()
-            .flatten()
-            .map(|t| (t, Peak::Resonance));
+        let resonances = targets.resonances.iter().flatten().map(|t| (t, Peak::Resonance));
         let zeros = targets
             .antiresonances
             .get(bearing)
             .into_iter()
             .flat_map(|f| f.antiresonances.iter().flatten())
             .map(|t| (t, Peak::Antiresonance));
-        resonances
-            .chain(zeros)
-            .map(|(t, peak)| MarkedFrequency {
-                frequency_hz: t.frequency_hz,
-                peak,
-            })
-            .collect()
+        resonances.chain(zeros).map(|(t, peak)| MarkedFrequency { frequency_hz: t.frequency_hz, peak }).collect()
     })
 }
 
@@ -216,9 +199,7 @@ fn plain_words(run: &Run) -> String {
     let (design, mu) = (&run.design, &run.delivered[0]);
     let proven_rpm = design.delivery.speed_proof.proven_to_rpm();
     let stable = match design.is_stable() {
-        true => format!(
-            "stable at every speed up to {proven_rpm:.0} rpm, proven between the speeds computed as well"
-        ),
+        true => format!("stable at every speed up to {proven_rpm:.0} rpm, proven between the speeds computed as well"),
         false => format!("NOT proven stable at every speed (up to {proven_rpm:.0} rpm only)"),
     };
     let words = format!(
@@ -251,11 +232,7 @@ fn stiffness_sentence(run: &Run) -> String {
         let words = unstable_words(mu.growth_rate_per_s, mu.speed_rpm);
         return format!("At rest it is {words}.");
     }
-    let own = format!(
-        "Smallest tool stiffness {} at {:.0} Hz",
-        stiffness_words(mu.minimum.0),
-        mu.minimum.1
-    );
+    let own = format!("Smallest tool stiffness {} at {:.0} Hz", stiffness_words(mu.minimum.0), mu.minimum.1);
     match run.rivals.as_ref().map(|r| &r.tuned) {
         None => format!("{own}."),
         Some(Err(reason)) => format!("{own}. {}", not_found_words(reason)),

@@ -2,9 +2,7 @@
 
 use super::pictures::Picture;
 use super::plot::loops::{MarkedFrequency, ResponseCurve, bode, dynamic_stiffness, sensitivity};
-use super::plot::robustness::{
-    DFit, MuStep, d_fits, mu_against_order, mu_over_frequency, mu_per_iteration,
-};
+use super::plot::robustness::{DFit, MuStep, d_fits, mu_against_order, mu_over_frequency, mu_per_iteration};
 use super::plot::shaft::{OutlinePiece, ShapeCurve, Station, StationKind, mode_shapes};
 use super::plot::speed::{Proven, mu_over_speed, stability_over_speed};
 use super::plot::{Curve, Figure, Role};
@@ -24,10 +22,7 @@ pub(crate) fn open_loop(
     models: &[(&str, Role, &OpenLoopCurves)],
     marked: &[Vec<MarkedFrequency>; 2],
 ) -> Vec<(Picture, Figure)> {
-    let bearings = [
-        (Picture::BodeFront, "Front bearing"),
-        (Picture::BodeRear, "Rear bearing"),
-    ];
+    let bearings = [(Picture::BodeFront, "Front bearing"), (Picture::BodeRear, "Rear bearing")];
     let each = bearings.into_iter().enumerate();
     each.map(|(axis, (picture, title))| {
         let curves: Vec<ResponseCurve> = models
@@ -41,37 +36,22 @@ pub(crate) fn open_loop(
             .collect();
         let title = format!("{title}: sensor over current, open loop");
         let marked = &marked[axis];
-        (
-            picture,
-            bode(&title, "|sensor / current|", "m/A", &curves, marked),
-        )
+        (picture, bode(&title, "|sensor / current|", "m/A", &curves, marked))
     })
     .collect()
 }
 
 /// Shapes of the first three flexible modes of a machine over its outline.
-pub(crate) fn shapes(
-    (name, role): (&str, Role),
-    machine: &Machine,
-    FreeRotor { rotor, modes }: &FreeRotor,
-) -> Figure {
+pub(crate) fn shapes((name, role): (&str, Role), machine: &Machine, FreeRotor { rotor, modes }: &FreeRotor) -> Figure {
     let nodes = rotor.node_positions_m();
     let outline: Vec<OutlinePiece> = rotor
         .sections()
         .iter()
         .zip(nodes.windows(2))
-        .map(|(s, z)| OutlinePiece {
-            from_m: z[0],
-            to_m: z[1],
-            diameter_m: s.outer_diameter_m[0],
-        })
+        .map(|(s, z)| OutlinePiece { from_m: z[0], to_m: z[1], diameter_m: s.outer_diameter_m[0] })
         .collect();
     let [front, rear] = machine.effective().bearings;
-    let station = |name, position_m, kind| Station {
-        name,
-        position_m,
-        kind,
-    };
+    let station = |name, position_m, kind| Station { name, position_m, kind };
     let stations = [
         station("tool", machine.tool_plane_m(), StationKind::Other),
         station("front sensor", front.sensor_m, StationKind::Sensor),
@@ -82,11 +62,7 @@ pub(crate) fn shapes(
     let amplitude = |k: usize| -> Vec<f64> {
         let shown = RIGID + k < modes.len();
         let at = |i: usize| {
-            if shown {
-                modes.shapes[(2 * i, RIGID + k)]
-            } else {
-                0.0
-            }
+            if shown { modes.shapes[(2 * i, RIGID + k)] } else { 0.0 }
         };
         (0..nodes.len()).map(at).collect()
     };
@@ -97,21 +73,11 @@ pub(crate) fn shapes(
         .enumerate()
         .map(|(k, amplitude)| {
             let hz = hz.get(k).copied().unwrap_or(f64::NAN);
-            let curve = ShapeCurve {
-                name,
-                role,
-                position_m: nodes,
-                amplitude,
-            };
+            let curve = ShapeCurve { name, role, position_m: nodes, amplitude };
             (format!("mode {}: {hz:.0} Hz", k + 1), vec![curve])
         })
         .collect();
-    mode_shapes(
-        "Flexible modes of the free rotor",
-        &outline,
-        &stations,
-        &panels,
-    )
+    mode_shapes("Flexible modes of the free rotor", &outline, &stations, &panels)
 }
 
 /// μ over frequency and over speed; over the iteration and the order of the controller where there was an iteration.
@@ -124,11 +90,7 @@ pub(crate) fn robustness(design: &Design) -> Vec<(Picture, Figure)> {
     };
     let written = columns(&design.delivery.specification_curve);
     let covered = columns(&design.delivery.covered_curve);
-    let steps = [
-        ("with gyroscopic cover", &covered),
-        ("specification as written", &written),
-    ]
-    .map(|(name, c)| MuStep {
+    let steps = [("with gyroscopic cover", &covered), ("specification as written", &written)].map(|(name, c)| MuStep {
         name,
         frequency_hz: &c.0,
         upper: &c.1,
@@ -136,10 +98,7 @@ pub(crate) fn robustness(design: &Design) -> Vec<(Picture, Figure)> {
     });
     let [stability, mu_speed] = over_speed(design);
     let mut drawn = vec![
-        (
-            Picture::Mu,
-            mu_over_frequency("µ of the sampled loop with rounded coefficients", &steps),
-        ),
+        (Picture::Mu, mu_over_frequency("µ of the sampled loop with rounded coefficients", &steps)),
         stability,
         mu_speed,
     ];
@@ -155,38 +114,20 @@ fn iteration(problems: &Problems, dk: &DkDesign) -> [(Picture, Figure); 3] {
     let peak: Vec<f64> = dk.steps.iter().map(|s| s.mu_peak).collect();
     let orders: Vec<f64> = dk.orders_tried.iter().map(|o| 2.0 * o.0 as f64).collect();
     let values: Vec<f64> = dk.orders_tried.iter().map(|o| o.1).collect();
-    let tried = Curve {
-        name: "tried",
-        role: Role::Other(0),
-        x: &orders,
-        y: &values,
-    };
+    let tried = Curve { name: "tried", role: Role::Other(0), x: &orders, y: &values };
     let chosen = (2.0 * dk.reduced.order as f64, dk.reduced.synthesis);
     let modes = problems.covered_modes.iter();
-    let names: Vec<String> = modes
-        .map(|mode| format!("mode {}", mode.number + 1))
-        .chain(channel_names(&problems.aim))
-        .collect();
+    let names: Vec<String> =
+        modes.map(|mode| format!("mode {}", mode.number + 1)).chain(channel_names(&problems.aim)).collect();
     let fits: Vec<DFit> = dk
         .d_scales
         .iter()
         .zip(&names)
-        .map(|(d, name)| DFit {
-            name,
-            frequency_hz: &d.frequency_hz,
-            data: &d.asked,
-            fit: &d.used,
-        })
+        .map(|(d, name)| DFit { name, frequency_hz: &d.frequency_hz, data: &d.asked, fit: &d.used })
         .collect();
     [
-        (
-            Picture::DScales,
-            d_fits("D-scales of the uncertainty", &fits),
-        ),
-        (
-            Picture::MuIterations,
-            mu_per_iteration("D-K iteration", &gamma, &peak),
-        ),
+        (Picture::DScales, d_fits("D-scales of the uncertainty", &fits)),
+        (Picture::MuIterations, mu_per_iteration("D-K iteration", &gamma, &peak)),
         (
             Picture::MuOrder,
             mu_against_order(
@@ -206,18 +147,9 @@ fn over_speed(design: &Design) -> [(Picture, Figure); 2] {
         .speed_proof
         .intervals
         .iter()
-        .map(|i| Proven {
-            centre_rpm: i.centre_rpm,
-            radius_rpm: i.radius_rpm,
-            growth_rate_per_s: i.growth_rate_per_s,
-        })
+        .map(|i| Proven { centre_rpm: i.centre_rpm, radius_rpm: i.radius_rpm, growth_rate_per_s: i.growth_rate_per_s })
         .collect();
-    let speeds: Vec<f64> = design
-        .delivery
-        .speed_mu
-        .iter()
-        .map(|s| s.speed_rpm)
-        .collect();
+    let speeds: Vec<f64> = design.delivery.speed_mu.iter().map(|s| s.speed_rpm).collect();
     let at_speed: Vec<f64> = design.delivery.speed_mu.iter().map(|s| s.mu).collect();
     [
         (
@@ -228,10 +160,7 @@ fn over_speed(design: &Design) -> [(Picture, Figure); 2] {
                 design.delivery.speed_proof.to_rpm / OVERSPEED,
             ),
         ),
-        (
-            Picture::MuSpeed,
-            mu_over_speed("µ of the specification over speed", &speeds, &at_speed),
-        ),
+        (Picture::MuSpeed, mu_over_speed("µ of the specification over speed", &speeds, &at_speed)),
     ]
 }
 
@@ -291,17 +220,12 @@ pub(crate) fn predictions(
                     x: &p.stiffness[0].frequency_hz,
                     y: &p.stiffness[0].magnitude_n_per_m,
                 })
-                .chain(
-                    measured
-                        .iter()
-                        .filter(|m| m.speed_rpm == *rpm)
-                        .map(|m| Curve {
-                            name: &m.name,
-                            role: m.role,
-                            x: &m.frequency_hz,
-                            y: &m.stiffness_n_per_m,
-                        }),
-                )
+                .chain(measured.iter().filter(|m| m.speed_rpm == *rpm).map(|m| Curve {
+                    name: &m.name,
+                    role: m.role,
+                    x: &m.frequency_hz,
+                    y: &m.stiffness_n_per_m,
+                }))
                 .collect();
             (label.as_str(), curves)
         })
@@ -311,48 +235,29 @@ pub(crate) fn predictions(
     for (role, p) in &runs {
         for (axis, name) in axes {
             let values = p.sensitivity.magnitude.iter().map(|s| s[axis]).collect();
-            columns.push((
-                format!("{}, {}", name, label(p.speed_rpm)),
-                *role,
-                p,
-                values,
-            ));
+            columns.push((format!("{}, {}", name, label(p.speed_rpm)), *role, p, values));
         }
     }
-    let headings: Vec<String> = axes
-        .iter()
-        .flat_map(|(_, name)| speeds.iter().map(move |s| format!("{name}, {}", label(*s))))
-        .collect();
+    let headings: Vec<String> =
+        axes.iter().flat_map(|(_, name)| speeds.iter().map(move |s| format!("{name}, {}", label(*s)))).collect();
     let margins: Vec<(&str, Vec<Curve>)> = headings
         .iter()
         .map(|heading| {
             let curves = columns
                 .iter()
                 .filter(|c| &c.0 == heading)
-                .map(|(_, role, p, y)| Curve {
-                    name: &p.name,
-                    role: *role,
-                    x: &p.sensitivity.frequency_hz,
-                    y,
-                })
+                .map(|(_, role, p, y)| Curve { name: &p.name, role: *role, x: &p.sensitivity.frequency_hz, y })
                 .collect();
             (heading.as_str(), curves)
         })
         .collect();
-    let stiffness = dynamic_stiffness(
-        "Dynamic stiffness at the tool",
-        &stiffness,
-        &[(max_speed_hz, "top speed")],
-    );
+    let stiffness = dynamic_stiffness("Dynamic stiffness at the tool", &stiffness, &[(max_speed_hz, "top speed")]);
     let sensitivity = sensitivity("Sensitivity and the zones of ISO 14839-3", &margins);
     let anything = [!speeds.is_empty(), !runs.is_empty()];
-    [
-        (Picture::Stiffness, stiffness),
-        (Picture::Sensitivity, sensitivity),
-    ]
-    .into_iter()
-    .zip(anything)
-    .filter(|(_, drawn)| *drawn)
-    .map(|(shown, _)| shown)
-    .collect()
+    [(Picture::Stiffness, stiffness), (Picture::Sensitivity, sensitivity)]
+        .into_iter()
+        .zip(anything)
+        .filter(|(_, drawn)| *drawn)
+        .map(|(shown, _)| shown)
+        .collect()
 }

@@ -83,15 +83,9 @@ impl Section {
     pub(crate) fn lead(self) -> &'static str {
         match self {
             Self::Model => "Finite-element model of the rotor with its tool, free in space.",
-            Self::Identification => {
-                "What the measured sweeps say about resonances and antiresonances."
-            }
-            Self::Updating => {
-                "Moduli moved until the model has the measured resonances and antiresonances."
-            }
-            Self::Design => {
-                "µ below 1: every specification holds for every plant within the stated uncertainty."
-            }
+            Self::Identification => "What the measured sweeps say about resonances and antiresonances.",
+            Self::Updating => "Moduli moved until the model has the measured resonances and antiresonances.",
+            Self::Design => "µ below 1: every specification holds for every plant within the stated uncertainty.",
             Self::Table => "A design and a tuned PID for each tool, side by side.",
             Self::Statements => {
                 "The statements of the paper's figure 9 as numbers; worst: not undercut by any rotor within the \
@@ -111,13 +105,9 @@ impl Section {
             Self::Margins => {
                 "What every sensor channel may change by at once: gain and phase of the disc round the critical point."
             }
-            Self::Simulation => {
-                "True bearing force law, limits of current and voltage, backup bearings."
-            }
+            Self::Simulation => "True bearing force law, limits of current and voltage, backup bearings.",
             Self::Machining => "Stable depth of cut from the closed-loop response at the tool.",
-            Self::Diagnosis => {
-                "Where model and measurement disagree, and which effect explains it."
-            }
+            Self::Diagnosis => "Where model and measurement disagree, and which effect explains it.",
         }
     }
 }

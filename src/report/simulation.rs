@@ -116,18 +116,15 @@ impl SimulationSummary {
         let (front, rear) = (&machine.spindle.front, &machine.spindle.rear);
         let clearance = machine.spindle.backup_clearance_m;
         let capacity = [front.max_force_n, rear.max_force_n];
-        let margin = |peak: [f64; 2], limit: [f64; 2]| {
-            Sides::from([1.0 - peak[0] / limit[0], 1.0 - peak[1] / limit[1]])
-        };
+        let margin =
+            |peak: [f64; 2], limit: [f64; 2]| Sides::from([1.0 - peak[0] / limit[0], 1.0 - peak[1] / limit[1]]);
         let [_, front, rear] = found.displacement_m;
         Self {
             peak_displacement_m: Places::from(found.displacement_m),
             settled_displacement_m: Places::from(found.settled_displacement_m),
             backup_clearance_m: clearance,
             clearance_ratio: finite(found.clearance_ratio),
-            vibration_zone_iso_14839_2: simulated
-                .stable
-                .then(|| vibration_zone(found.clearance_ratio)),
+            vibration_zone_iso_14839_2: simulated.stable.then(|| vibration_zone(found.clearance_ratio)),
             peak_current_a: Sides::from(found.current_a),
             current_limit_a: finite(limits.current_a),
             peak_voltage_v: Sides::from(found.voltage_v),
@@ -188,9 +185,8 @@ pub(crate) struct AntiWindupSummary {
 
 impl From<&AntiWindup> for AntiWindupSummary {
     fn from(found: &AntiWindup) -> Self {
-        let conditioned = (0..found.gain.nrows())
-            .filter(|i| (0..found.gain.ncols()).any(|j| found.gain[(*i, j)] != 0.0))
-            .count();
+        let conditioned =
+            (0..found.gain.nrows()).filter(|i| (0..found.gain.ncols()).any(|j| found.gain[(*i, j)] != 0.0)).count();
         Self {
             conditioned_states: conditioned,
             rate_1_s: finite(found.rate_1_s),
@@ -210,19 +206,10 @@ pub(crate) fn push_figure(
     limits: &Limits,
 ) -> Figure {
     let clearance = 1e6 * machine.spindle.backup_clearance_m;
-    let stops = vec![
-        (clearance, "backup bearing"),
-        (-clearance, "backup bearing"),
-    ];
-    let time: Vec<Vec<f64>> = responses
-        .iter()
-        .map(|(_, _, r)| r.samples.iter().map(|s| s.time_s).collect())
-        .collect();
+    let stops = vec![(clearance, "backup bearing"), (-clearance, "backup bearing")];
+    let time: Vec<Vec<f64>> = responses.iter().map(|(_, _, r)| r.samples.iter().map(|s| s.time_s).collect()).collect();
     let values = |of: &dyn Fn(&TimeSample) -> f64| -> Vec<Vec<f64>> {
-        responses
-            .iter()
-            .map(|(_, _, r)| r.samples.iter().map(of).collect())
-            .collect()
+        responses.iter().map(|(_, _, r)| r.samples.iter().map(of).collect()).collect()
     };
     let front = values(&|s| 1e6 * s.displacements_m[2]);
     let rear = values(&|s| 1e6 * s.displacements_m[4]);
@@ -259,17 +246,7 @@ fn named<'a>(
     time: &'a [Vec<f64>],
     values: &'a [Vec<f64>],
 ) -> Vec<Curve<'a>> {
-    responses
-        .iter()
-        .zip(time)
-        .zip(values)
-        .map(|(((name, role, _), x), y)| Curve {
-            name,
-            x,
-            y,
-            role: *role,
-        })
-        .collect()
+    responses.iter().zip(time).zip(values).map(|(((name, role, _), x), y)| Curve { name, x, y, role: *role }).collect()
 }
 
 /// Zone of ISO 14839-2 by the displacement in parts of the clearance: A and B end at 0.3 and 0.4, C at 0.5.
@@ -297,22 +274,9 @@ pub(crate) fn motion(
     let period = machine.spindle.electronics.sample_period_s();
     let (from, to) = window(samples, speed_rad_s, period);
     let steps = ((to - from) / period).ceil().clamp(2.0, FRAMES as f64) as usize;
-    let time_s: Vec<f64> = (0..=steps)
-        .map(|k| from + (to - from) * k as f64 / steps as f64)
-        .collect();
-    let at: Vec<[f64; 6]> = time_s
-        .iter()
-        .map(|t| interpolated(samples, t / period))
-        .collect();
-    let frames = at
-        .iter()
-        .map(|d| {
-            [
-                line.through([d[0], d[2], d[4]]),
-                line.through([d[1], d[3], d[5]]),
-            ]
-        })
-        .collect();
+    let time_s: Vec<f64> = (0..=steps).map(|k| from + (to - from) * k as f64 / steps as f64).collect();
+    let at: Vec<[f64; 6]> = time_s.iter().map(|t| interpolated(samples, t / period)).collect();
+    let frames = at.iter().map(|d| [line.through([d[0], d[2], d[4]]), line.through([d[1], d[3], d[5]])]).collect();
     let planes = &machine.spindle.planes;
     let plane = |name: &str, position_m: f64, in_bearing: bool, k: usize| OrbitPlane {
         name: name.to_owned(),
@@ -347,31 +311,20 @@ fn window(samples: &[TimeSample], speed_rad_s: f64, period: f64) -> (f64, f64) {
     if speed_rad_s > 0.0 && turns < end && last_size > QUIET * largest {
         return (end - turns, end);
     }
-    let rest = samples
-        .last()
-        .map(|s| s.displacements_m)
-        .unwrap_or_default();
+    let rest = samples.last().map(|s| s.displacements_m).unwrap_or_default();
     let moves = |s: &TimeSample| {
         let away = s.displacements_m.iter().zip(&rest);
         away.map(|(d, r)| (d - r).abs()).fold(0.0, f64::max) > QUIET * largest
     };
     let quiet = samples.iter().rposition(moves).map_or(0, |k| k + 1);
-    (
-        0.0,
-        (quiet as f64 * period).clamp((20.0 * period).min(end), end),
-    )
+    (0.0, (quiet as f64 * period).clamp((20.0 * period).min(end), end))
 }
 
 /// Displacements between two samples.
 fn interpolated(samples: &[TimeSample], place: f64) -> [f64; 6] {
     let k = place.max(0.0).floor() as usize;
     let last = samples.len().saturating_sub(1);
-    let of = |k: usize| {
-        samples
-            .get(k.min(last))
-            .map(|s| s.displacements_m)
-            .unwrap_or_default()
-    };
+    let of = |k: usize| samples.get(k.min(last)).map(|s| s.displacements_m).unwrap_or_default();
     let (a, b, t) = (of(k), of(k + 1), place - place.floor());
     std::array::from_fn(|i| a[i] + t * (b[i] - a[i]))
 }

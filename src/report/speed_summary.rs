@@ -130,13 +130,10 @@ struct SpeedGrowth {
 
 impl From<&Verification> for VerificationSummary {
     fn from(verification: &Verification) -> Self {
-        let speeds = verification.speeds.iter().map(|s| SpeedGrowth {
-            speed_rpm: finite(s.speed_rpm),
-            growth_rate_per_s: finite(s.growth_rate_per_s),
-        });
-        Self {
-            conditions: verification.conditions.clone(),
-            speeds: speeds.collect(),
-        }
+        let speeds = verification
+            .speeds
+            .iter()
+            .map(|s| SpeedGrowth { speed_rpm: finite(s.speed_rpm), growth_rate_per_s: finite(s.growth_rate_per_s) });
+        Self { conditions: verification.conditions.clone(), speeds: speeds.collect() }
     }
 }

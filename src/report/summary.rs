@@ -35,9 +35,7 @@ impl Summary {
                 place.insert(part.to_owned(), value);
                 return;
             }
-            let next = place
-                .entry(part)
-                .or_insert_with(|| Value::Object(Map::new()));
+            let next = place.entry(part).or_insert_with(|| Value::Object(Map::new()));
             if !next.is_object() {
                 *next = Value::Object(Map::new());
             }
@@ -50,13 +48,9 @@ impl Summary {
 
     /// The value at a dotted key.
     pub fn get(&self, key: &str) -> Option<&Value> {
-        let (first, rest) = key
-            .split_once('.')
-            .map_or((key, None), |(f, r)| (f, Some(r)));
+        let (first, rest) = key.split_once('.').map_or((key, None), |(f, r)| (f, Some(r)));
         let value = self.root.get(first)?;
-        rest.map_or(Some(value), |rest| {
-            value.pointer(&format!("/{}", rest.replace('.', "/")))
-        })
+        rest.map_or(Some(value), |rest| value.pointer(&format!("/{}", rest.replace('.', "/"))))
     }
 
     /// The whole as a JSON value.

@@ -10,10 +10,7 @@ pub struct Table {
 impl Table {
     /// An empty table with these column names.
     pub fn new(header: Vec<String>) -> Self {
-        Self {
-            header,
-            rows: Vec::new(),
-        }
+        Self { header, rows: Vec::new() }
     }
 
     /// An empty table with these column names.
@@ -46,9 +43,7 @@ impl Table {
     /// The table as CSV text. Rows shorter than the header are filled, longer ones cut, so that every line has its
     /// columns.
     pub fn to_csv(&self) -> String {
-        let mut writer = csv::WriterBuilder::new()
-            .flexible(true)
-            .from_writer(Vec::new());
+        let mut writer = csv::WriterBuilder::new().flexible(true).from_writer(Vec::new());
         let empty = String::new();
         let mut complete = writer.write_record(&self.header).is_ok();
         for row in &self.rows {

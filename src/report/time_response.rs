@@ -45,17 +45,13 @@ fn add_response(
 ) -> Result<(), ReportError> {
     report.folder.add_table("response.csv", &table(response))?;
     let column = |of: &dyn Fn(&TimeSample) -> f64| response.samples.iter().map(of).collect();
-    let [tx, ty, fx, fy, rx, ry] =
-        [0, 1, 2, 3, 4, 5].map(|k| -> Vec<f64> { column(&|s| s.displacements_m[k]) });
+    let [tx, ty, fx, fy, rx, ry] = [0, 1, 2, 3, 4, 5].map(|k| -> Vec<f64> { column(&|s| s.displacements_m[k]) });
     let micro = |v: &[f64]| v.iter().map(|m| 1e6 * m).collect::<Vec<f64>>();
     let shown = [micro(&tx), micro(&fx), micro(&rx)];
     // Front x and rear x.
-    let [currents, voltages, forces] = [
-        |s: &TimeSample| s.currents_a,
-        |s: &TimeSample| s.voltages_v,
-        |s: &TimeSample| s.forces_n,
-    ]
-    .map(|of| [0, 2].map(|k| -> Vec<f64> { column(&|s| of(s)[k]) }));
+    let [currents, voltages, forces] =
+        [|s: &TimeSample| s.currents_a, |s: &TimeSample| s.voltages_v, |s: &TimeSample| s.forces_n]
+            .map(|of| [0, 2].map(|k| -> Vec<f64> { column(&|s| of(s)[k]) }));
     let time: Vec<f64> = column(&|s| s.time_s);
     let spindle = &machine.spindle;
     let clearance = 1e6 * spindle.backup_clearance_m;
@@ -66,10 +62,7 @@ fn add_response(
             label: "x",
             unit: "µm",
             curves: curves(&time, &["tool", "front", "rear"], &shown),
-            limits: vec![
-                (clearance, "backup bearing"),
-                (-clearance, "backup bearing"),
-            ],
+            limits: vec![(clearance, "backup bearing"), (-clearance, "backup bearing")],
         },
         TimePanel {
             title: "Control current x",
@@ -90,27 +83,14 @@ fn add_response(
             label: "F",
             unit: "N",
             curves: curves(&time, &["front", "rear"], &forces),
-            limits: vec![
-                (spindle.front.max_force_n, "front capacity"),
-                (spindle.rear.max_force_n, "rear capacity"),
-            ],
+            limits: vec![(spindle.front.max_force_n, "front capacity"), (spindle.rear.max_force_n, "rear capacity")],
         },
     ];
-    let planes = [
-        ("tool", tx.as_slice(), ty.as_slice()),
-        ("front actuator", &fx, &fy),
-        ("rear actuator", &rx, &ry),
-    ];
+    let planes = [("tool", tx.as_slice(), ty.as_slice()), ("front actuator", &fx, &fy), ("rear actuator", &rx, &ry)];
     let title = format!("Orbits, {name}");
     report.figures([
-        (
-            Picture::Response,
-            time_responses(&format!("Response to {name}"), &panels),
-        ),
-        (
-            Picture::Orbits,
-            orbits(&title, &planes, spindle.backup_clearance_m),
-        ),
+        (Picture::Response, time_responses(&format!("Response to {name}"), &panels)),
+        (Picture::Orbits, orbits(&title, &planes, spindle.backup_clearance_m)),
     ])
 }
 
@@ -144,11 +124,6 @@ fn curves<'a>(time: &'a [f64], names: &[&'a str], values: &'a [Vec<f64>]) -> Vec
         .iter()
         .zip(values)
         .enumerate()
-        .map(|(k, (name, y))| Curve {
-            name,
-            x: time,
-            y,
-            role: Role::Other(k),
-        })
+        .map(|(k, (name, y))| Curve { name, x: time, y, role: Role::Other(k) })
         .collect()
 }

@@ -26,17 +26,8 @@ pub fn universal_file(records: &[UffRecord<'_>]) -> String {
         let n = r.frequency_hz.len().min(r.compliance.len());
         let spacing = even_step(&r.frequency_hz[..n]);
         let (start, step) = spacing.map_or((0.0, 0.0), |d| (r.frequency_hz[0], d));
-        let id: String = r
-            .description
-            .chars()
-            .map(|c| if c.is_ascii_graphic() { c } else { ' ' })
-            .take(80)
-            .collect();
-        let id = if id.trim().is_empty() {
-            "NONE"
-        } else {
-            id.trim()
-        };
+        let id: String = r.description.chars().map(|c| if c.is_ascii_graphic() { c } else { ' ' }).take(80).collect();
+        let id = if id.trim().is_empty() { "NONE" } else { id.trim() };
         let _ = write!(text, "{:>6}\n{:>6}{:74}\n{id:<80}\n", -1, 58, "");
         for _ in 0..4 {
             let _ = writeln!(text, "{:<80}", "NONE");
@@ -55,18 +46,9 @@ pub fn universal_file(records: &[UffRecord<'_>]) -> String {
             scientific(step, 13, 5),
             scientific(0.0, 13, 5)
         );
-        let axes = [
-            (18, "Frequency", "Hz"),
-            (8, "Displacement", "m"),
-            (13, "Force", "N"),
-            (0, "NONE", "NONE"),
-        ];
+        let axes = [(18, "Frequency", "Hz"), (8, "Displacement", "m"), (13, "Force", "N"), (0, "NONE", "NONE")];
         for (kind, label, unit) in axes {
-            let _ = writeln!(
-                text,
-                "{kind:>10}{:>5}{:>5}{:>5} {label:<20} {unit:<20}",
-                0, 0, 0
-            );
+            let _ = writeln!(text, "{kind:>10}{:>5}{:>5}{:>5} {label:<20} {unit:<20}", 0, 0, 0);
         }
         let values: Vec<String> = (0..n)
             .map(|k| {

@@ -107,21 +107,15 @@ impl From<&Updated> for UpdatingSummary {
         let combinations = &fit.determined.combinations;
         let regions = || fit.factors.iter().map(|f| f.region.clone());
         let deviations = fit.factors.iter();
-        let deviations =
-            deviations.filter_map(|f| Some((f.region.clone(), finite(f.standard_deviation_ln?))));
+        let deviations = deviations.filter_map(|f| Some((f.region.clone(), finite(f.standard_deviation_ln?))));
         let determined = combinations.iter().filter(|c| c.singular_value > 1.0);
         let determined = determined.map(|c| CombinationSummary {
             singular_value: finite(c.singular_value),
             shrinkage: finite(c.shrinkage),
-            weights: regions()
-                .zip(c.weights.iter().map(|w| finite(*w)))
-                .collect(),
+            weights: regions().zip(c.weights.iter().map(|w| finite(*w))).collect(),
         });
-        let shapes = fit.shapes.iter().map(|s| ShapeSummary {
-            mode: s.mode,
-            model_mode: s.model_mode,
-            mac: finite(s.mac),
-        });
+        let shapes =
+            fit.shapes.iter().map(|s| ShapeSummary { mode: s.mode, model_mode: s.model_mode, mac: finite(s.mac) });
         let factors = fit.factors.iter().map(|f| finite(f.factor));
         Self {
             method: fit.method.name().to_owned(),
@@ -140,10 +134,7 @@ impl From<&Updated> for UpdatingSummary {
             largest_error_percent: finite(fit.largest_error_percent()),
             mac: fit.shapes.iter().map(|s| finite(s.mac)).collect(),
             mode_shapes: shapes.collect(),
-            singular_values: combinations
-                .iter()
-                .map(|c| finite(c.singular_value))
-                .collect(),
+            singular_values: combinations.iter().map(|c| finite(c.singular_value)).collect(),
             determined_combinations: determined.collect(),
             explained: fit.explanation.explained,
             statement: fit.explanation.statement.clone(),
@@ -265,21 +256,10 @@ pub(crate) fn figures(machine: &Machine, models: &[(&str, &Updated)]) -> Vec<(Pi
     };
     let regions: Vec<String> = fit.factors.iter().map(|f| f.region.clone()).collect();
     let factor: Vec<f64> = fit.factors.iter().map(|f| f.factor).collect();
-    let deviation: Vec<f64> = fit
-        .factors
-        .iter()
-        .filter_map(|f| Some(f.factor * f.standard_deviation_ln?))
-        .collect();
+    let deviation: Vec<f64> = fit.factors.iter().filter_map(|f| Some(f.factor * f.standard_deviation_ln?)).collect();
     // Share of a region's prior variance that the data have removed.
-    let prior: Vec<f64> = (0..regions.len())
-        .map(|i| {
-            fit.determined
-                .prior_standard_deviation_ln
-                .get(i)
-                .copied()
-                .unwrap_or(1.0)
-        })
-        .collect();
+    let prior: Vec<f64> =
+        (0..regions.len()).map(|i| fit.determined.prior_standard_deviation_ln.get(i).copied().unwrap_or(1.0)).collect();
     let share: Vec<f64> = fit
         .determined
         .standard_deviation_ln
@@ -288,22 +268,11 @@ pub(crate) fn figures(machine: &Machine, models: &[(&str, &Updated)]) -> Vec<(Pi
         .map(|(after, before)| 1.0 - (after / before).powi(2))
         .collect();
     // Combinations that the data say nothing about have no place on a logarithmic axis.
-    let singular: Vec<f64> = fit
-        .determined
-        .combinations
-        .iter()
-        .map(|c| c.singular_value)
-        .filter(|s| *s > 1e-3)
-        .collect();
+    let singular: Vec<f64> =
+        fit.determined.combinations.iter().map(|c| c.singular_value).filter(|s| *s > 1e-3).collect();
     let labels: Vec<String> = fit.errors.iter().map(label).collect();
-    let before: Vec<f64> = fit
-        .errors
-        .iter()
-        .map(|e| {
-            e.before_hz
-                .map_or(0.0, |f| 100.0 * (f / e.measured_hz - 1.0))
-        })
-        .collect();
+    let before: Vec<f64> =
+        fit.errors.iter().map(|e| e.before_hz.map_or(0.0, |f| 100.0 * (f / e.measured_hz - 1.0))).collect();
     let after: Vec<(&str, Vec<f64>)> = models
         .iter()
         .map(|(n, f)| {
@@ -314,18 +283,9 @@ pub(crate) fn figures(machine: &Machine, models: &[(&str, &Updated)]) -> Vec<(Pi
     let mut bars: Vec<(&str, &[f64])> = vec![("before", &before)];
     bars.extend(after.iter().map(|(n, e)| (*n, e.as_slice())));
     let mut list = vec![
-        (
-            Picture::ModulusFactors,
-            modulus_factors("Modulus factors", &regions, &factor, &deviation),
-        ),
-        (
-            Picture::Determinability,
-            determinability("What the data determine", &singular, &regions, &share),
-        ),
-        (
-            Picture::FrequencyErrors,
-            frequency_errors("Errors of the model", &labels, &bars),
-        ),
+        (Picture::ModulusFactors, modulus_factors("Modulus factors", &regions, &factor, &deviation)),
+        (Picture::Determinability, determinability("What the data determine", &singular, &regions, &share)),
+        (Picture::FrequencyErrors, frequency_errors("Errors of the model", &labels, &bars)),
     ];
     list.push((Picture::ModeShapes, shapes_figure(machine, name, fit)));
     list
@@ -341,19 +301,11 @@ fn shapes_figure(machine: &Machine, name: &str, fit: &Updated) -> Figure {
         .map(|s| {
             let from_m = at;
             at += s.length_m;
-            OutlinePiece {
-                from_m,
-                to_m: at,
-                diameter_m: 0.5 * (s.outer_diameter_m[0] + s.outer_diameter_m[1]),
-            }
+            OutlinePiece { from_m, to_m: at, diameter_m: 0.5 * (s.outer_diameter_m[0] + s.outer_diameter_m[1]) }
         })
         .collect();
     let [f, r] = machine.effective().bearings;
-    let station = |name, position_m, kind| Station {
-        name,
-        position_m,
-        kind,
-    };
+    let station = |name, position_m, kind| Station { name, position_m, kind };
     let stations = [
         station("sensor", f.sensor_m, StationKind::Sensor),
         station("AMB", f.actuator_m, StationKind::Actuator),
@@ -372,32 +324,14 @@ fn shapes_figure(machine: &Machine, name: &str, fit: &Updated) -> Figure {
         .collect();
     let modes: Vec<(String, Vec<ShapeCurve<'_>>)> = (0..shown)
         .map(|k| {
-            let mut curves = vec![ShapeCurve {
-                name,
-                role: Role::Updated,
-                position_m: z,
-                amplitude: &after[k],
-            }];
+            let mut curves = vec![ShapeCurve { name, role: Role::Updated, position_m: z, amplitude: &after[k] }];
             if let Some(b) = before.get(k) {
-                curves.push(ShapeCurve {
-                    name: "before",
-                    role: Role::Nominal,
-                    position_m: z,
-                    amplitude: b,
-                });
+                curves.push(ShapeCurve { name: "before", role: Role::Nominal, position_m: z, amplitude: b });
             }
             if let Some((z, a)) = &measured[k] {
-                curves.push(ShapeCurve {
-                    name: "measured",
-                    role: Role::Measured,
-                    position_m: z,
-                    amplitude: a,
-                });
+                curves.push(ShapeCurve { name: "measured", role: Role::Measured, position_m: z, amplitude: a });
             }
-            (
-                format!("mode {}: {:.0} Hz", k + 1, fit.after.poles_hz[k]),
-                curves,
-            )
+            (format!("mode {}: {:.0} Hz", k + 1, fit.after.poles_hz[k]), curves)
         })
         .collect();
     mode_shapes("Mode shapes", &outline, &stations, &modes)

@@ -81,11 +81,7 @@ pub(crate) enum VariantSummary {
     /// A design.
     Found(Box<VariantFigures>),
     /// A design that failed.
-    Failed {
-        design: String,
-        stable: bool,
-        failure: String,
-    },
+    Failed { design: String, stable: bool, failure: String },
 }
 
 /// Figures of a design beside others.
@@ -119,10 +115,7 @@ impl VariantSummary {
         let emulated = dk.and_then(|dk| dk.emulated);
         Self::Found(Box::new(VariantFigures {
             design: name.to_owned(),
-            mu_synthesised: emulated
-                .map(|e| e.mu_continuous)
-                .or(synthesised)
-                .and_then(finite),
+            mu_synthesised: emulated.map(|e| e.mu_continuous).or(synthesised).and_then(finite),
             mu_sampled: synthesised.and_then(finite),
             mu_peak_discrete: finite(rounded.covered.upper),
             mu_table_as_written: finite(rounded.specification.upper),
@@ -157,11 +150,7 @@ impl VariantSummary {
 
     /// A design that does not survive sampling.
     fn failed(name: &str, failure: String) -> Self {
-        Self::Failed {
-            design: name.to_owned(),
-            stable: false,
-            failure,
-        }
+        Self::Failed { design: name.to_owned(), stable: false, failure }
     }
 }
 
@@ -213,10 +202,7 @@ impl TighteningSummary {
             ],
             minimum_stiffness_gain: gain(rest.minimum.0, before.minimum.0),
             stiffness_at_10_hz_gain: gain(rest.at_10_hz_n_per_m, before.at_10_hz_n_per_m),
-            stiffness_at_max_speed_gain: gain(
-                rest.at_max_speed_n_per_m,
-                before.at_max_speed_n_per_m,
-            ),
+            stiffness_at_max_speed_gain: gain(rest.at_max_speed_n_per_m, before.at_max_speed_n_per_m),
         }
     }
 }

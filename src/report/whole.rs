@@ -68,10 +68,7 @@ impl Report {
 
     /// States whether every target is met, and the sentence about it.
     pub(crate) fn verdict(&mut self, met: bool, sentence: &str) {
-        let verdict = Verdict {
-            met: Some(met),
-            sentence: sentence.to_owned(),
-        };
+        let verdict = Verdict { met: Some(met), sentence: sentence.to_owned() };
         self.summary.set("verdict", verdict);
     }
 
@@ -165,8 +162,7 @@ impl Report {
             let json = controller_json(pid, Some(tag));
             self.folder.add(&format!("{place}pid.json"), json)?;
         }
-        self.folder
-            .add("spindle.yaml", spindle_yaml(&machine.spindle))?;
+        self.folder.add("spindle.yaml", spindle_yaml(&machine.spindle))?;
         self.folder.add("tool.yaml", tool_yaml(&machine.tool))?;
         Ok(())
     }
@@ -223,9 +219,5 @@ fn controller_files(
 pub(crate) fn machine_tag(machine: &Machine, spindle: &str, tool: &str) -> MachineTag {
     let mut text = spindle_yaml(&machine.spindle);
     text.push_str(&tool_yaml(&machine.tool));
-    MachineTag {
-        spindle: spindle.to_owned(),
-        tool: tool.to_owned(),
-        hash: sha256_hex(text.as_bytes()),
-    }
+    MachineTag { spindle: spindle.to_owned(), tool: tool.to_owned(), hash: sha256_hex(text.as_bytes()) }
 }

@@ -113,10 +113,7 @@ impl WorstOverSpeed {
                     speed_rpm: Some(finite(least.speed_rpm)),
                     reason: None,
                 },
-                Err(reason) => LeastSummary {
-                    reason: Some(reason),
-                    ..LeastSummary::default()
-                },
+                Err(reason) => LeastSummary { reason: Some(reason), ..LeastSummary::default() },
             },
         }
     }
@@ -143,14 +140,9 @@ pub(crate) fn least_over_speed(worst: &[WorstPrediction]) -> Result<Least, Strin
     }
     let all = worst.iter().filter_map(|w| {
         let (n_per_m, frequency_hz) = w.least_stiffness()?;
-        Some(Least {
-            n_per_m,
-            frequency_hz,
-            speed_rpm: w.speed_rpm,
-        })
+        Some(Least { n_per_m, frequency_hz, speed_rpm: w.speed_rpm })
     });
-    all.min_by(|a, b| a.n_per_m.total_cmp(&b.n_per_m))
-        .ok_or_else(|| "no speed was computed".to_owned())
+    all.min_by(|a, b| a.n_per_m.total_cmp(&b.n_per_m)).ok_or_else(|| "no speed was computed".to_owned())
 }
 
 fn unstable_within(worst: &WorstPrediction) -> String {
@@ -178,12 +170,7 @@ impl From<&WorstPrediction> for WorstAtSpeed {
             stable_at_corners: worst.is_stable(),
             corner_growth_rate_per_s: finite(worst.corner_growth_rate_per_s),
             stiffness: WorstStiffness { x, y },
-            sensitivity: WorstSensitivity {
-                front_x,
-                front_y,
-                rear_x,
-                rear_y,
-            },
+            sensitivity: WorstSensitivity { front_x, front_y, rear_x, rear_y },
         }
     }
 }
@@ -231,10 +218,7 @@ pub(super) fn worst_sentence(worst: &[NamedWorst]) -> Option<String> {
             let (first, last) = (cases.first()?, cases.last()?);
             let range = match cases.len() {
                 1 => format!("{:.0} rpm", first.speed_rpm),
-                n => format!(
-                    "{n} speeds from {:.0} to {:.0} rpm",
-                    first.speed_rpm, last.speed_rpm
-                ),
+                n => format!("{n} speeds from {:.0} to {:.0} rpm", first.speed_rpm, last.speed_rpm),
             };
             Some(match least_over_speed(cases) {
                 Ok(least) => format!("{name} {:.2} at {range}", 1e-6 * least.n_per_m),

@@ -60,9 +60,7 @@ pub enum SynthesisError {
     #[error("generalized plant: {0}")]
     Partition(String),
     /// An unstable or undamped mode that u does not reach.
-    #[error(
-        "(A, B2) is not stabilisable: the control inputs do not reach the mode at {re:.6e} {im:+.6e}j rad/s"
-    )]
+    #[error("(A, B2) is not stabilisable: the control inputs do not reach the mode at {re:.6e} {im:+.6e}j rad/s")]
     NotStabilisable {
         /// Real part of the eigenvalue.
         re: f64,
@@ -70,9 +68,7 @@ pub enum SynthesisError {
         im: f64,
     },
     /// An unstable or undamped mode that y does not see.
-    #[error(
-        "(C2, A) is not detectable: the measurements do not see the mode at {re:.6e} {im:+.6e}j rad/s"
-    )]
+    #[error("(C2, A) is not detectable: the measurements do not see the mode at {re:.6e} {im:+.6e}j rad/s")]
     NotDetectable {
         /// Real part of the eigenvalue.
         re: f64,
@@ -80,9 +76,7 @@ pub enum SynthesisError {
         im: f64,
     },
     /// D12 has no full column rank.
-    #[error(
-        "D12 ({rows} x {cols}) has no full column rank: singular values {smallest:.3e} to {largest:.3e}"
-    )]
+    #[error("D12 ({rows} x {cols}) has no full column rank: singular values {smallest:.3e} to {largest:.3e}")]
     ControlCost {
         /// Rows.
         rows: usize,
@@ -94,9 +88,7 @@ pub enum SynthesisError {
         largest: f64,
     },
     /// D21 has no full row rank.
-    #[error(
-        "D21 ({rows} x {cols}) has no full row rank: singular values {smallest:.3e} to {largest:.3e}"
-    )]
+    #[error("D21 ({rows} x {cols}) has no full row rank: singular values {smallest:.3e} to {largest:.3e}")]
     MeasurementNoise {
         /// Rows.
         rows: usize,
@@ -212,9 +204,7 @@ impl SynthesisError {
             Self::Regulator { .. } | Self::NoLevel { .. } | Self::Refuted { .. } => {
                 "check the scaling of states and channels, and modes that are almost unreachable or unobservable"
             }
-            Self::Norm(_) | Self::Numeric(_) => {
-                "check the data for extreme or inconsistent entries"
-            }
+            Self::Norm(_) | Self::Numeric(_) => "check the data for extreme or inconsistent entries",
         }
     }
 }

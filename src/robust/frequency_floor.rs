@@ -72,12 +72,10 @@ impl FrequencyFloor {
         let reached = Planar::from_fn(p, response.ncols() - m, |i, j| entry(i, m + j));
         let turned = Planar::from_fn(m, p, |j, i| entry(i, j));
         let read = Planar::from_fn(m, response.nrows() - p, |j, i| entry(p + i, j));
-        [(whole, reached), (turned, read)]
-            .into_iter()
-            .any(|(of, control)| {
-                let rest = without_range(of, control);
-                rest.sum_of_squares() > level * level && largest_singular_value(&rest) > level
-            })
+        [(whole, reached), (turned, read)].into_iter().any(|(of, control)| {
+            let rest = without_range(of, control);
+            rest.sum_of_squares() > level * level && largest_singular_value(&rest) > level
+        })
     }
 }
 

@@ -42,10 +42,7 @@ pub enum ScaleStart<'a> {
 ///
 /// # Errors
 /// [`SynthesisError`] of the first synthesis when the problem has no solution at all.
-pub fn constant_scales(
-    plant: &GeneralizedPlant,
-    start: ScaleStart<'_>,
-) -> Result<ConstantScales, SynthesisError> {
+pub fn constant_scales(plant: &GeneralizedPlant, start: ScaleStart<'_>) -> Result<ConstantScales, SynthesisError> {
     scales_to(plant, start, 0.0)
 }
 
@@ -65,10 +62,7 @@ pub(crate) fn scales_to(
     };
     let free = plant.blocks.len().saturating_sub(1);
     // γ to 0.1 % decides between neighbours a tenth apart.
-    let settings = HinfSettings {
-        rel_tol: 1e-3,
-        ..HinfSettings::default()
-    };
+    let settings = HinfSettings { rel_tol: 1e-3, ..HinfSettings::default() };
     let exp = |ln: &[f64]| ln.iter().map(|l| l.exp()).collect::<Vec<f64>>();
     let at = |ln: &[f64]| scaled(plant, &exp(ln));
     let floor = FrequencyFloor::new(plant)?;
@@ -77,18 +71,14 @@ pub(crate) fn scales_to(
         let [left, right] = channel_scales(plant, &exp(ln));
         !floor.is_above(level, (&left, &right)) && matches!(is_feasible(&at(ln), level), Ok(true))
     };
-    let mut ln: Vec<f64> = (0..free)
-        .map(|k| start.get(k).map_or(0.0, |d| d.ln()))
-        .collect();
+    let mut ln: Vec<f64> = (0..free).map(|k| start.get(k).map_or(0.0, |d| d.ln())).collect();
     let reached = enough > 0.0 && reaches(&ln, enough);
     let mut gamma = match reached {
         true => enough,
         false => optimal_level(&at(&ln), &settings)?,
     };
     let mut syntheses = 1;
-    let mut known = Tried {
-        lattice: vec![ln.clone()],
-    };
+    let mut known = Tried { lattice: vec![ln.clone()] };
     let mut step: f64 = first_step;
     // A last step of a tenth in ln d changes γ by well under a percent at the flat bottom.
     while step > 0.1 && syntheses < SYNTHESES && gamma > enough {
@@ -115,10 +105,7 @@ pub(crate) fn scales_to(
                     continue;
                 }
                 let trial_plant = at(&trial);
-                let near = HinfSettings {
-                    hint: Some(gamma),
-                    ..settings.clone()
-                };
+                let near = HinfSettings { hint: Some(gamma), ..settings.clone() };
                 let found = optimal_level(&trial_plant, &near);
                 known.lattice.push(trial.clone());
                 let Ok(value) = found else {
@@ -139,11 +126,7 @@ pub(crate) fn scales_to(
     }
     let mut scale: Vec<f64> = ln.iter().map(|l| l.exp()).collect();
     scale.push(1.0);
-    Ok(ConstantScales {
-        scale,
-        gamma,
-        syntheses,
-    })
+    Ok(ConstantScales { scale, gamma, syntheses })
 }
 
 /// Points of a compass search that were tried. γ only falls on the way, so one that was not below it once never is.
@@ -163,13 +146,9 @@ impl Tried {
 /// The plant with its uncertainty channels scaled: outputs of block i by dᵢ, inputs by 1/dᵢ. Blocks are kept.
 pub fn scaled(plant: &GeneralizedPlant, scale: &[f64]) -> GeneralizedPlant {
     let [left, right] = channel_scales(plant, scale);
-    let diagonal =
-        |d: &[f64]| Mat::from_fn(d.len(), d.len(), |i, j| if i == j { d[i] } else { 0.0 });
+    let diagonal = |d: &[f64]| Mat::from_fn(d.len(), d.len(), |i, j| if i == j { d[i] } else { 0.0 });
     GeneralizedPlant {
-        system: plant
-            .system
-            .scale_outputs(&diagonal(&left))
-            .scale_inputs(&diagonal(&right)),
+        system: plant.system.scale_outputs(&diagonal(&left)).scale_inputs(&diagonal(&right)),
         ..plant.clone()
     }
 }

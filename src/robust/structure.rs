@@ -115,11 +115,7 @@ impl Structure {
             if block.rows() == 0 || block.cols() == 0 {
                 return Err(MuError::EmptyBlock { block: k });
             }
-            spans.push(Span {
-                block: *block,
-                w: w..w + block.rows(),
-                z: z..z + block.cols(),
-            });
+            spans.push(Span { block: *block, w: w..w + block.rows(), z: z..z + block.cols() });
             w += block.rows();
             z += block.cols();
         }
@@ -155,9 +151,7 @@ impl Structure {
             });
         }
         if !m.is_all_finite() {
-            return Err(MuError::NotFinite {
-                omega_rad_s: f64::NAN,
-            });
+            return Err(MuError::NotFinite { omega_rad_s: f64::NAN });
         }
         Ok(())
     }
@@ -178,11 +172,7 @@ impl Scaling {
     /// D = I, G = 0.
     pub fn identity(structure: &Structure) -> Self {
         let (q, p) = (structure.inputs(), structure.outputs());
-        Self {
-            left: Mat::identity(p, p),
-            right: Mat::identity(q, q),
-            skew: Mat::zeros(q, p),
-        }
+        Self { left: Mat::identity(p, p), right: Mat::identity(q, q), skew: Mat::zeros(q, p) }
     }
 
     /// One positive number per block, G = 0.
@@ -221,8 +211,7 @@ impl Scaling {
 
     /// The upper bound of μ(M) that this scaling proves, by direct evaluation; NaN when it cannot be evaluated.
     pub fn bound(&self, m: &Mat<c64>) -> f64 {
-        self.squared_bound(m)
-            .map_or(f64::NAN, |b| b.max(0.0).sqrt())
+        self.squared_bound(m).map_or(f64::NAN, |b| b.max(0.0).sqrt())
     }
 
     /// As [`Self::bound`]; where the Frobenius norm of the scaled matrix, which is never below the bound, is at most

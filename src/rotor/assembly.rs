@@ -97,10 +97,7 @@ impl Rotor {
                     index,
                     field: "position_m",
                     value: disc.position_m,
-                    rule: format!(
-                        "is not on a node; the nearest node is at {:.6}",
-                        node_z_m[node]
-                    ),
+                    rule: format!("is not on a node; the nearest node is at {:.6}", node_z_m[node]),
                 });
             }
             placed.push((node, *disc));
@@ -120,11 +117,7 @@ impl Rotor {
     ///
     /// # Errors
     /// [`RotorError::Part`] when the ends do not meet or a joint stiffness is not positive.
-    pub(crate) fn join(
-        left: &Self,
-        right: &Self,
-        joint: Option<Joint>,
-    ) -> Result<Self, RotorError> {
+    pub(crate) fn join(left: &Self, right: &Self, joint: Option<Joint>) -> Result<Self, RotorError> {
         let gap = right.from_m() - left.to_m();
         if gap.abs() > NODE_TOLERANCE_M {
             return Err(RotorError::Part {
@@ -145,15 +138,9 @@ impl Rotor {
         let moved = |pair: &[usize; 2]| [pair[0] + shift, pair[1] + shift];
         rotor.sections.extend(right.sections.iter().cloned());
         rotor.elements.extend(right.elements.iter().cloned());
-        rotor
-            .element_nodes
-            .extend(right.element_nodes.iter().map(moved));
-        rotor
-            .discs
-            .extend(right.discs.iter().map(|(n, d)| (n + shift, *d)));
-        rotor
-            .joints
-            .extend(right.joints.iter().map(|(n, j)| (moved(n), *j)));
+        rotor.element_nodes.extend(right.element_nodes.iter().map(moved));
+        rotor.discs.extend(right.discs.iter().map(|(n, d)| (n + shift, *d)));
+        rotor.joints.extend(right.joints.iter().map(|(n, j)| (moved(n), *j)));
         rotor.masses.extend(&right.masses);
         if let Some(joint) = joint {
             rotor.joints.push(([shift - 1, shift], joint));
@@ -219,10 +206,7 @@ impl Rotor {
     ///
     /// # Errors
     /// [`RotorError::Element`] when a product is not a positive number.
-    pub fn with_modulus_factors(
-        &self,
-        factor: impl Fn(usize, &Section) -> f64,
-    ) -> Result<Self, RotorError> {
+    pub fn with_modulus_factors(&self, factor: impl Fn(usize, &Section) -> f64) -> Result<Self, RotorError> {
         let mut rotor = self.clone();
         for i in 0..rotor.sections.len() {
             let by = factor(i, &self.sections[i]);
@@ -274,20 +258,9 @@ impl Rotor {
             let (wa, wb) = (2 * a, 2 * b);
             spring(&mut stiffness, wa, wb, joint.translational_n_per_m);
             spring(&mut stiffness, wa + 1, wb + 1, joint.rotational_n_m_per_rad);
-            spring(
-                &mut joint_damping,
-                wa + 1,
-                wb + 1,
-                joint.damping_n_m_s_per_rad,
-            );
+            spring(&mut joint_damping, wa + 1, wb + 1, joint.damping_n_m_s_per_rad);
         }
-        PlaneMatrices {
-            mass,
-            stiffness,
-            gyroscopic,
-            shaft_mass,
-            joint_damping,
-        }
+        PlaneMatrices { mass, stiffness, gyroscopic, shaft_mass, joint_damping }
     }
 
     /// Mass, centre of gravity and moments of inertia.
@@ -299,24 +272,12 @@ impl Rotor {
     pub(super) fn properties_from(&self, matrices: &PlaneMatrices) -> MassProperties {
         let n = self.dofs();
         let shift = Mat::from_fn(n, 1, |i, _| if i % 2 == 0 { 1.0 } else { 0.0 });
-        let tilt = Mat::from_fn(n, 1, |i, _| {
-            if i % 2 == 0 {
-                self.node_z_m[i / 2]
-            } else {
-                1.0
-            }
-        });
+        let tilt = Mat::from_fn(n, 1, |i, _| if i % 2 == 0 { self.node_z_m[i / 2] } else { 1.0 });
         let form = |a: &Mat<f64>, b: &Mat<f64>| (a.transpose() * &matrices.mass * b)[(0, 0)];
         let mass_kg = form(&shift, &shift);
         let centre = form(&shift, &tilt) / mass_kg;
         // About the centre of gravity from the start: no difference of large numbers.
-        let about = Mat::from_fn(n, 1, |i, _| {
-            if i % 2 == 0 {
-                self.node_z_m[i / 2] - centre
-            } else {
-                1.0
-            }
-        });
+        let about = Mat::from_fn(n, 1, |i, _| if i % 2 == 0 { self.node_z_m[i / 2] - centre } else { 1.0 });
         let shaft: f64 = self.elements.iter().map(|e| e.polar_inertia_kg_m2).sum();
         let discs: f64 = self.discs.iter().map(|(_, d)| d.polar_inertia_kg_m2).sum();
         MassProperties {
@@ -342,11 +303,7 @@ impl Rotor {
     ///
     /// # Errors
     /// [`RotorError::OffShaft`] beyond the ends.
-    pub(crate) fn element_at(
-        &self,
-        what: &str,
-        position_m: f64,
-    ) -> Result<(usize, f64), RotorError> {
+    pub(crate) fn element_at(&self, what: &str, position_m: f64) -> Result<(usize, f64), RotorError> {
         self.check_position(what, position_m)?;
         Ok(self.element_at_unchecked(position_m))
     }
@@ -362,11 +319,7 @@ impl Rotor {
     ///
     /// # Errors
     /// [`RotorError::OffShaft`] beyond the ends.
-    pub(crate) fn slope_at(
-        &self,
-        what: &str,
-        position_m: f64,
-    ) -> Result<Vec<(usize, f64)>, RotorError> {
+    pub(crate) fn slope_at(&self, what: &str, position_m: f64) -> Result<Vec<(usize, f64)>, RotorError> {
         self.check_position(what, position_m)?;
         Ok(self.read_element(position_m, element::hermite_slope))
     }
@@ -375,18 +328,10 @@ impl Rotor {
         self.read_element(position_m, element::hermite)
     }
 
-    fn read_element(
-        &self,
-        position_m: f64,
-        coefficients: fn(f64, f64) -> [f64; 4],
-    ) -> Vec<(usize, f64)> {
+    fn read_element(&self, position_m: f64, coefficients: fn(f64, f64) -> [f64; 4]) -> Vec<(usize, f64)> {
         let (element, s) = self.element_at_unchecked(position_m);
         let coefficients = coefficients(s, self.sections[element].length_m);
-        self.element_dofs(element)
-            .into_iter()
-            .zip(coefficients)
-            .filter(|(_, c)| *c != 0.0)
-            .collect()
+        self.element_dofs(element).into_iter().zip(coefficients).filter(|(_, c)| *c != 0.0).collect()
     }
 
     fn element_at_unchecked(&self, position_m: f64) -> (usize, f64) {
@@ -416,12 +361,7 @@ impl Rotor {
         if position_m >= from_m - NODE_TOLERANCE_M && position_m <= to_m + NODE_TOLERANCE_M {
             return Ok(());
         }
-        Err(RotorError::OffShaft {
-            what: what.to_owned(),
-            position_m,
-            from_m,
-            to_m,
-        })
+        Err(RotorError::OffShaft { what: what.to_owned(), position_m, from_m, to_m })
     }
 }
 

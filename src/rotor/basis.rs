@@ -41,22 +41,14 @@ impl Basis {
     ///
     /// # Errors
     /// [`RotorError::Numeric`] when an eigenvalue iteration fails.
-    pub fn new(
-        modes: &PlanarModes,
-        ports: &[Vec<f64>],
-        flexible: usize,
-        cut: Cut,
-    ) -> Result<Self, RotorError> {
+    pub fn new(modes: &PlanarModes, ports: &[Vec<f64>], flexible: usize, cut: Cut) -> Result<Self, RotorError> {
         let (n, p) = (modes.len(), ports.len());
         let kept = (RIGID + flexible).min(n);
         let omega = &modes.omega_rad_s;
         let mut residual_m_per_n = Mat::zeros(p, p);
         if cut == Cut::StaticResidual {
-            residual_m_per_n = Mat::from_fn(p, p, |i, j| {
-                (kept..n)
-                    .map(|k| ports[i][k] * ports[j][k] / (omega[k] * omega[k]))
-                    .sum()
-            });
+            residual_m_per_n =
+                Mat::from_fn(p, p, |i, j| (kept..n).map(|k| ports[i][k] * ports[j][k] / (omega[k] * omega[k])).sum());
         }
         // Combination of the modes that each coordinate is, modes × coordinates.
         let mut combination = Mat::from_fn(n, kept, |k, j| f64::from(u8::from(k == j)));
@@ -80,13 +72,7 @@ impl Basis {
         let shapes = &modes.shapes * &combination;
         let gyroscopic = shapes.transpose() * (&modes.matrices.gyroscopic * &shapes);
         let amplitudes = Mat::from_fn(p, n, |i, k| ports[i][k]);
-        Ok(Self {
-            omega_rad_s,
-            flexible: kept - RIGID,
-            ports: amplitudes * combination,
-            residual_m_per_n,
-            gyroscopic,
-        })
+        Ok(Self { omega_rad_s, flexible: kept - RIGID, ports: amplitudes * combination, residual_m_per_n, gyroscopic })
     }
 
     /// Number of coordinates of a plane.
@@ -111,17 +97,11 @@ fn gyroscopic_loads(modes: &PlanarModes) -> Vec<Vec<f64>> {
     let loads = modes.shapes.transpose() * (&modes.matrices.gyroscopic * low);
     // Translation turns nothing.
     let columns = 1..loads.ncols();
-    columns
-        .map(|k| (0..n).map(|i| loads[(i, k)]).collect())
-        .collect()
+    columns.map(|k| (0..n).map(|i| loads[(i, k)]).collect()).collect()
 }
 
 /// Orthonormal Ritz vectors in the space of the cut modes (cut modes × vectors) and their angular frequencies.
-fn pseudo_modes(
-    modes: &PlanarModes,
-    loads: &[Vec<f64>],
-    kept: usize,
-) -> Result<(Mat<f64>, Vec<f64>), RotorError> {
+fn pseudo_modes(modes: &PlanarModes, loads: &[Vec<f64>], kept: usize) -> Result<(Mat<f64>, Vec<f64>), RotorError> {
     let cut = modes.len() - kept;
     let omega2 = |k: usize| modes.omega_rad_s[kept + k].powi(2);
     let mut columns: Vec<Vec<f64>> = vec![];
@@ -133,22 +113,16 @@ fn pseudo_modes(
         }
     }
     let p = columns.len();
-    let gram = Mat::from_fn(p, p, |i, j| {
-        columns[i].iter().zip(&columns[j]).map(|(a, b)| a * b).sum()
-    });
+    let gram = Mat::from_fn(p, p, |i, j| columns[i].iter().zip(&columns[j]).map(|(a, b)| a * b).sum());
     let (values, directions) = symmetric_eigen(&gram)?;
     // Ports that coincide give the same vector; 1e-10 of a unit vector squared is still well above rounding.
     let used: Vec<usize> = (0..p).filter(|i| values[*i] > 1e-10).collect();
     let q = Mat::from_fn(cut, used.len(), |k, j| {
         let d = used[j];
-        (0..p)
-            .map(|i| columns[i][k] * directions[(i, d)])
-            .sum::<f64>()
-            / values[d].sqrt()
+        (0..p).map(|i| columns[i][k] * directions[(i, d)]).sum::<f64>() / values[d].sqrt()
     });
-    let stiffness = Mat::from_fn(used.len(), used.len(), |i, j| {
-        (0..cut).map(|k| q[(k, i)] * omega2(k) * q[(k, j)]).sum()
-    });
+    let stiffness =
+        Mat::from_fn(used.len(), used.len(), |i, j| (0..cut).map(|k| q[(k, i)] * omega2(k) * q[(k, j)]).sum());
     let ritz = definite_eigen(&stiffness, &(q.transpose() * &q))?;
     let frequencies = ritz.values.iter().map(|v| v.max(0.0).sqrt()).collect();
     Ok((q * ritz.vectors, frequencies))

@@ -19,10 +19,7 @@ pub struct Blocks {
 impl Blocks {
     /// Zero matrix for a number of nodes.
     pub(crate) fn zeros(nodes: usize) -> Self {
-        Self {
-            diagonal: vec![[0.0; 3]; nodes],
-            off: vec![[0.0; 4]; nodes.saturating_sub(1)],
-        }
+        Self { diagonal: vec![[0.0; 3]; nodes], off: vec![[0.0; 4]; nodes.saturating_sub(1)] }
     }
 
     /// Adds `scale` times a symmetric 4×4 element matrix between nodes `node` and `node + 1`.
@@ -58,12 +55,8 @@ impl Blocks {
 
     /// self·x for a nodal vector.
     pub(crate) fn times(&self, x: &[[f64; 2]]) -> Vec<[f64; 2]> {
-        let mut y: Vec<[f64; 2]> = self
-            .diagonal
-            .iter()
-            .zip(x)
-            .map(|(d, x)| [d[0] * x[0] + d[1] * x[1], d[1] * x[0] + d[2] * x[1]])
-            .collect();
+        let mut y: Vec<[f64; 2]> =
+            self.diagonal.iter().zip(x).map(|(d, x)| [d[0] * x[0] + d[1] * x[1], d[1] * x[0] + d[2] * x[1]]).collect();
         for (i, o) in self.off.iter().enumerate() {
             let (a, b) = (x[i], x[i + 1]);
             y[i][0] += o[0] * b[0] + o[1] * b[1];
@@ -100,9 +93,7 @@ impl Port {
     pub fn read(&self, x: &[[f64; 2]]) -> f64 {
         let w = &self.weights;
         let here = x.get(self.node).map_or(0.0, |v| w[0] * v[0] + w[1] * v[1]);
-        let next = x
-            .get(self.node + 1)
-            .map_or(0.0, |v| w[2] * v[0] + w[3] * v[1]);
+        let next = x.get(self.node + 1).map_or(0.0, |v| w[2] * v[0] + w[3] * v[1]);
         here + next
     }
 }
@@ -142,8 +133,7 @@ impl Chain {
         let w = &port.weights;
         let mut chain = self.clone();
         if port.node + 1 < chain.nodes() {
-            let k =
-                std::array::from_fn(|i| std::array::from_fn(|j| stiffness_n_per_m * w[i] * w[j]));
+            let k = std::array::from_fn(|i| std::array::from_fn(|j| stiffness_n_per_m * w[i] * w[j]));
             chain.fixed.add_element(port.node, &k, 1.0);
         } else if let Some(d) = chain.fixed.diagonal.get_mut(port.node) {
             d[0] += stiffness_n_per_m * w[0] * w[0];
@@ -181,11 +171,7 @@ pub(crate) struct Factor {
 impl Factor {
     /// Scratch for a number of nodes.
     pub(crate) fn new(nodes: usize) -> Self {
-        Self {
-            inverse: vec![[0.0; 3]; nodes],
-            off: vec![[0.0; 4]; nodes.saturating_sub(1)],
-            below: 0,
-        }
+        Self { inverse: vec![[0.0; 3]; nodes], off: vec![[0.0; 4]; nodes.saturating_sub(1)], below: 0 }
     }
 
     /// Factorises K − λM in place.
@@ -211,12 +197,8 @@ impl Factor {
             let s = [d / det, -b / det, a / det];
             self.inverse[i] = s;
             if let (Some(ko), Some(mo)) = (stiffness.off.get(i), mass.off.get(i)) {
-                let o = [
-                    ko[0] - lambda * mo[0],
-                    ko[1] - lambda * mo[1],
-                    ko[2] - lambda * mo[2],
-                    ko[3] - lambda * mo[3],
-                ];
+                let o =
+                    [ko[0] - lambda * mo[0], ko[1] - lambda * mo[1], ko[2] - lambda * mo[2], ko[3] - lambda * mo[3]];
                 self.off[i] = o;
                 // T = S⁻¹O, carry = OᵀT.
                 let t = [
@@ -225,11 +207,7 @@ impl Factor {
                     s[1] * o[0] + s[2] * o[2],
                     s[1] * o[1] + s[2] * o[3],
                 ];
-                carry = [
-                    o[0] * t[0] + o[2] * t[2],
-                    o[0] * t[1] + o[2] * t[3],
-                    o[1] * t[1] + o[3] * t[3],
-                ];
+                carry = [o[0] * t[0] + o[2] * t[2], o[0] * t[1] + o[2] * t[3], o[1] * t[1] + o[3] * t[3]];
             }
         }
     }
@@ -246,11 +224,7 @@ impl Factor {
         for (i, slot) in y.iter_mut().enumerate().skip(port.node) {
             *slot = current;
             let t = self.apply(i, current);
-            let mut next = if i == port.node {
-                [w[2], w[3]]
-            } else {
-                [0.0, 0.0]
-            };
+            let mut next = if i == port.node { [w[2], w[3]] } else { [0.0, 0.0] };
             if let Some(o) = self.off.get(i) {
                 next[0] -= o[0] * t[0] + o[2] * t[1];
                 next[1] -= o[1] * t[0] + o[3] * t[1];

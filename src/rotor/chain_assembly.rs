@@ -31,17 +31,12 @@ pub fn chain(rotor: &Rotor) -> Result<Chain, RotorError> {
         let centre = 0.5 * (z[node] + z[node + 1]);
         let known = regions.iter().position(|(r, _)| &r.name == name);
         let at = known.unwrap_or_else(|| {
-            let region = Region {
-                name: name.clone(),
-                position_m: 0.0,
-                elements: vec![],
-            };
+            let region = Region { name: name.clone(), position_m: 0.0, elements: vec![] };
             regions.push((region, 0.0));
             regions.len() - 1
         });
         let (region, length) = &mut regions[at];
-        region.position_m = (region.position_m * *length + centre * section.length_m)
-            / (*length + section.length_m);
+        region.position_m = (region.position_m * *length + centre * section.length_m) / (*length + section.length_m);
         *length += section.length_m;
         region.elements.push((node, element));
     }
@@ -87,12 +82,7 @@ fn blocks(m: &Mat<f64>) -> Result<Blocks, RotorError> {
         let k = 2 * i;
         b.diagonal[i] = [m[(k, k)], m[(k, k + 1)], m[(k + 1, k + 1)]];
         if i + 1 < nodes {
-            b.off[i] = [
-                m[(k, k + 2)],
-                m[(k, k + 3)],
-                m[(k + 1, k + 2)],
-                m[(k + 1, k + 3)],
-            ];
+            b.off[i] = [m[(k, k + 2)], m[(k, k + 3)], m[(k + 1, k + 2)], m[(k + 1, k + 3)]];
         }
     }
     Ok(b)

@@ -45,18 +45,8 @@ pub fn matrices(section: &Section) -> ElementMatrices {
     let g = section.material.shear_modulus_pa * section.modulus_scale;
     let rho = section.material.density_kg_m3;
     let at = |d: [f64; 2], s: f64| d[0] + (d[1] - d[0]) * s;
-    let stiff = |s| {
-        (
-            at(section.outer_diameter_m, s),
-            at(section.inner_diameter_m, s),
-        )
-    };
-    let heavy = |s| {
-        (
-            at(section.mass_outer_diameter_m, s),
-            at(section.mass_inner_diameter_m, s),
-        )
-    };
+    let stiff = |s| (at(section.outer_diameter_m, s), at(section.inner_diameter_m, s));
+    let heavy = |s| (at(section.mass_outer_diameter_m, s), at(section.mass_inner_diameter_m, s));
     let kappa = section.shear_coefficient();
     let phi = shear_parameter(section);
     let mut mass = Matrix::zeros();
@@ -83,11 +73,7 @@ pub fn matrices(section: &Section) -> ElementMatrices {
     ElementMatrices {
         mass,
         stiffness,
-        gyroscopic: if section.gyroscopic {
-            rotary * 2.0
-        } else {
-            Matrix::zeros()
-        },
+        gyroscopic: if section.gyroscopic { rotary * 2.0 } else { Matrix::zeros() },
         polar_inertia_kg_m2: polar,
     }
 }
@@ -104,38 +90,23 @@ pub fn shear(section: &Section) -> [f64; 4] {
 fn shear_parameter(section: &Section) -> f64 {
     let l = section.length_m;
     let middle = |d: [f64; 2]| d[0] + (d[1] - d[0]) * 0.5;
-    let diameters = (
-        middle(section.outer_diameter_m),
-        middle(section.inner_diameter_m),
-    );
+    let diameters = (middle(section.outer_diameter_m), middle(section.inner_diameter_m));
     let e = section.material.youngs_modulus_pa * section.modulus_scale;
     let g = section.material.shear_modulus_pa * section.modulus_scale;
-    section.shear_coefficient().map_or(0.0, |k| {
-        12.0 * e * second_moment(diameters) / (k * g * area(diameters) * l * l)
-    })
+    section.shear_coefficient().map_or(0.0, |k| 12.0 * e * second_moment(diameters) / (k * g * area(diameters) * l * l))
 }
 
 /// Deflection at s = z/L of an element of length L read with cubic Hermite functions: coefficients of (w₁, ψ₁, w₂, ψ₂).
 pub fn hermite(s: f64, length_m: f64) -> [f64; 4] {
     let (s2, s3) = (s * s, s * s * s);
-    [
-        1.0 - 3.0 * s2 + 2.0 * s3,
-        length_m * (s - 2.0 * s2 + s3),
-        3.0 * s2 - 2.0 * s3,
-        length_m * (s3 - s2),
-    ]
+    [1.0 - 3.0 * s2 + 2.0 * s3, length_m * (s - 2.0 * s2 + s3), 3.0 * s2 - 2.0 * s3, length_m * (s3 - s2)]
 }
 
 /// Slope of the deflection that [`hermite`] reads, d/dz: coefficients of (w₁, ψ₁, w₂, ψ₂).
 pub(crate) fn hermite_slope(s: f64, length_m: f64) -> [f64; 4] {
     let s2 = s * s;
     let across = 6.0 * (s - s2) / length_m;
-    [
-        -across,
-        1.0 - 4.0 * s + 3.0 * s2,
-        across,
-        3.0 * s2 - 2.0 * s,
-    ]
+    [-across, 1.0 - 4.0 * s + 3.0 * s2, across, 3.0 * s2 - 2.0 * s]
 }
 
 /// Curvature of the deflection that [`hermite`] reads, d²/dz²: coefficients of (w₁, ψ₁, w₂, ψ₂).
@@ -161,12 +132,8 @@ fn shapes(s: f64, l: f64, phi: f64) -> (Vector4<f64>, Vector4<f64>, Vector4<f64>
         6.0 * (s - s2) / l,
         3.0 * s2 - 2.0 * s + phi * s,
     );
-    let slope = Vector4::new(
-        6.0 * (2.0 * s - 1.0) / l,
-        6.0 * s - 4.0 - phi,
-        6.0 * (1.0 - 2.0 * s) / l,
-        6.0 * s - 2.0 + phi,
-    );
+    let slope =
+        Vector4::new(6.0 * (2.0 * s - 1.0) / l, 6.0 * s - 4.0 - phi, 6.0 * (1.0 - 2.0 * s) / l, 6.0 * s - 2.0 + phi);
     (nw * c, npsi * c, slope * (c / l))
 }
 

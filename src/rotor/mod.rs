@@ -91,9 +91,7 @@ pub enum RotorError {
         most: usize,
     },
     /// A position that is not on the shaft.
-    #[error(
-        "{what}: {position_m} m is not on the shaft, which reaches from {from_m} m to {to_m} m"
-    )]
+    #[error("{what}: {position_m} m is not on the shaft, which reaches from {from_m} m to {to_m} m")]
     OffShaft {
         /// What sits there.
         what: String,

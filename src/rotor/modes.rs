@@ -30,10 +30,7 @@ impl PlanarModes {
         let matrices = rotor.plane_matrices();
         let n = rotor.dofs();
         let properties = rotor.properties_from(&matrices);
-        let (shift, tilt) = (
-            properties.mass_kg.sqrt().recip(),
-            properties.diametral_inertia_kg_m2.sqrt().recip(),
-        );
+        let (shift, tilt) = (properties.mass_kg.sqrt().recip(), properties.diametral_inertia_kg_m2.sqrt().recip());
         let z = rotor.node_positions_m();
         let rigid = Mat::from_fn(n, RIGID, |i, mode| match (mode, i % 2) {
             (0, 0) => shift,
@@ -52,18 +49,10 @@ impl PlanarModes {
             let scale = (0..n).step_by(2).map(|i| v[(i, k - RIGID)].abs());
             // A tool end that moves less than a ten-millionth of the largest deflection is a node, not a sign.
             let floor = 1e-7 * scale.fold(0.0, f64::max);
-            let first = (0..n)
-                .step_by(2)
-                .map(|i| v[(i, k - RIGID)])
-                .find(|w| w.abs() > floor)
-                .unwrap_or(1.0);
+            let first = (0..n).step_by(2).map(|i| v[(i, k - RIGID)]).find(|w| w.abs() > floor).unwrap_or(1.0);
             v[(i, k - RIGID)] * first.signum()
         });
-        Ok(Self {
-            omega_rad_s,
-            shapes,
-            matrices,
-        })
+        Ok(Self { omega_rad_s, shapes, matrices })
     }
 
     /// Number of modes of the plane, the two rigid ones included.
@@ -78,17 +67,11 @@ impl PlanarModes {
 
     /// Natural frequencies of the flexible modes, Hz.
     pub fn flexible_hz(&self) -> Vec<f64> {
-        self.omega_rad_s
-            .iter()
-            .skip(RIGID)
-            .map(|w| w / std::f64::consts::TAU)
-            .collect()
+        self.omega_rad_s.iter().skip(RIGID).map(|w| w / std::f64::consts::TAU).collect()
     }
 
     /// Modal amplitudes φ_k of a read-out row (pairs dof, coefficient): its product with every shape.
     pub fn amplitudes(&self, row: &[(usize, f64)]) -> Vec<f64> {
-        (0..self.len())
-            .map(|k| row.iter().map(|(i, c)| c * self.shapes[(*i, k)]).sum())
-            .collect()
+        (0..self.len()).map(|k| row.iter().map(|(i, c)| c * self.shapes[(*i, k)]).sum()).collect()
     }
 }

@@ -23,12 +23,7 @@ pub struct Material {
 
 impl Material {
     /// A material whose shear modulus follows from E and ν.
-    pub fn isotropic(
-        name: &str,
-        youngs_modulus_pa: f64,
-        density_kg_m3: f64,
-        poisson_ratio: f64,
-    ) -> Self {
+    pub fn isotropic(name: &str, youngs_modulus_pa: f64, density_kg_m3: f64, poisson_ratio: f64) -> Self {
         Self {
             name: name.to_owned(),
             youngs_modulus_pa,
@@ -80,12 +75,7 @@ pub struct Section {
 
 impl Section {
     /// A cylinder with equal stiffness and mass diameters, Cowper shear, rotary inertia and gyroscopic moment.
-    pub fn cylinder(
-        length_m: f64,
-        outer_diameter_m: f64,
-        inner_diameter_m: f64,
-        material: Material,
-    ) -> Self {
+    pub fn cylinder(length_m: f64, outer_diameter_m: f64, inner_diameter_m: f64, material: Material) -> Self {
         Self {
             length_m,
             outer_diameter_m: [outer_diameter_m; 2],
@@ -118,21 +108,11 @@ impl Section {
     /// # Errors
     /// [`RotorError::Element`] with the first rule that is broken.
     pub(crate) fn validate(&self, index: usize) -> Result<(), RotorError> {
-        let broken = |field, value: f64, rule: String| {
-            Err(RotorError::Element {
-                index,
-                field,
-                value,
-                rule,
-            })
-        };
+        let broken = |field, value: f64, rule: String| Err(RotorError::Element { index, field, value, rule });
         let positive: [(&'static str, f64); 5] = [
             ("length_m", self.length_m),
             ("modulus_scale", self.modulus_scale),
-            (
-                "material.youngs_modulus_pa",
-                self.material.youngs_modulus_pa,
-            ),
+            ("material.youngs_modulus_pa", self.material.youngs_modulus_pa),
             ("material.shear_modulus_pa", self.material.shear_modulus_pa),
             ("material.density_kg_m3", self.material.density_kg_m3),
         ];
@@ -147,18 +127,8 @@ impl Section {
             return broken("material.poisson_ratio", nu, rule);
         }
         let pairs = [
-            (
-                "outer_diameter_m",
-                self.outer_diameter_m,
-                "inner_diameter_m",
-                self.inner_diameter_m,
-            ),
-            (
-                "mass_outer_diameter_m",
-                self.mass_outer_diameter_m,
-                "mass_inner_diameter_m",
-                self.mass_inner_diameter_m,
-            ),
+            ("outer_diameter_m", self.outer_diameter_m, "inner_diameter_m", self.inner_diameter_m),
+            ("mass_outer_diameter_m", self.mass_outer_diameter_m, "mass_inner_diameter_m", self.mass_inner_diameter_m),
         ];
         for (outer_name, outer, inner_name, inner) in pairs {
             for end in 0..2 {
@@ -186,14 +156,9 @@ impl Section {
         let q = (1.0 + m2).powi(2);
         match self.shear {
             Shear::Rigid => None,
-            Shear::Cowper => {
-                Some(6.0 * (1.0 + nu) * q / ((7.0 + 6.0 * nu) * q + (20.0 + 12.0 * nu) * m2))
-            }
+            Shear::Cowper => Some(6.0 * (1.0 + nu) * q / ((7.0 + 6.0 * nu) * q + (20.0 + 12.0 * nu) * m2)),
             Shear::Hutchinson => {
-                let (a, b) = (
-                    7.0 + 12.0 * nu + 4.0 * nu * nu,
-                    4.0 * (5.0 + 6.0 * nu + 2.0 * nu * nu),
-                );
+                let (a, b) = (7.0 + 12.0 * nu + 4.0 * nu * nu, 4.0 * (5.0 + 6.0 * nu + 2.0 * nu * nu));
                 Some(6.0 * (1.0 + nu) * q / (a * q + b * m2))
             }
         }
@@ -216,10 +181,7 @@ pub struct Disc {
 impl Disc {
     /// The disc in the coordinate that counts the other way from the nose face.
     pub(crate) fn mirrored(&self) -> Self {
-        Self {
-            position_m: -self.position_m,
-            ..*self
-        }
+        Self { position_m: -self.position_m, ..*self }
     }
 
     /// Checks every rule; `index` is the disc's place in its list.
@@ -234,12 +196,7 @@ impl Disc {
         ];
         for (field, value) in values {
             if !(value.is_finite() && value >= 0.0) {
-                return Err(RotorError::Disc {
-                    index,
-                    field,
-                    value,
-                    rule: "must be zero or a positive number".into(),
-                });
+                return Err(RotorError::Disc { index, field, value, rule: "must be zero or a positive number".into() });
             }
         }
         // A body's moments obey Ix + Iy ≥ Iz; 1e-6 leaves room for printed figures.

@@ -70,9 +70,7 @@ pub fn spectrum(chain: &Chain, factors: &[f64], query: &Query) -> Spectrum {
     let mut search = Search::new(&stiffness, &chain.mass, query);
     let grid = search.scan(query);
     let (poles, shapes) = search.poles(&grid);
-    let zeros_hz = (0..query.frfs.len())
-        .map(|k| search.zeros(&grid, &poles, k))
-        .collect();
+    let zeros_hz = (0..query.frfs.len()).map(|k| search.zeros(&grid, &poles, k)).collect();
     Spectrum {
         below: grid.first().map_or(0, |point| point.below),
         poles_hz: poles.iter().map(|l| hz(*l)).collect(),
@@ -107,11 +105,7 @@ impl<'a> Search<'a> {
                 ports.len() - 1
             }
         };
-        let frfs = query
-            .frfs
-            .iter()
-            .map(|(c, b)| (index(c), index(b)))
-            .collect();
+        let frfs = query.frfs.iter().map(|(c, b)| (index(c), index(b))).collect();
         let nodes = mass.diagonal.len();
         Self {
             stiffness,
@@ -134,10 +128,7 @@ impl<'a> Search<'a> {
                 self.factor.forward(&self.ports[i], &mut self.sweeps[i]);
             }
         }
-        self.factor.receptance(
-            (&self.ports[c], &self.sweeps[c]),
-            (&self.ports[b], &self.sweeps[b]),
-        )
+        self.factor.receptance((&self.ports[c], &self.sweeps[c]), (&self.ports[b], &self.sweeps[b]))
     }
 
     fn scan(&mut self, query: &Query) -> Vec<GridPoint> {
@@ -156,9 +147,7 @@ impl<'a> Search<'a> {
                 GridPoint {
                     lambda: at,
                     below: self.factor.below,
-                    receptance: (0..self.frfs.len())
-                        .map(|k| self.receptance(k, false))
-                        .collect(),
+                    receptance: (0..self.frfs.len()).map(|k| self.receptance(k, false)).collect(),
                 }
             })
             .collect()
@@ -167,13 +156,7 @@ impl<'a> Search<'a> {
     fn poles(&mut self, grid: &[GridPoint]) -> (Vec<f64>, Vec<Vec<[f64; 2]>>) {
         let (mut values, mut shapes) = (vec![], vec![]);
         for pair in grid.windows(2) {
-            let mut stack = vec![(
-                pair[0].lambda,
-                pair[0].below,
-                pair[1].lambda,
-                pair[1].below,
-                0,
-            )];
+            let mut stack = vec![(pair[0].lambda, pair[0].below, pair[1].lambda, pair[1].below, 0)];
             while let Some((lo, n_lo, hi, n_hi, depth)) = stack.pop() {
                 if n_hi <= n_lo {
                     continue;
@@ -203,9 +186,7 @@ impl<'a> Search<'a> {
     fn rayleigh(&mut self, lo: f64, hi: f64) -> Option<(f64, Vec<[f64; 2]>)> {
         let nodes = self.mass.diagonal.len();
         // A start vector with every bending shape in it: an arbitrary irrational sequence.
-        let mut x: Vec<[f64; 2]> = (0..nodes)
-            .map(|i| [(0.5 + i as f64 * 0.618_034).fract() - 0.4, 0.3])
-            .collect();
+        let mut x: Vec<[f64; 2]> = (0..nodes).map(|i| [(0.5 + i as f64 * 0.618_034).fract() - 0.4, 0.3]).collect();
         let mut shift = 0.5 * (lo + hi);
         let mut last = f64::NAN;
         for iteration in 0..12 {
@@ -240,10 +221,7 @@ impl<'a> Search<'a> {
 
     fn zeros(&mut self, grid: &[GridPoint], poles: &[f64], frf: usize) -> Vec<f64> {
         let smooth = |at: f64, h: f64| poles.iter().fold(h * at, |n, p| n * (1.0 - at / p));
-        let values: Vec<f64> = grid
-            .iter()
-            .map(|g| smooth(g.lambda, g.receptance[frf]))
-            .collect();
+        let values: Vec<f64> = grid.iter().map(|g| smooth(g.lambda, g.receptance[frf])).collect();
         let mut eval = |at: f64| {
             self.factorise(at);
             smooth(at, self.receptance(frf, true))
@@ -256,9 +234,7 @@ impl<'a> Search<'a> {
                 found.push(root(a, fa, b, fb, &mut eval));
             } else if let (Some(next), Some(fc)) = (grid.get(i + 1), values.get(i + 1)) {
                 let touches = fb.abs() < fa.abs() && fb.abs() < fc.abs() && fb * fc > 0.0;
-                if touches
-                    && let Some((m, fm)) = crossing((a, fa), (b, fb), (next.lambda, *fc), &mut eval)
-                {
+                if touches && let Some((m, fm)) = crossing((a, fa), (b, fb), (next.lambda, *fc), &mut eval) {
                     found.push(root(a, fa, m, fm, &mut eval));
                     found.push(root(m, fm, next.lambda, *fc, &mut eval));
                 }
@@ -272,11 +248,7 @@ impl<'a> Search<'a> {
 /// Sign convention: the larger of the two end displacements is positive.
 fn oriented(mut x: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
     let ends = [x.first(), x.last()].map(|e| e.map_or(0.0, |v| v[0]));
-    let lead = if ends[0].abs() >= ends[1].abs() {
-        ends[0]
-    } else {
-        ends[1]
-    };
+    let lead = if ends[0].abs() >= ends[1].abs() { ends[0] } else { ends[1] };
     if lead < 0.0 {
         for v in &mut x {
             *v = [-v[0], -v[1]];
@@ -327,28 +299,16 @@ fn crossing(
 }
 
 /// Root of a function in a bracket: regula falsi with the Illinois safeguard.
-fn root(
-    mut a: f64,
-    mut fa: f64,
-    mut b: f64,
-    mut fb: f64,
-    eval: &mut impl FnMut(f64) -> f64,
-) -> f64 {
+fn root(mut a: f64, mut fa: f64, mut b: f64, mut fb: f64, eval: &mut impl FnMut(f64) -> f64) -> f64 {
     let mut side = 0;
     let mut x = b;
     for _ in 0..60 {
         let previous = x;
-        x = if fb == fa {
-            0.5 * (a + b)
-        } else {
-            (fa * b - fb * a) / (fa - fb)
-        };
+        x = if fb == fa { 0.5 * (a + b) } else { (fa * b - fb * a) / (fa - fb) };
         if !(x > a.min(b) && x < a.max(b)) {
             x = 0.5 * (a + b);
         }
-        if (x - previous).abs() <= LAMBDA_TOLERANCE * x.abs()
-            || (b - a).abs() <= LAMBDA_TOLERANCE * x.abs()
-        {
+        if (x - previous).abs() <= LAMBDA_TOLERANCE * x.abs() || (b - a).abs() <= LAMBDA_TOLERANCE * x.abs() {
             return x;
         }
         let f = eval(x);

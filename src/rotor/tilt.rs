@@ -37,11 +37,7 @@ impl Tilt {
     /// With more flexibility, and its derivative to the place.
     #[must_use]
     pub(crate) fn softer(self, (more, along): (f64, f64)) -> Self {
-        Self {
-            flexibility: self.flexibility + more,
-            flexibility_along: self.flexibility_along + along,
-            ..self
-        }
+        Self { flexibility: self.flexibility + more, flexibility_along: self.flexibility_along + along, ..self }
     }
 
     /// Stiffness, N m/rad, that a stiffness at the place is for the slope of the row.
@@ -53,10 +49,7 @@ impl Tilt {
     pub(crate) fn seen_derivatives(&self, stiffness: f64) -> (f64, f64) {
         let share = (1.0 + stiffness * self.flexibility).recip();
         let square = share * share;
-        (
-            square,
-            -stiffness * stiffness * square * self.flexibility_along,
-        )
+        (square, -stiffness * stiffness * square * self.flexibility_along)
     }
 }
 
@@ -83,10 +76,7 @@ fn tilt(element: usize, section: &Section, s: f64) -> Result<Tilt, RotorError> {
     }
     let at = s * parts - part as f64;
     let mut reading = SMatrix::<f64, FREEDOMS, 2>::zeros();
-    let columns = [
-        element::hermite_slope(at, length_m),
-        element::hermite_curvature(at, length_m),
-    ];
+    let columns = [element::hermite_slope(at, length_m), element::hermite_curvature(at, length_m)];
     for (j, column) in columns.iter().enumerate() {
         for (i, value) in column.iter().enumerate() {
             reading[(2 * part + i, j)] = *value;
@@ -95,10 +85,9 @@ fn tilt(element: usize, section: &Section, s: f64) -> Result<Tilt, RotorError> {
     // The nodes between are 2..6, the ends the first and the last two.
     let inner: Matrix4<f64> = stiffness.fixed_view::<4, 4>(2, 2).into_owned();
     let ends = [0, 1, FREEDOMS - 2, FREEDOMS - 1];
-    let held = inner.cholesky().ok_or(NumericError::Singular {
-        what: "stiffness of an element with its ends held",
-        rcond: 0.0,
-    })?;
+    let held = inner
+        .cholesky()
+        .ok_or(NumericError::Singular { what: "stiffness of an element with its ends held", rcond: 0.0 })?;
     let answer = held.solve(&reading.fixed_view::<4, 2>(2, 0).into_owned());
     let onto_ends = |j: usize| {
         ends.map(|e| {

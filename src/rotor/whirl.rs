@@ -141,11 +141,7 @@ impl Reduced {
             (true, false) => 0.0,
             (false, true) => {
                 let ((p, i), (q, j)) = (plane(i - size), plane(j));
-                let own = if p == q && i == j {
-                    self.omega2[i]
-                } else {
-                    0.0
-                };
+                let own = if p == q && i == j { self.omega2[i] } else { 0.0 };
                 -(own + self.stiffness[p][q][(i, j)]) / self.scale[j]
             }
             (false, false) => {
@@ -187,31 +183,17 @@ impl Rotor {
             .collect::<Result<Vec<_>, RotorError>>()?;
         let form = |part: fn(&Support) -> [[f64; 2]; 2], a: usize, b: usize| {
             Mat::from_fn(n, n, |i, j| {
-                supports
-                    .iter()
-                    .zip(&rows)
-                    .map(|(s, row)| part(s)[a][b] * row[i] * row[j])
-                    .sum::<f64>()
+                supports.iter().zip(&rows).map(|(s, row)| part(s)[a][b] * row[i] * row[j]).sum::<f64>()
             })
         };
         let stiffness = |a, b| form(|s| s.stiffness_n_per_m, a, b);
         let viscous = |a, b| form(|s| s.damping_n_s_per_m, a, b);
         // States (s q, q̇) with s² = ω² + the supports' share, at least 1: rows and columns of like size.
         let share = |k: usize| -> f64 {
-            let stiff = |s: &Support| {
-                s.stiffness_n_per_m[0][0]
-                    .abs()
-                    .max(s.stiffness_n_per_m[1][1].abs())
-            };
-            supports
-                .iter()
-                .zip(&rows)
-                .map(|(s, row)| stiff(s) * row[k] * row[k])
-                .sum()
+            let stiff = |s: &Support| s.stiffness_n_per_m[0][0].abs().max(s.stiffness_n_per_m[1][1].abs());
+            supports.iter().zip(&rows).map(|(s, row)| stiff(s) * row[k] * row[k]).sum()
         };
-        let scale: Vec<f64> = (0..n)
-            .map(|k| (omega2(k) + share(k)).max(1.0).sqrt())
-            .collect();
+        let scale: Vec<f64> = (0..n).map(|k| (omega2(k) + share(k)).max(1.0).sqrt()).collect();
         let reduced = Reduced {
             omega2: (0..n).map(omega2).collect(),
             scale,
@@ -251,10 +233,7 @@ impl Rotor {
             true => whirl(k),
             false => 0.0,
         };
-        let kept: Vec<(c64, f64)> = listed
-            .filter(|(v, _)| v.im >= 0.0)
-            .map(|(v, k)| (v, direction(v, k)))
-            .collect();
+        let kept: Vec<(c64, f64)> = listed.filter(|(v, _)| v.im >= 0.0).map(|(v, k)| (v, direction(v, k))).collect();
         Ok(spectrum(kept, to_hz))
     }
 
@@ -263,10 +242,7 @@ impl Rotor {
     ///
     /// # Errors
     /// [`RotorError::OffShaft`] for a support beyond the ends; [`RotorError::Numeric`] without enough supports.
-    pub fn critical_speeds_rad_s(
-        &self,
-        supports: &[Support],
-    ) -> Result<(Vec<f64>, Vec<f64>), RotorError> {
+    pub fn critical_speeds_rad_s(&self, supports: &[Support]) -> Result<(Vec<f64>, Vec<f64>), RotorError> {
         let matrices = self.plane_matrices();
         let mut k = matrices.stiffness.clone();
         for support in supports {
@@ -280,9 +256,7 @@ impl Rotor {
         // K is definite, M − G need not be: solve for 1/ω².
         let solve = |sign: f64| -> Result<Vec<f64>, RotorError> {
             let n = self.dofs();
-            let m = Mat::from_fn(n, n, |i, j| {
-                matrices.mass[(i, j)] - sign * matrices.gyroscopic[(i, j)]
-            });
+            let m = Mat::from_fn(n, n, |i, j| matrices.mass[(i, j)] - sign * matrices.gyroscopic[(i, j)]);
             let inverse = crate::linalg::definite_eigen(&m, &k)?.values;
             let largest = inverse.last().copied().unwrap_or_default();
             // Rounding level of the inverse eigenvalues; smaller ones are infinite speeds.
@@ -308,11 +282,7 @@ fn spectrum(values: impl IntoIterator<Item = (c64, f64)>, to_hz: f64) -> WhirlSp
         }
     }
     found.modes.retain(|m| m.damped_rad_s <= TAU * to_hz);
-    found.modes.sort_by(|a, b| {
-        a.damped_rad_s
-            .total_cmp(&b.damped_rad_s)
-            .then(a.whirl.total_cmp(&b.whirl))
-    });
+    found.modes.sort_by(|a, b| a.damped_rad_s.total_cmp(&b.damped_rad_s).then(a.whirl.total_cmp(&b.whirl)));
     found.unstable_real_poles_rad_s.sort_by(f64::total_cmp);
     found
 }

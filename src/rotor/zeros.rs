@@ -41,9 +41,7 @@ pub fn zeros_hz(
         let (sum, size) = direct(s);
         sum.abs() / size.max(f64::MIN_POSITIVE)
     };
-    let sigma = candidates.into_iter().fold(candidates[0], |best, s| {
-        if quality(s) > quality(best) { s } else { best }
-    });
+    let sigma = candidates.into_iter().fold(candidates[0], |best, s| if quality(s) > quality(best) { s } else { best });
     let (gain, size) = direct(sigma);
     // No transfer at all between the two (one of them sits on every node): no zeros to speak of.
     if size == 0.0 || gain == 0.0 {

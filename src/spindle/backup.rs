@@ -54,10 +54,8 @@ impl BackupBearings {
             positive(&path("contact_radius_m"), value)?;
         }
         let zero = "must be zero or a positive number";
-        for (key, value) in [
-            ("contact_damping_n_s_per_m", self.contact_damping_n_s_per_m),
-            ("friction", self.friction),
-        ] {
+        for (key, value) in [("contact_damping_n_s_per_m", self.contact_damping_n_s_per_m), ("friction", self.friction)]
+        {
             let value = value.unwrap_or(0.0);
             rule(value >= 0.0 && value.is_finite(), path(key), value, zero)?;
         }
@@ -68,18 +66,12 @@ impl BackupBearings {
     ///
     /// # Errors
     /// [`SpindleError`] when an actuator is not on the shaft.
-    pub(super) fn contact(
-        &self,
-        rotor: &Rotor,
-        actuators_m: [f64; 2],
-    ) -> Result<BackupContact, SpindleError> {
+    pub(super) fn contact(&self, rotor: &Rotor, actuators_m: [f64; 2]) -> Result<BackupContact, SpindleError> {
         let stiffness = self.contact_stiffness_n_per_m.unwrap_or(STIFFNESS_N_PER_M);
         let half = 0.5 * rotor.mass_properties().mass_kg;
         let mut radius = 0.0;
         for at in actuators_m {
-            let (k, s) = rotor
-                .element_at("actuator", at)
-                .map_err(SpindleError::Rotor)?;
+            let (k, s) = rotor.element_at("actuator", at).map_err(SpindleError::Rotor)?;
             let [near, far] = rotor.sections()[k].outer_diameter_m;
             radius += 0.5 * (near + s * (far - near)) / actuators_m.len() as f64;
         }

@@ -15,9 +15,7 @@ pub(crate) fn sweep_end_hz(machine: &Machine, flexible_rad_s: &[f64]) -> f64 {
     let modes = machine.spindle.flexible_modes.min(flexible_rad_s.len());
     let last = flexible_rad_s[..modes].last().copied().unwrap_or_default();
     let most = SHARE * machine.spindle.electronics.sample_rate_hz;
-    (BEYOND * last / TAU)
-        .min(most)
-        .max(machine.spindle.stiffness_band_hz.1)
+    (BEYOND * last / TAU).min(most).max(machine.spindle.stiffness_band_hz.1)
 }
 
 /// The same in rad/s.

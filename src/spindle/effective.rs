@@ -38,10 +38,7 @@ impl EffectiveBearing {
     pub(crate) fn axes_are_alike(&self) -> bool {
         let [force_x, force_y] = self.force_factors;
         let [signal_x, signal_y] = self.signal_factors;
-        force_x == force_y
-            && signal_x == signal_y
-            && self.coupling_ratio == 0.0
-            && self.sensor_angle_rad == 0.0
+        force_x == force_y && signal_x == signal_y && self.coupling_ratio == 0.0 && self.sensor_angle_rad == 0.0
     }
 }
 
@@ -102,11 +99,6 @@ impl Effective {
     /// Positions of the actuators, front and rear, then of the sensors, m.
     pub(crate) fn planes_m(&self) -> [f64; 4] {
         let [front, rear] = &self.bearings;
-        [
-            front.actuator_m,
-            rear.actuator_m,
-            front.sensor_m,
-            rear.sensor_m,
-        ]
+        [front.actuator_m, rear.actuator_m, front.sensor_m, rear.sensor_m]
     }
 }

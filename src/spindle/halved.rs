@@ -22,10 +22,7 @@ pub fn refined_around_tilting(machine: &Machine) -> Machine {
     for element in elements {
         let to = from + element.length_m;
         // An end belongs to both elements: which one is read there is left to the shaft.
-        whole.push(
-            at.iter()
-                .any(|z| (from - NODE_TOLERANCE_M..=to + NODE_TOLERANCE_M).contains(z)),
-        );
+        whole.push(at.iter().any(|z| (from - NODE_TOLERANCE_M..=to + NODE_TOLERANCE_M).contains(z)));
         from = to;
     }
     // From the tip first to the order of the file, the nose first.
@@ -59,11 +56,7 @@ fn halves(section: &Section) -> [Section; 2] {
     [0, 1].map(|half| {
         let part = |[from, to]: [f64; 2]| {
             let middle = 0.5 * (from + to);
-            if half == 0 {
-                [from, middle]
-            } else {
-                [middle, to]
-            }
+            if half == 0 { [from, middle] } else { [middle, to] }
         };
         Section {
             length_m: 0.5 * section.length_m,

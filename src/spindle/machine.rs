@@ -145,8 +145,7 @@ impl Spindle {
     /// # Errors
     /// [`SpindleError`] when the rotor cannot be assembled.
     pub fn backup_contact(&self) -> Result<BackupContact, SpindleError> {
-        let rotor =
-            Rotor::new(0.0, self.sections.clone(), &self.discs).map_err(SpindleError::Rotor)?;
+        let rotor = Rotor::new(0.0, self.sections.clone(), &self.discs).map_err(SpindleError::Rotor)?;
         let planes = &self.planes;
         let actuators_m = [planes.front_actuator_m, planes.rear_actuator_m];
         self.backup_bearings.contact(&rotor, actuators_m)
@@ -158,10 +157,7 @@ impl Spindle {
         self.sections.first().map_or([0.0; 2], |section| {
             let diameter_m = section.outer_diameter_m[0];
             let n_per_m = section.material.youngs_modulus_pa * diameter_m;
-            [
-                translation * n_per_m,
-                turning * n_per_m * diameter_m * diameter_m,
-            ]
+            [translation * n_per_m, turning * n_per_m * diameter_m * diameter_m]
         })
     }
 
@@ -243,10 +239,7 @@ impl Machine {
 
     /// The same machine with one more effect. The effect's numbers are checked when a plant is built from it.
     pub fn with_effect(&self, effect: Effect) -> Self {
-        Self {
-            spindle: self.spindle.with_effect(effect),
-            tool: self.tool.clone(),
-        }
+        Self { spindle: self.spindle.with_effect(effect), tool: self.tool.clone() }
     }
 
     /// Position of the tool plane, m (negative).
@@ -260,8 +253,8 @@ impl Machine {
     /// [`SpindleError`] when a part breaks a rule.
     pub fn rotor(&self) -> Result<Rotor, SpindleError> {
         let tool = self.tool.rotor()?;
-        let spindle = Rotor::new(0.0, self.spindle.sections.clone(), &self.spindle.discs)
-            .map_err(SpindleError::Rotor)?;
+        let spindle =
+            Rotor::new(0.0, self.spindle.sections.clone(), &self.spindle.discs).map_err(SpindleError::Rotor)?;
         let joint = action::joint(&self.spindle.effects);
         let mut rotor = Rotor::join(&tool, &spindle, joint).map_err(SpindleError::Shaft)?;
         for effect in &self.spindle.effects {
@@ -291,11 +284,7 @@ impl Machine {
 
     /// Bearings, chain and additions after all effects.
     pub fn effective(&self) -> Effective {
-        let (s, p, e) = (
-            &self.spindle,
-            &self.spindle.planes,
-            &self.spindle.electronics,
-        );
+        let (s, p, e) = (&self.spindle, &self.spindle.planes, &self.spindle.electronics);
         let nominal = |b: &Bearing, sensor_m, actuator_m| EffectiveBearing {
             ki_n_per_a: b.ki_n_per_a,
             ks_n_per_m: b.ks_n_per_m,
@@ -347,24 +336,14 @@ impl Machine {
 
     fn check_effect(&self, i: usize) -> Result<(), SpindleError> {
         let effect = &self.spindle.effects[i];
-        let end = self
-            .spindle
-            .sections
-            .iter()
-            .map(|s| s.length_m)
-            .sum::<f64>();
+        let end = self.spindle.sections.iter().map(|s| s.length_m).sum::<f64>();
         let start = -self.tool.length_m();
         match &effect.location {
-            Location::Region(region) if !self.regions().contains(region) => {
-                Err(SpindleError::Name {
-                    path: format!("effects[{i}].region"),
-                    name: region.clone(),
-                    rule: format!(
-                        "is a region that no element has; there are: {}",
-                        self.regions().join(", ")
-                    ),
-                })
-            }
+            Location::Region(region) if !self.regions().contains(region) => Err(SpindleError::Name {
+                path: format!("effects[{i}].region"),
+                name: region.clone(),
+                rule: format!("is a region that no element has; there are: {}", self.regions().join(", ")),
+            }),
             Location::Position(z) | Location::InPlane(z, _) => rule(
                 *z >= start - 1e-6 && *z <= end + 1e-6,
                 format!("effects[{i}].position_m"),

@@ -13,9 +13,7 @@ use super::machine::Machine;
 use super::model_detail::ModelDetail;
 use super::open_receptance::{Coordinates, OpenReceptance};
 use super::response::damping::ModalDamping;
-use super::response::feedback::{
-    Feedback, Law, PlaneSpring, attached, close, springs_in_one_plane,
-};
+use super::response::feedback::{Feedback, Law, PlaneSpring, attached, close, springs_in_one_plane};
 use super::response::pairs::whole;
 use super::whirl_form::WhirlModes;
 use crate::linalg::{Mat, c64, solve_complex};
@@ -104,11 +102,7 @@ impl Mechanics {
     ) -> Result<Self, SpindleError> {
         let rotor = machine.rotor()?;
         let modes = PlanarModes::new(&rotor)?;
-        let Ports {
-            rows,
-            mut feedback,
-            plane_springs,
-        } = Ports::new(machine, effective, &rotor, &modes)?;
+        let Ports { rows, mut feedback, plane_springs } = Ports::new(machine, effective, &rotor, &modes)?;
         let (flexible, cut) = match detail {
             ModelDetail::Full => {
                 let flexible = &modes.omega_rad_s[RIGID..];
@@ -116,10 +110,7 @@ impl Mechanics {
                 let below = flexible.iter().take_while(|w| **w < cut_rad_s).count();
                 (below.max(FULL_AT_LEAST), Cut::PseudoModes)
             }
-            ModelDetail::Modes {
-                flexible,
-                static_residual: true,
-            } => (flexible, Cut::StaticResidual),
+            ModelDetail::Modes { flexible, static_residual: true } => (flexible, Cut::StaticResidual),
             ModelDetail::Modes { flexible, .. } => (flexible, Cut::Dropped),
         };
         let basis = Basis::new(&modes, &rows, flexible, cut)?;
@@ -149,28 +140,14 @@ impl Mechanics {
             }
         });
         // A dashpot reads the kept modes only: through the residual it would turn into a derivative of the force.
-        let damped: Vec<usize> = feedback
-            .iter()
-            .filter(|f| f.law == Law::Dashpot)
-            .map(|f| f.port)
-            .collect();
+        let damped: Vec<usize> = feedback.iter().filter(|f| f.law == Law::Dashpot).map(|f| f.port).collect();
         let residual = Mat::from_fn(p, p, |i, j| {
-            if damped.contains(&i) || damped.contains(&j) {
-                0.0
-            } else {
-                basis.residual_m_per_n[(i, j)]
-            }
+            if damped.contains(&i) || damped.contains(&j) { 0.0 } else { basis.residual_m_per_n[(i, j)] }
         });
         feedback.retain(|f| f.value != 0.0);
         let factor = speed_rad_s * effective.gyroscopic_factor;
         let gyroscopic = (factor != 0.0).then(|| {
-            Mat::from_fn(size, size, |i, j| {
-                if i < n && j < n {
-                    factor * basis.gyroscopic[(i, j)]
-                } else {
-                    0.0
-                }
-            })
+            Mat::from_fn(size, size, |i, j| if i < n && j < n { factor * basis.gyroscopic[(i, j)] } else { 0.0 })
         });
         Ok(Self {
             omega_rad_s,
@@ -208,13 +185,7 @@ impl Mechanics {
                 true => self.ports[(i, k)],
                 false => f64::from(u8::from(k == RIGID + i - p)),
             }),
-            residual: Mat::from_fn(p + m, p + m, |i, j| {
-                if old(i, j) {
-                    self.residual[(i, j)]
-                } else {
-                    0.0
-                }
-            }),
+            residual: Mat::from_fn(p + m, p + m, |i, j| if old(i, j) { self.residual[(i, j)] } else { 0.0 }),
             open: OnceLock::new(),
             ..self.clone()
         }
@@ -256,10 +227,7 @@ impl Mechanics {
             }
         }
         let number = |port: usize| kept.iter().position(|p| *p == port);
-        let feedback = self
-            .feedback
-            .iter()
-            .filter_map(|f| number(f.port).map(|port| Feedback { port, ..*f }));
+        let feedback = self.feedback.iter().filter_map(|f| number(f.port).map(|port| Feedback { port, ..*f }));
         let (p, n) = (kept.len(), self.omega_rad_s.len());
         Self {
             ports: Mat::from_fn(p, n, |i, k| self.ports[(kept[i], k)]),
@@ -290,20 +258,14 @@ impl Mechanics {
     /// [`Self::receptance`] forwards, and backwards where that is not its conjugate.
     pub(crate) fn both_ways(&self, omega_rad_s: f64) -> (Vec<c64>, Option<Vec<c64>>) {
         let backward = !self.planes_are_decoupled();
-        (
-            self.receptance(omega_rad_s),
-            backward.then(|| self.receptance(-omega_rad_s)),
-        )
+        (self.receptance(omega_rad_s), backward.then(|| self.receptance(-omega_rad_s)))
     }
 
     /// Complex receptance between all ports at a signed angular frequency (ω < 0: backward), magnets closed, row-major.
     pub(crate) fn receptance(&self, omega_rad_s: f64) -> Vec<c64> {
         let p = self.ports();
-        let w = if omega_rad_s.abs() < RIGID_FLOOR_RAD_S {
-            RIGID_FLOOR_RAD_S.copysign(omega_rad_s)
-        } else {
-            omega_rad_s
-        };
+        let w =
+            if omega_rad_s.abs() < RIGID_FLOOR_RAD_S { RIGID_FLOOR_RAD_S.copysign(omega_rad_s) } else { omega_rad_s };
         let coordinates = Coordinates {
             omega_rad_s: &self.omega_rad_s,
             damping: &self.damping,
@@ -343,9 +305,7 @@ impl Mechanics {
         let force = Mat::from_fn(m, m, |i, j| gains[i] * t[(i, j)]);
         let phi_f = Mat::from_fn(m, n, |i, k| real(self.ports[(f[i].port, k)]));
         let r_fu = Mat::from_fn(m, count, |i, j| real(self.residual[(f[i].port, inputs[j])]));
-        let r_yf = Mat::from_fn(count, m, |i, j| {
-            real(self.residual[(outputs[i], f[j].port)])
-        });
+        let r_yf = Mat::from_fn(count, m, |i, j| real(self.residual[(outputs[i], f[j].port)]));
         let on_modes = phi_f.transpose() * &force;
         let magnets = &on_modes * &phi_f;
         let (b_extra, c_extra) = (&on_modes * &r_fu, &r_yf * (&force * &phi_f));
@@ -369,15 +329,9 @@ impl Mechanics {
                 let turn = self.gyroscopic.as_ref().map_or(0.0, |g| g[(i, j)]);
                 c64::new(own + dashpots, -turn)
             }),
-            b: Mat::from_fn(n, count, |k, j| {
-                b_extra[(k, j)] + self.ports[(inputs[j], k)]
-            }),
-            c_out: Mat::from_fn(count, n, |i, k| {
-                c_extra[(i, k)] + self.ports[(outputs[i], k)]
-            }),
-            d: Mat::from_fn(count, count, |i, j| {
-                d_extra[(i, j)] + self.residual[(outputs[i], inputs[j])]
-            }),
+            b: Mat::from_fn(n, count, |k, j| b_extra[(k, j)] + self.ports[(inputs[j], k)]),
+            c_out: Mat::from_fn(count, n, |i, k| c_extra[(i, k)] + self.ports[(outputs[i], k)]),
+            d: Mat::from_fn(count, count, |i, j| d_extra[(i, j)] + self.residual[(outputs[i], inputs[j])]),
         }
     }
 }
@@ -390,20 +344,12 @@ struct Ports {
 }
 
 impl Ports {
-    fn new(
-        machine: &Machine,
-        effective: &Effective,
-        rotor: &Rotor,
-        modes: &PlanarModes,
-    ) -> Result<Self, SpindleError> {
-        let at = |what: &str, z: f64| -> Result<Vec<f64>, SpindleError> {
-            Ok(modes.amplitudes(&rotor.shape_at(what, z)?))
-        };
+    fn new(machine: &Machine, effective: &Effective, rotor: &Rotor, modes: &PlanarModes) -> Result<Self, SpindleError> {
+        let at =
+            |what: &str, z: f64| -> Result<Vec<f64>, SpindleError> { Ok(modes.amplitudes(&rotor.shape_at(what, z)?)) };
         let [front, rear] = &effective.bearings;
-        let (front_actuator, rear_actuator) = (
-            at("front actuator", front.actuator_m)?,
-            at("rear actuator", rear.actuator_m)?,
-        );
+        let (front_actuator, rear_actuator) =
+            (at("front actuator", front.actuator_m)?, at("rear actuator", rear.actuator_m)?);
         let mut rows = vec![
             front_actuator.clone(),
             rear_actuator.clone(),
@@ -414,15 +360,10 @@ impl Ports {
             at("rear sensor", rear.sensor_m)?,
         ];
         debug_assert_eq!(rows.len(), NAMED);
-        let magnet = |port: Port, ks_n_per_m: f64| Feedback {
-            port: port as usize,
-            law: Law::Spring,
-            value: -ks_n_per_m,
-        };
-        let mut feedback = vec![
-            magnet(Port::FrontControl, front.ks_n_per_m),
-            magnet(Port::RearControl, rear.ks_n_per_m),
-        ];
+        let magnet =
+            |port: Port, ks_n_per_m: f64| Feedback { port: port as usize, law: Law::Spring, value: -ks_n_per_m };
+        let mut feedback =
+            vec![magnet(Port::FrontControl, front.ks_n_per_m), magnet(Port::RearControl, rear.ks_n_per_m)];
         for (attachment, law, value) in attached(effective) {
             let z = attachment.position_m;
             let (row, value) = match attachment.motion {
@@ -434,28 +375,16 @@ impl Ports {
                     (modes.amplitudes(&row), tilt.seen(value))
                 }
             };
-            feedback.push(Feedback {
-                port: rows.len(),
-                law,
-                value,
-            });
+            feedback.push(Feedback { port: rows.len(), law, value });
             rows.push(row);
         }
         for ([a, b], joint) in rotor.joints() {
             if joint.damping_n_m_s_per_rad != 0.0 {
-                feedback.push(Feedback {
-                    port: rows.len(),
-                    law: Law::Dashpot,
-                    value: joint.damping_n_m_s_per_rad,
-                });
+                feedback.push(Feedback { port: rows.len(), law: Law::Dashpot, value: joint.damping_n_m_s_per_rad });
                 rows.push(modes.amplitudes(&[(2 * a + 1, 1.0), (2 * b + 1, -1.0)]));
             }
         }
         let plane_springs = springs_in_one_plane(effective, &mut rows, |z| at("attachment", z))?;
-        Ok(Self {
-            rows,
-            feedback,
-            plane_springs,
-        })
+        Ok(Self { rows, feedback, plane_springs })
     }
 }

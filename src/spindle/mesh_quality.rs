@@ -38,11 +38,7 @@ pub struct CoarseMesh {
 ///
 /// # Errors
 /// [`SpindleError`] when the shaft or its modes cannot be computed.
-pub fn coarse_mesh(
-    machine: &Machine,
-    modes: usize,
-    allowed: f64,
-) -> Result<Option<CoarseMesh>, SpindleError> {
+pub fn coarse_mesh(machine: &Machine, modes: usize, allowed: f64) -> Result<Option<CoarseMesh>, SpindleError> {
     let tool = machine.tool.sections.len();
     let count = tool + machine.spindle.sections.len();
     if count > CHECKED {

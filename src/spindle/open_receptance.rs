@@ -46,9 +46,7 @@ impl Coordinates<'_> {
             let rows: Vec<Vec<f64>> = (0..p).map(row).collect();
             return OpenReceptance::Modes(products(&rows, p));
         };
-        let ModalDamping {
-            total, circulatory, ..
-        } = self.damping;
+        let ModalDamping { total, circulatory, .. } = self.damping;
         let modes = || WhirlModes::new(self.omega_rad_s, total, circulatory, gyroscopic);
         match self.whirl.get_or_init(modes) {
             Some(modes) => OpenReceptance::Whirl(modes.between(self.ports)),

@@ -41,11 +41,7 @@ impl Plant {
     ///
     /// # Errors
     /// [`SpindleError`] when the machine breaks a rule or an eigenvalue iteration fails.
-    pub fn new(
-        machine: &Machine,
-        speed_rad_s: f64,
-        detail: ModelDetail,
-    ) -> Result<Self, SpindleError> {
+    pub fn new(machine: &Machine, speed_rad_s: f64, detail: ModelDetail) -> Result<Self, SpindleError> {
         let effective = machine.effective();
         Ok(Self {
             mechanics: Mechanics::new(machine, &effective, speed_rad_s, detail)?,
@@ -60,10 +56,7 @@ impl Plant {
     /// # Errors
     /// As [`Plant::new`].
     pub fn design_model(machine: &Machine, speed_rad_s: f64) -> Result<Self, SpindleError> {
-        let detail = ModelDetail::Modes {
-            flexible: machine.spindle.flexible_modes,
-            static_residual: true,
-        };
+        let detail = ModelDetail::Modes { flexible: machine.spindle.flexible_modes, static_residual: true };
         Self::new(machine, speed_rad_s, detail)
     }
 
@@ -73,31 +66,20 @@ impl Plant {
     #[must_use]
     pub fn with_modal_ports(&self, modes: usize) -> Self {
         let modes = modes.min(self.mechanics.flexible());
-        Self {
-            mechanics: self.mechanics.with_modal_ports(modes),
-            modal_ports: modes,
-            ..self.clone()
-        }
+        Self { mechanics: self.mechanics.with_modal_ports(modes), modal_ports: modes, ..self.clone() }
     }
 
     /// The same plant with the natural frequencies of its first flexible modes multiplied by these factors; modal
     /// dampers 2ζω keep their values. Without modal ports.
     #[must_use]
     pub fn with_scaled_modes(&self, factors: &[f64]) -> Self {
-        Self {
-            mechanics: self.mechanics.with_scaled_modes(factors),
-            modal_ports: 0,
-            ..self.clone()
-        }
+        Self { mechanics: self.mechanics.with_scaled_modes(factors), modal_ports: 0, ..self.clone() }
     }
 
     /// The same plant, whose response is asked at a few frequencies only.
     #[must_use]
     pub(crate) fn for_few_frequencies(self) -> Self {
-        Self {
-            mechanics: self.mechanics.for_few_frequencies(),
-            ..self
-        }
+        Self { mechanics: self.mechanics.for_few_frequencies(), ..self }
     }
 
     /// Total delay τ from sampling to current command, s.
@@ -137,9 +119,7 @@ impl Response for Plant {
         let ports = self.mechanics.ports();
         let first = ports - self.modal_ports;
         let springs = self.mechanics.plane_springs();
-        let further: Vec<usize> = (first..ports)
-            .chain(springs.iter().map(|s| s.port))
-            .collect();
+        let further: Vec<usize> = (first..ports).chain(springs.iter().map(|s| s.port)).collect();
         let inputs = [&[0usize, 1, 2, 3, 4], further.as_slice()].concat();
         let outputs = [&[5usize, 6, 2, 3, 4], further.as_slice()].concat();
         let channels = 2 * inputs.len();

@@ -20,12 +20,8 @@ pub struct PlantLoop {
 }
 
 /// Bearings, then sensors.
-const AXES: [usize; 4] = [
-    Port::FrontControl as usize,
-    Port::RearControl as usize,
-    Port::FrontSensor as usize,
-    Port::RearSensor as usize,
-];
+const AXES: [usize; 4] =
+    [Port::FrontControl as usize, Port::RearControl as usize, Port::FrontSensor as usize, Port::RearSensor as usize];
 /// Numbers of the ports of a response among those of the shaft: front and rear signal and tool, front and rear bearing
 /// and tool.
 const ENTRIES: [[usize; 3]; 2] = [[2, 3, 4], [0, 1, 4]];
@@ -64,7 +60,6 @@ impl PlantLoop {
         };
         let (forward, backward) = mechanics.both_ways(omega_rad_s);
         let backward = backward.map(picked);
-        ElectronicsLine::new(&self.effective, omega_rad_s)
-            .apply(&picked(forward), backward.as_ref())
+        ElectronicsLine::new(&self.effective, omega_rad_s).apply(&picked(forward), backward.as_ref())
     }
 }

@@ -67,10 +67,7 @@ impl Plant {
     ///
     /// # Errors
     /// As [`Plant::sampled`].
-    pub(crate) fn sampled_with_modal_ports(
-        &self,
-        modes: usize,
-    ) -> Result<StateSpace<Discrete>, SpindleError> {
+    pub(crate) fn sampled_with_modal_ports(&self, modes: usize) -> Result<StateSpace<Discrete>, SpindleError> {
         let period = self.sample_period_s;
         let pure = (self.delay_s() - 0.5 * period).max(0.0);
         let undelayed = self.undelayed(modes)?;
@@ -88,10 +85,7 @@ impl Plant {
     ///
     /// # Errors
     /// [`NumericError`] when a connection fails.
-    pub(crate) fn planes_of_states(
-        &self,
-        order: usize,
-    ) -> Result<Option<EqualPlanes>, NumericError> {
+    pub(crate) fn planes_of_states(&self, order: usize) -> Result<Option<EqualPlanes>, NumericError> {
         let [front, rear] = &self.effective.bearings;
         let both = |chain: StateSpace<Continuous>| chain.order() / 2;
         let plane = 2 * self.mechanics.omega_rad_s().len();
@@ -104,11 +98,8 @@ impl Plant {
         ];
         let undelayed = 2 * sizes.iter().sum::<usize>();
         let late = vec![1; order.saturating_sub(undelayed) / 2];
-        let in_y: Vec<bool> = sizes
-            .into_iter()
-            .chain(late)
-            .flat_map(|size| [vec![false; size], vec![true; size]].concat())
-            .collect();
+        let in_y: Vec<bool> =
+            sizes.into_iter().chain(late).flat_map(|size| [vec![false; size], vec![true; size]].concat()).collect();
         Ok(EqualPlanes::of(&in_y).filter(|_| in_y.len() == order))
     }
 
@@ -155,10 +146,7 @@ impl Plant {
     }
 
     /// Displacements (x, y) to signals (x, y) of one bearing.
-    fn sensor_chain(
-        &self,
-        bearing: &EffectiveBearing,
-    ) -> Result<StateSpace<Continuous>, NumericError> {
+    fn sensor_chain(&self, bearing: &EffectiveBearing) -> Result<StateSpace<Continuous>, NumericError> {
         let mut axis = first_order(self.effective.sensor_bandwidth_hz)?;
         if let Some(bandwidth) = bearing.sensor_lowpass_hz {
             let w = TAU * bandwidth;

@@ -16,9 +16,5 @@ pub(super) fn rule(holds: bool, path: String, value: f64, text: &str) -> Result<
     if holds && value.is_finite() {
         return Ok(());
     }
-    Err(SpindleError::Value {
-        path,
-        value,
-        rule: text.to_owned(),
-    })
+    Err(SpindleError::Value { path, value, rule: text.to_owned() })
 }

@@ -11,8 +11,7 @@ impl Spindle {
     /// [`SpindleError`] with the key path of the first rule that is broken.
     pub(crate) fn validate(&self) -> Result<(), SpindleError> {
         check_lists(&self.sections, &self.discs).map_err(SpindleError::Rotor)?;
-        let rotor =
-            Rotor::new(0.0, self.sections.clone(), &self.discs).map_err(SpindleError::Rotor)?;
+        let rotor = Rotor::new(0.0, self.sections.clone(), &self.discs).map_err(SpindleError::Rotor)?;
         for side in Side::BOTH {
             self.check_bearing(side)?;
         }
@@ -52,8 +51,7 @@ impl Spindle {
         let (b, name) = (self.bearing(side), side.name());
         let path = |key: &str| format!("bearings.{name}.{key}");
         positive(&path("ki_n_per_a"), b.ki_n_per_a)?;
-        let ks =
-            "must be zero or a positive number: negative stiffness is given as a positive number";
+        let ks = "must be zero or a positive number: negative stiffness is given as a positive number";
         rule(b.ks_n_per_m >= 0.0, path("ks_n_per_m"), b.ks_n_per_m, ks)?;
         positive(&path("max_force_n"), b.max_force_n)?;
         positive(&path("bias_current_a"), b.bias_current_a)?;
@@ -138,17 +136,14 @@ impl Spindle {
                 &format!("must lie on the rotor, between 0 and {:.6}", rotor.to_m()),
             )?;
         }
-        for (name, front, rear) in [
-            ("sensor", p.front_sensor_m, p.rear_sensor_m),
-            ("actuator", p.front_actuator_m, p.rear_actuator_m),
-        ] {
+        for (name, front, rear) in
+            [("sensor", p.front_sensor_m, p.rear_sensor_m), ("actuator", p.front_actuator_m, p.rear_actuator_m)]
+        {
             rule(
                 rear > front,
                 format!("planes.rear_{name}_m"),
                 rear,
-                &format!(
-                    "must lie behind front_{name}_m ({front}): z grows from the nose face to the tail"
-                ),
+                &format!("must lie behind front_{name}_m ({front}): z grows from the nose face to the tail"),
             )?;
         }
         Ok(())
@@ -157,16 +152,12 @@ impl Spindle {
 
 fn at_effect(i: usize, error: SpindleError) -> SpindleError {
     match error {
-        SpindleError::Value { path, value, rule } => SpindleError::Value {
-            path: format!("effects[{i}].{path}"),
-            value,
-            rule,
-        },
-        SpindleError::Name { path, name, rule } => SpindleError::Name {
-            path: format!("effects[{i}].{path}"),
-            name,
-            rule,
-        },
+        SpindleError::Value { path, value, rule } => {
+            SpindleError::Value { path: format!("effects[{i}].{path}"), value, rule }
+        }
+        SpindleError::Name { path, name, rule } => {
+            SpindleError::Name { path: format!("effects[{i}].{path}"), name, rule }
+        }
         other => other,
     }
 }

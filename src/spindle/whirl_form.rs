@@ -98,11 +98,7 @@ impl WhirlModes {
                 Lanes::from_fn(|l| residue(first + l, k))
             })
         });
-        WhirlForm {
-            poles: self.poles.clone(),
-            pairs: between.len(),
-            residues: residues.collect(),
-        }
+        WhirlForm { poles: self.poles.clone(), pairs: between.len(), residues: residues.collect() }
     }
 }
 
@@ -111,19 +107,14 @@ impl WhirlForm {
     pub(crate) fn receptance(&self, omega_rad_s: f64) -> (Vec<f64>, Vec<f64>) {
         // 1/(s (s − λ)) at s = jω.
         let gain = |pole: &c64| {
-            let (re, im) = (
-                omega_rad_s * (pole.im - omega_rad_s),
-                -omega_rad_s * pole.re,
-            );
+            let (re, im) = (omega_rad_s * (pole.im - omega_rad_s), -omega_rad_s * pole.re);
             let square = re * re + im * im;
             c64::new(re / square, -im / square)
         };
         let gains: Vec<c64> = self.poles.iter().map(gain).collect();
         let (mut all_re, mut all_im) = (vec![0.0; self.pairs], vec![0.0; self.pairs]);
         let chunks = self.residues.chunks_exact(gains.len().max(1));
-        let parts = all_re
-            .chunks_mut(TOGETHER * WIDTH)
-            .zip(all_im.chunks_mut(TOGETHER * WIDTH));
+        let parts = all_re.chunks_mut(TOGETHER * WIDTH).zip(all_im.chunks_mut(TOGETHER * WIDTH));
         for (residues, (own_re, own_im)) in chunks.zip(parts) {
             let mut sums = [Lanes::ZERO; TOGETHER];
             for (gain, residues) in gains.iter().zip(residues) {

@@ -33,34 +33,21 @@ pub struct Determined {
 impl Determined {
     /// Number of combinations that the data know better than the prior.
     pub fn rank(&self) -> usize {
-        self.combinations
-            .iter()
-            .filter(|c| c.singular_value > 1.0)
-            .count()
+        self.combinations.iter().filter(|c| c.singular_value > 1.0).count()
     }
 }
 
 /// Square root L of the prior covariance: sd² exp(−|Δz|/length), L Lᵀ = covariance.
-pub(super) fn prior_root(
-    position_m: &[f64],
-    sd: f64,
-    length_m: f64,
-) -> Result<Mat<f64>, UpdateError> {
+pub(super) fn prior_root(position_m: &[f64], sd: f64, length_m: f64) -> Result<Mat<f64>, UpdateError> {
     let n = position_m.len();
     let covariance = Mat::from_fn(n, n, |i, j| {
         let apart = (position_m[i] - position_m[j]).abs();
-        if i == j {
-            sd * sd
-        } else {
-            sd * sd * (-apart / length_m.max(f64::MIN_POSITIVE)).exp()
-        }
+        if i == j { sd * sd } else { sd * sd * (-apart / length_m.max(f64::MIN_POSITIVE)).exp() }
     });
     let (values, vectors) = symmetric_eigen(&covariance)?;
     // Two regions at one place have correlation 1: the tiny ridge keeps L invertible.
     let ridge = 1e-9 * sd * sd;
-    Ok(Mat::from_fn(n, n, |i, k| {
-        vectors[(i, k)] * values[k].max(ridge).sqrt()
-    }))
+    Ok(Mat::from_fn(n, n, |i, k| vectors[(i, k)] * values[k].max(ridge).sqrt()))
 }
 
 /// Determinability from the prior root L and the eigen-decomposition V D Vᵀ of (J L)ᵀ(J L).
@@ -71,13 +58,8 @@ pub(super) fn determined(root: &Mat<f64>, values: &[f64], vectors: &Mat<f64>) ->
         .rev()
         .map(|k| {
             let d = values[k].max(0.0);
-            let peak = (0..n).fold(0.0f64, |p, i| {
-                if directions[(i, k)].abs() > f64::abs(p) {
-                    directions[(i, k)]
-                } else {
-                    p
-                }
-            });
+            let peak =
+                (0..n).fold(0.0f64, |p, i| if directions[(i, k)].abs() > f64::abs(p) { directions[(i, k)] } else { p });
             let scale = if peak == 0.0 { 1.0 } else { 1.0 / peak };
             Combination {
                 singular_value: d.sqrt(),
@@ -88,16 +70,10 @@ pub(super) fn determined(root: &Mat<f64>, values: &[f64], vectors: &Mat<f64>) ->
         .collect();
     let standard_deviation_ln = (0..n)
         .map(|i| {
-            let variance: f64 = (0..n)
-                .map(|k| directions[(i, k)].powi(2) / (1.0 + values[k].max(0.0)))
-                .sum();
+            let variance: f64 = (0..n).map(|k| directions[(i, k)].powi(2) / (1.0 + values[k].max(0.0))).sum();
             variance.sqrt()
         })
         .collect();
     let row = |i: usize| (0..n).map(|k| root[(i, k)].powi(2)).sum::<f64>().sqrt();
-    Determined {
-        combinations,
-        standard_deviation_ln,
-        prior_standard_deviation_ln: (0..n).map(row).collect(),
-    }
+    Determined { combinations, standard_deviation_ln, prior_standard_deviation_ln: (0..n).map(row).collect() }
 }

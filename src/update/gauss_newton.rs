@@ -35,38 +35,22 @@ const RESERVE: usize = 8;
 /// # Errors
 /// [`UpdateError`] when there is nothing to fit, nothing matches, or a matrix computation fails. Data that moduli
 /// cannot explain are not an error: see [`Updated::explanation`].
-pub fn gauss_newton_rotor(
-    rotor: &Rotor,
-    targets: &Targets,
-    settings: &UpdateSettings,
-) -> Result<Updated, UpdateError> {
+pub fn gauss_newton_rotor(rotor: &Rotor, targets: &Targets, settings: &UpdateSettings) -> Result<Updated, UpdateError> {
     let problem = Problem::new(rotor, targets, settings.use_antiresonances)?;
     let positions: Vec<f64> = problem.chain.regions.iter().map(|r| r.position_m).collect();
     let unit_root = prior_root(&positions, 1.0, settings.prior_correlation_m)?;
     let n = problem.parameters();
     let start = problem.evaluate(&vec![0.0; n], true);
     outcome::check_matches(&problem, &start)?;
-    let mut fit = Fit {
-        problem: &problem,
-        evaluations: 1,
-        limit: settings.max_evaluations.max(2),
-        at: start.clone(),
-    };
+    let mut fit = Fit { problem: &problem, evaluations: 1, limit: settings.max_evaluations.max(2), at: start.clone() };
     let known = |p: &super::problem::Peak| p.target.standard_deviation_hz.is_some();
     let used = || problem.peaks.iter().filter(|p| p.used);
-    let estimated = if used().all(known) {
-        None
-    } else {
-        Some(fit.noise(&unit_root)?.max(settings.floor_relative_sd))
-    };
+    let estimated = if used().all(known) { None } else { Some(fit.noise(&unit_root)?.max(settings.floor_relative_sd)) };
     let mut sigma: Vec<f64> = problem
         .peaks
         .iter()
         .map(|p| {
-            let given = p
-                .target
-                .standard_deviation_hz
-                .map(|s| s / p.target.frequency_hz);
+            let given = p.target.standard_deviation_hz.map(|s| s / p.target.frequency_hz);
             match (given, estimated) {
                 (Some(s), _) => s.max(settings.floor_relative_sd),
                 (None, Some(s)) => s,
@@ -78,13 +62,7 @@ pub fn gauss_newton_rotor(
     let mut root = Mat::from_fn(n, n, |i, j| sd * unit_root[(i, j)]);
     let mut state = fit.minimise(&sigma, &root, CONVERGED)?;
     let data = used().count();
-    let explanation = Explanation::judge(
-        &problem,
-        &fit.at,
-        state.objective,
-        data,
-        estimated.is_some(),
-    );
+    let explanation = Explanation::judge(&problem, &fit.at, state.objective, data, estimated.is_some());
     if !explanation.explained {
         // Whatever the moduli cannot explain must not bend them: fit again with the discrepancy counted as noise and
         // with moduli that scatter as the likelihood says, not as the wide prior allows.
@@ -139,12 +117,7 @@ struct Linear {
 }
 
 impl Fit<'_> {
-    fn minimise(
-        &mut self,
-        sigma: &[f64],
-        root: &Mat<f64>,
-        tolerance: f64,
-    ) -> Result<State, UpdateError> {
+    fn minimise(&mut self, sigma: &[f64], root: &Mat<f64>, tolerance: f64) -> Result<State, UpdateError> {
         let n = self.problem.parameters();
         let mut u = crate::linalg::solve(root, &column(&self.at.ln_factors))?;
         let mut objective = self.objective(&self.at, sigma, &u);
@@ -155,9 +128,7 @@ impl Fit<'_> {
             let predicted = {
                 let along = inner(&linear.gradient, &step);
                 let in_modes = linear.vectors.transpose() * &step;
-                let curvature: f64 = (0..n)
-                    .map(|k| (1.0 + linear.values[k]) * in_modes[(k, 0)].powi(2))
-                    .sum();
+                let curvature: f64 = (0..n).map(|k| (1.0 + linear.values[k]) * in_modes[(k, 0)].powi(2)).sum();
                 -(2.0 * along + curvature)
             };
             if !predicted.is_finite() || predicted < tolerance && !damped {
@@ -187,11 +158,7 @@ impl Fit<'_> {
                 }
             }
         }
-        Ok(State {
-            objective,
-            values: linear.values,
-            vectors: linear.vectors,
-        })
+        Ok(State { objective, values: linear.values, vectors: linear.vectors })
     }
 
     fn objective(&self, at: &Evaluation, sigma: &[f64], u: &Mat<f64>) -> f64 {
@@ -223,11 +190,7 @@ impl Fit<'_> {
         let residual: Vec<f64> = rows.iter().map(|(c, s)| c.residual_ln / s).collect();
         let (values, vectors) = symmetric_eigen(&(j.transpose() * &j))?;
         let gradient = j.transpose() * column(&residual) + u;
-        Ok(Linear {
-            values,
-            vectors,
-            gradient,
-        })
+        Ok(Linear { values, vectors, gradient })
     }
 
     /// Relative noise of the measured frequencies by marginal likelihood; leaves the fit at the tightest point of its
@@ -266,9 +229,7 @@ fn bounded_step(linear: &Linear, root: &Mat<f64>, radius: f64) -> (Mat<f64>, f64
     let n = linear.values.len();
     let g = linear.vectors.transpose() * &linear.gradient;
     let step = |mu: f64| {
-        let y = Mat::from_fn(n, 1, |k, _| {
-            -g[(k, 0)] / (1.0 + mu + linear.values[k].max(0.0))
-        });
+        let y = Mat::from_fn(n, 1, |k, _| -g[(k, 0)] / (1.0 + mu + linear.values[k].max(0.0)));
         let s = &linear.vectors * y;
         let x = root * &s;
         let largest = (0..n).map(|i| x[(i, 0)].abs()).fold(0.0, f64::max);

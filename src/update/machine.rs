@@ -34,11 +34,7 @@ pub fn front_and_rear(
         antiresonances,
         held_out: false,
     };
-    Targets {
-        resonances,
-        antiresonances: vec![frf("front", &f, front), frf("rear", &r, rear)],
-        mode_shapes: vec![],
-    }
+    Targets { resonances, antiresonances: vec![frf("front", &f, front), frf("rear", &r, rear)], mode_shapes: vec![] }
 }
 
 /// Targets of what was identified from a sweep at rest; the crossed FRFs are held out.

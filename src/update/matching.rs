@@ -15,11 +15,7 @@ const PLACEHOLDER_PAIRED: f64 = 0.0;
 
 /// Index of the model peak that belongs to each measured one. Both lists ascend; `None` among the measured is a
 /// placeholder. `priority[k]` scales the price of passing over model peak k (0 for one that hardly shows).
-pub(crate) fn align(
-    measured_ln: &[Option<f64>],
-    model_ln: &[f64],
-    priority: &[f64],
-) -> Vec<Option<usize>> {
+pub(crate) fn align(measured_ln: &[Option<f64>], model_ln: &[f64], priority: &[f64]) -> Vec<Option<usize>> {
     let (n, m) = (measured_ln.len(), model_ln.len());
     // cost[i][j]: the first i measured and j model peaks settled.
     let mut cost = vec![vec![f64::INFINITY; m + 1]; n + 1];
@@ -30,19 +26,14 @@ pub(crate) fn align(
             let here = cost[i][j];
             if j < m {
                 // Peaks of the model above the last measured one are free: nobody claims to have measured so far.
-                let passed = if i == n {
-                    0.0
-                } else {
-                    MODEL_PASSED * priority.get(j).copied().unwrap_or(1.0)
-                };
+                let passed = if i == n { 0.0 } else { MODEL_PASSED * priority.get(j).copied().unwrap_or(1.0) };
                 relax(&mut cost, &mut step, (i, j + 1), here + passed, 1);
             }
             if i < n {
                 let alone = measured_ln[i].map_or(MODEL_PASSED, |_| MEASURED_UNMATCHED);
                 relax(&mut cost, &mut step, (i + 1, j), here + alone, 2);
                 if j < m {
-                    let pair =
-                        measured_ln[i].map_or(PLACEHOLDER_PAIRED, |f| (f - model_ln[j]).abs());
+                    let pair = measured_ln[i].map_or(PLACEHOLDER_PAIRED, |f| (f - model_ln[j]).abs());
                     relax(&mut cost, &mut step, (i + 1, j + 1), here + pair, 3);
                 }
             }

@@ -29,11 +29,7 @@ const RANK_TOLERANCE: f64 = 1e-9;
 ///
 /// # Errors
 /// As [`super::gauss_newton_rotor`].
-pub fn nelder_mead_rotor(
-    rotor: &Rotor,
-    targets: &Targets,
-    settings: &UpdateSettings,
-) -> Result<Updated, UpdateError> {
+pub fn nelder_mead_rotor(rotor: &Rotor, targets: &Targets, settings: &UpdateSettings) -> Result<Updated, UpdateError> {
     let problem = Problem::new(rotor, targets, settings.use_antiresonances)?;
     let n = problem.parameters();
     let positions: Vec<f64> = problem.chain.regions.iter().map(|r| r.position_m).collect();
@@ -46,21 +42,14 @@ pub fn nelder_mead_rotor(
     let simplexes = settings.simplexes.clamp(1, settings.iterations.max(1));
     for k in 0..simplexes {
         // Equal shares; the remainder goes to the first ones.
-        let share =
-            settings.iterations / simplexes + usize::from(k < settings.iterations % simplexes);
-        let objective = Objective {
-            problem: &problem,
-            settings,
-            count: &count,
-        };
+        let share = settings.iterations / simplexes + usize::from(k < settings.iterations % simplexes);
+        let objective = Objective { problem: &problem, settings, count: &count };
         let vertices = simplex(&problem, &at, &unit_root)?;
         let before = objective.of(&at);
         let run = Executor::new(objective, NelderMead::new(vertices))
             .configure(|s| s.max_iters(share as u64))
             .run()
-            .map_err(|e| UpdateError::Optimiser {
-                reason: e.to_string(),
-            })?;
+            .map_err(|e| UpdateError::Optimiser { reason: e.to_string() })?;
         iterations += run.state().get_iter() as usize;
         if let Some(best) = run.state().get_best_param()
             && run.state().get_best_cost() < before
@@ -73,16 +62,12 @@ pub fn nelder_mead_rotor(
         .iter()
         .map(|p| {
             let given = p.target.standard_deviation_hz;
-            given
-                .map_or(0.0, |s| s / p.target.frequency_hz)
-                .max(settings.floor_relative_sd)
+            given.map_or(0.0, |s| s / p.target.frequency_hz).max(settings.floor_relative_sd)
         })
         .collect();
     let used = problem.peaks.iter().filter(|p| p.used);
     let data = used.clone().count();
-    let no_sd = used
-        .clone()
-        .any(|p| p.target.standard_deviation_hz.is_none());
+    let no_sd = used.clone().any(|p| p.target.standard_deviation_hz.is_none());
     let statistic: f64 = problem
         .peaks
         .iter()
@@ -152,21 +137,12 @@ impl CostFunction for Objective<'_> {
 }
 
 /// The best point and one vertex along every combination that the data determine.
-fn simplex(
-    problem: &Problem,
-    at: &Evaluation,
-    unit_root: &Mat<f64>,
-) -> Result<Vec<Vec<f64>>, UpdateError> {
+fn simplex(problem: &Problem, at: &Evaluation, unit_root: &Mat<f64>) -> Result<Vec<Vec<f64>>, UpdateError> {
     let n = problem.parameters();
     let ones = vec![1.0; problem.peaks.len()];
     let j = weighted(problem, at, &ones) * unit_root;
-    let residual: Vec<f64> = problem
-        .peaks
-        .iter()
-        .zip(&at.compared)
-        .filter(|(p, _)| p.used)
-        .map(|(_, c)| c.residual_ln)
-        .collect();
+    let residual: Vec<f64> =
+        problem.peaks.iter().zip(&at.compared).filter(|(p, _)| p.used).map(|(_, c)| c.residual_ln).collect();
     let largest = residual.iter().fold(0.0f64, |m, r| m.max(r.abs()));
     let (values, vectors) = symmetric_eigen(&(j.transpose() * &j))?;
     let gradient = j.transpose() * Mat::from_fn(residual.len(), 1, |i, _| residual[i]);
@@ -187,11 +163,7 @@ fn simplex(
         if reach > VERTEX_LIMIT {
             length *= VERTEX_LIMIT / reach;
         }
-        vertices.push(
-            (0..n)
-                .map(|i| at.ln_factors[i] + length * directions[(i, k)])
-                .collect(),
-        );
+        vertices.push((0..n).map(|i| at.ln_factors[i] + length * directions[(i, k)]).collect());
     }
     Ok(vertices)
 }
@@ -206,7 +178,5 @@ fn weighted(problem: &Problem, at: &Evaluation, sigma: &[f64]) -> Mat<f64> {
         .filter(|((p, _), _)| p.used)
         .map(|((_, c), s)| (&c.sensitivity, *s))
         .collect();
-    Mat::from_fn(rows.len(), problem.parameters(), |i, j| {
-        rows[i].0.get(j).copied().unwrap_or(0.0) / rows[i].1
-    })
+    Mat::from_fn(rows.len(), problem.parameters(), |i, j| rows[i].0.get(j).copied().unwrap_or(0.0) / rows[i].1)
 }

@@ -101,23 +101,10 @@ impl Explanation {
         noise_estimated: bool,
     ) -> Self {
         let limit = chi_squared_99(data);
-        let used = || {
-            problem
-                .peaks
-                .iter()
-                .zip(&end.compared)
-                .filter(|(p, _)| p.used)
-        };
-        let largest = used()
-            .map(|(_, c)| 100.0 * c.residual_ln.abs())
-            .fold(0.0, f64::max);
+        let used = || problem.peaks.iter().zip(&end.compared).filter(|(p, _)| p.used);
+        let largest = used().map(|(_, c)| 100.0 * c.residual_ln.abs()).fold(0.0, f64::max);
         let missing = used().filter(|(_, c)| c.model.is_none()).count();
-        let extreme = problem
-            .chain
-            .regions
-            .iter()
-            .zip(&end.ln_factors)
-            .find(|(_, x)| x.abs() > PLAUSIBLE_FACTOR.ln());
+        let extreme = problem.chain.regions.iter().zip(&end.ln_factors).find(|(_, x)| x.abs() > PLAUSIBLE_FACTOR.ln());
         let (explained, statement) = if missing > 0 {
             let s = format!(
                 "{missing} of the measured peaks have no counterpart in the model whatever the moduli: the moduli \
@@ -150,12 +137,7 @@ impl Explanation {
             );
             (true, s)
         };
-        Self {
-            explained,
-            statistic,
-            limit,
-            statement,
-        }
+        Self { explained, statistic, limit, statement }
     }
 }
 
@@ -201,10 +183,7 @@ pub struct Updated {
 impl Updated {
     /// Factor of a region; 1 for one that the fit does not know.
     pub fn factor(&self, region: &str) -> f64 {
-        self.factors
-            .iter()
-            .find(|f| f.region == region)
-            .map_or(1.0, |f| f.factor)
+        self.factors.iter().find(|f| f.region == region).map_or(1.0, |f| f.factor)
     }
 
     /// Largest |error| in % over the peaks that the fit used; infinite when one has no counterpart.
@@ -250,11 +229,7 @@ pub(super) fn assemble(
         .collect();
     let updated = rotor.with_modulus_factors(|_, section| {
         let of = |name: &String| factors.iter().find(|f| &f.region == name);
-        section
-            .region
-            .as_ref()
-            .and_then(of)
-            .map_or(1.0, |f| f.factor)
+        section.region.as_ref().and_then(of).map_or(1.0, |f| f.factor)
     })?;
     let hz = |e: &Evaluation, i: usize| e.compared[i].model.map(|(_, f)| f);
     let row = |(i, peak): (usize, &Peak)| PeakError {
@@ -289,17 +264,8 @@ pub(super) fn assemble(
 
 /// At least half of the peaks must have a partner before a fit makes sense.
 pub(super) fn check_matches(problem: &Problem, start: &Evaluation) -> Result<(), UpdateError> {
-    let used = || {
-        problem
-            .peaks
-            .iter()
-            .zip(&start.compared)
-            .filter(|(p, _)| p.used)
-    };
-    let (measured, matched) = (
-        used().count(),
-        used().filter(|(_, c)| c.model.is_some()).count(),
-    );
+    let used = || problem.peaks.iter().zip(&start.compared).filter(|(p, _)| p.used);
+    let (measured, matched) = (used().count(), used().filter(|(_, c)| c.model.is_some()).count());
     if 2 * matched < measured {
         return Err(UpdateError::NoMatch { matched, measured });
     }

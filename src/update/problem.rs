@@ -102,21 +102,13 @@ pub(super) struct Problem {
 }
 
 impl Problem {
-    pub(super) fn new(
-        rotor: &Rotor,
-        targets: &Targets,
-        use_zeros: bool,
-    ) -> Result<Self, UpdateError> {
+    pub(super) fn new(rotor: &Rotor, targets: &Targets, use_zeros: bool) -> Result<Self, UpdateError> {
         let chain = chain_assembly::chain(rotor)?;
         if chain.regions.is_empty() {
             return Err(UpdateError::NoRegions);
         }
         if targets.count(use_zeros) == 0 {
-            let what = if use_zeros {
-                "resonances and antiresonances"
-            } else {
-                "resonances"
-            };
+            let what = if use_zeros { "resonances and antiresonances" } else { "resonances" };
             return Err(UpdateError::NoTargets { what });
         }
         let mut targets = targets.clone();
@@ -129,37 +121,16 @@ impl Problem {
             for (index, target) in list.iter().enumerate() {
                 let Some(target) = *target else { continue };
                 if !(target.frequency_hz.is_finite() && target.frequency_hz > 0.0) {
-                    return Err(UpdateError::BadTarget {
-                        what: what.to_owned(),
-                        frequency_hz: target.frequency_hz,
-                    });
+                    return Err(UpdateError::BadTarget { what: what.to_owned(), frequency_hz: target.frequency_hz });
                 }
-                peaks.push(Peak {
-                    kind,
-                    frf,
-                    index,
-                    target,
-                    used,
-                });
+                peaks.push(Peak { kind, frf, index, target, used });
             }
             Ok(())
         };
-        collect(
-            &targets.resonances,
-            PeakKind::Resonance,
-            0,
-            true,
-            "resonances",
-        )?;
+        collect(&targets.resonances, PeakKind::Resonance, 0, true, "resonances")?;
         let mut frfs: Vec<(Port, Port)> = vec![];
         for (k, frf) in targets.antiresonances.iter().enumerate() {
-            collect(
-                &frf.antiresonances,
-                PeakKind::Antiresonance,
-                k,
-                use_zeros && !frf.held_out,
-                &frf.name,
-            )?;
+            collect(&frf.antiresonances, PeakKind::Antiresonance, k, use_zeros && !frf.held_out, &frf.name)?;
             frfs.push((
                 chain_assembly::port(rotor, "displacement of an FRF", frf.output_m)?,
                 chain_assembly::port(rotor, "force of an FRF", frf.input_m)?,
@@ -172,18 +143,8 @@ impl Problem {
             // Moduli up to 2.5 times too high still show every measured peak at the start.
             to_hz: (1.6 * targets.highest_hz()).max(2.0 * from_hz),
         };
-        let frf_names = targets
-            .antiresonances
-            .iter()
-            .map(|f| f.name.clone())
-            .collect();
-        Ok(Self {
-            chain,
-            peaks,
-            frf_names,
-            query,
-            targets,
-        })
+        let frf_names = targets.antiresonances.iter().map(|f| f.name.clone()).collect();
+        Ok(Self { chain, peaks, frf_names, query, targets })
     }
 
     pub(super) fn parameters(&self) -> usize {
@@ -211,9 +172,7 @@ impl Problem {
                     (Some(stiffness), Some((k, f))) => {
                         let at = lambda(f);
                         let (left, right) = match peak.kind {
-                            PeakKind::Resonance => {
-                                (spectrum.shapes[k].clone(), spectrum.shapes[k].clone())
-                            }
+                            PeakKind::Resonance => (spectrum.shapes[k].clone(), spectrum.shapes[k].clone()),
                             PeakKind::Antiresonance => {
                                 let (c, b) = &self.query.frfs[peak.frf];
                                 scratch.compute(stiffness, &self.chain.mass, at);
@@ -222,8 +181,7 @@ impl Problem {
                         };
                         let modal = self.chain.mass.quadratic(&left, &right);
                         let of = |(region, factor): (_, &f64)| {
-                            factor * self.chain.region_energy(region, &left, &right)
-                                / (2.0 * at * modal)
+                            factor * self.chain.region_energy(region, &left, &right) / (2.0 * at * modal)
                         };
                         self.chain.regions.iter().zip(&factors).map(of).collect()
                     }
@@ -232,17 +190,12 @@ impl Problem {
                 };
                 Compared {
                     model,
-                    residual_ln: model
-                        .map_or(MISSING_LN, |(_, f)| (f / peak.target.frequency_hz).ln()),
+                    residual_ln: model.map_or(MISSING_LN, |(_, f)| (f / peak.target.frequency_hz).ln()),
                     sensitivity,
                 }
             })
             .collect();
-        Evaluation {
-            ln_factors: ln_factors.to_vec(),
-            spectrum,
-            compared,
-        }
+        Evaluation { ln_factors: ln_factors.to_vec(), spectrum, compared }
     }
 
     /// Partner in the model of every peak, by the pattern of poles and zeros.
@@ -254,17 +207,12 @@ impl Problem {
         let poles: Vec<f64> = spectrum.poles_hz.iter().map(|f| f.ln()).collect();
         let measured = ln(&self.targets.resonances);
         let of_poles = align(&measured, &poles, &[]);
-        let fixed: Vec<(f64, f64)> = measured
-            .iter()
-            .zip(&of_poles)
-            .filter_map(|(m, k)| Some(((*m)?, *poles.get((*k)?)?)))
-            .collect();
+        let fixed: Vec<(f64, f64)> =
+            measured.iter().zip(&of_poles).filter_map(|(m, k)| Some(((*m)?, *poles.get((*k)?)?))).collect();
         let mut of_zeros = vec![];
         for (frf, zeros) in self.targets.antiresonances.iter().zip(&spectrum.zeros_hz) {
-            let carried: Vec<Option<f64>> = ln(&frf.antiresonances)
-                .into_iter()
-                .map(|f| f.map(|f| warp(&fixed, f)))
-                .collect();
+            let carried: Vec<Option<f64>> =
+                ln(&frf.antiresonances).into_iter().map(|f| f.map(|f| warp(&fixed, f))).collect();
             let model: Vec<f64> = zeros.iter().map(|f| f.ln()).collect();
             let depth = |z: &f64| {
                 let gap = poles.iter().map(|p| (p - z).abs());

@@ -27,11 +27,7 @@ pub struct ShapeComparison {
 pub(crate) fn mac(a: &[f64], b: &[f64]) -> f64 {
     let dot = |x: &[f64], y: &[f64]| x.iter().zip(y).map(|(x, y)| x * y).sum::<f64>();
     let size = dot(a, a) * dot(b, b);
-    if size > 0.0 {
-        dot(a, b).powi(2) / size
-    } else {
-        0.0
-    }
+    if size > 0.0 { dot(a, b).powi(2) / size } else { 0.0 }
 }
 
 pub(super) fn compare(
@@ -48,16 +44,10 @@ pub(super) fn compare(
                 .map(|(z, _)| chain_assembly::port(rotor, "point of a mode shape", *z))
                 .collect::<Result<Vec<_>, _>>()?;
             let amplitude: Vec<f64> = shape.points.iter().map(|(_, a)| *a).collect();
-            let of_model: Vec<Vec<f64>> = spectrum
-                .shapes
-                .iter()
-                .map(|s| ports.iter().map(|p| p.read(s)).collect())
-                .collect();
+            let of_model: Vec<Vec<f64>> =
+                spectrum.shapes.iter().map(|s| ports.iter().map(|p| p.read(s)).collect()).collect();
             let mac_all: Vec<f64> = of_model.iter().map(|m| mac(&amplitude, m)).collect();
-            let best = mac_all
-                .iter()
-                .enumerate()
-                .fold(0, |b, (k, v)| if *v > mac_all[b] { k } else { b });
+            let best = mac_all.iter().enumerate().fold(0, |b, (k, v)| if *v > mac_all[b] { k } else { b });
             let empty = vec![];
             let shown = of_model.get(best).unwrap_or(&empty);
             let (mut ab, mut aa) = (0.0, 0.0);
@@ -65,12 +55,7 @@ pub(super) fn compare(
                 (ab, aa) = (ab + a * m, aa + a * a);
             }
             let scale = if aa > 0.0 { ab / aa } else { 0.0 };
-            let points = shape
-                .points
-                .iter()
-                .zip(shown)
-                .map(|((z, a), m)| (*z, scale * a, *m))
-                .collect();
+            let points = shape.points.iter().zip(shown).map(|((z, a), m)| (*z, scale * a, *m)).collect();
             Ok(ShapeComparison {
                 mode: shape.mode,
                 model_mode: best + 1,

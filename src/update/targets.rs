@@ -15,18 +15,12 @@ pub struct Target {
 impl Target {
     /// A reading of a measured peak; none of a peak that was not found.
     pub(super) fn of(reading: &Reading) -> Option<Self> {
-        Some(Self {
-            frequency_hz: reading.frequency_hz()?,
-            standard_deviation_hz: reading.standard_deviation_hz(),
-        })
+        Some(Self { frequency_hz: reading.frequency_hz()?, standard_deviation_hz: reading.standard_deviation_hz() })
     }
 
     /// A frequency without a standard deviation.
     pub fn read_off(frequency_hz: f64) -> Self {
-        Self {
-            frequency_hz,
-            standard_deviation_hz: None,
-        }
+        Self { frequency_hz, standard_deviation_hz: None }
     }
 }
 
@@ -70,12 +64,7 @@ impl Targets {
     pub(crate) fn count(&self, with_antiresonances: bool) -> usize {
         let fitted = self.antiresonances.iter().filter(|f| !f.held_out);
         let zeros = fitted.flat_map(|f| &f.antiresonances);
-        self.resonances.iter().flatten().count()
-            + if with_antiresonances {
-                zeros.flatten().count()
-            } else {
-                0
-            }
+        self.resonances.iter().flatten().count() + if with_antiresonances { zeros.flatten().count() } else { 0 }
     }
 
     /// Highest measured frequency, Hz; 0 when there is none.

@@ -29,10 +29,7 @@ const ORDER: [&str; 20] = [
 /// Package as it is named in paths, and where it may be named.
 const HOMES: [(&str, &[&str]); 11] = [
     ("faer", &["linalg/"]),
-    (
-        "nalgebra",
-        &["linalg/", "rotor/element.rs", "rotor/tilt.rs"],
-    ),
+    ("nalgebra", &["linalg/", "rotor/element.rs", "rotor/tilt.rs"]),
     ("wide", &["linalg/lanes.rs"]),
     ("clarabel", &["robust/mu/lmi.rs"]),
     ("plotters", &["report/plot/"]),
@@ -41,17 +38,7 @@ const HOMES: [(&str, &[&str]); 11] = [
     ("schemars", &["input/"]),
     ("pyo3", &["python/"]),
     ("numpy", &["python/"]),
-    (
-        "ndarray",
-        &[
-            "identify/",
-            "update/",
-            "diagnose/",
-            "input/",
-            "lti/",
-            "python/",
-        ],
-    ),
+    ("ndarray", &["identify/", "update/", "diagnose/", "input/", "lti/", "python/"]),
 ];
 
 pub struct Source {
@@ -69,10 +56,7 @@ impl Source {
     /// Numbered lines of code: comments and what stands in string literals taken out.
     pub fn code(&self) -> Vec<(usize, String)> {
         let bare = without_literals(&self.text);
-        bare.lines()
-            .enumerate()
-            .map(|(k, line)| (k + 1, line.to_owned()))
-            .collect()
+        bare.lines().enumerate().map(|(k, line)| (k + 1, line.to_owned())).collect()
     }
 }
 
@@ -115,11 +99,7 @@ fn without_literals(text: &str) -> String {
                 if at(k) == '\n' {
                     out.push('\n');
                 }
-                k += if at(k) == '\\' && at(k + 1) != '\n' {
-                    2
-                } else {
-                    1
-                };
+                k += if at(k) == '\\' && at(k + 1) != '\n' { 2 } else { 1 };
             }
             k += 1;
         } else if c == '\'' && (at(k + 2) == '\'' || at(k + 1) == '\\') {
@@ -153,11 +133,7 @@ pub fn sources() -> Vec<Source> {
     }
     files.sort();
     let source = |path: &PathBuf| Source {
-        path: path
-            .strip_prefix(&root)
-            .unwrap()
-            .to_string_lossy()
-            .replace('\\', "/"),
+        path: path.strip_prefix(&root).unwrap().to_string_lossy().replace('\\', "/"),
         text: std::fs::read_to_string(path).unwrap(),
     };
     files.iter().map(source).collect()
@@ -173,11 +149,9 @@ fn names_crate(line: &str, name: &str) -> bool {
     line.match_indices(name).any(|(start, _)| {
         let before = line[..start].chars().next_back();
         let after = &line[start + name.len()..];
-        let starts =
-            before.is_none_or(|c| !(c.is_alphanumeric() || c == '_' || c == ':' || c == '.'));
+        let starts = before.is_none_or(|c| !(c.is_alphanumeric() || c == '_' || c == ':' || c == '.'));
         let path = after.starts_with("::");
-        let whole_use = line.trim_start().starts_with("use ")
-            && (after.starts_with(';') || after.starts_with(" as "));
+        let whole_use = line.trim_start().starts_with("use ") && (after.starts_with(';') || after.starts_with(" as "));
         starts && (path || whole_use)
     })
 }
@@ -190,11 +164,7 @@ fn imported_layers(source: &Source) -> Vec<(usize, String)> {
     for (start, _) in joined.match_indices("crate::") {
         let line = joined[..start].matches('\n').count() + 1;
         let rest = &joined[start + "crate::".len()..];
-        let word = |t: &str| {
-            t.chars()
-                .take_while(|c| c.is_alphanumeric() || *c == '_')
-                .collect::<String>()
-        };
+        let word = |t: &str| t.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect::<String>();
         if let Some(list) = rest.strip_prefix('{') {
             let mut depth = 0i32;
             let mut item = String::new();
@@ -220,32 +190,18 @@ fn imported_layers(source: &Source) -> Vec<(usize, String)> {
 fn imports_go_down_the_pipeline_only() {
     let place = |layer: &str| ORDER.iter().position(|l| *l == layer);
     let mut findings = Vec::new();
-    for source in sources()
-        .iter()
-        .filter(|s| s.path != "lib.rs" && s.path != "main.rs")
-    {
+    for source in sources().iter().filter(|s| s.path != "lib.rs" && s.path != "main.rs") {
         let Some(own) = place(source.layer()) else {
-            findings.push(format!(
-                "{}: '{}' has no place in the pipeline",
-                source.path,
-                source.layer()
-            ));
+            findings.push(format!("{}: '{}' has no place in the pipeline", source.path, source.layer()));
             continue;
         };
         for (line, layer) in imported_layers(source) {
             if place(&layer).is_some_and(|other| other > own) {
-                findings.push(format!(
-                    "{}:{line}: {} uses {layer}",
-                    source.path,
-                    source.layer()
-                ));
+                findings.push(format!("{}:{line}: {} uses {layer}", source.path, source.layer()));
             }
         }
     }
-    none(
-        findings,
-        "a folder may use the ones above it in the pipeline, never the reverse",
-    );
+    none(findings, "a folder may use the ones above it in the pipeline, never the reverse");
 }
 
 #[test]
@@ -282,51 +238,29 @@ fn computation_neither_prints_nor_touches_files_clock_or_environment() {
     ];
     let computing = ORDER.iter().position(|l| *l == "pipeline").unwrap();
     let mut findings = Vec::new();
-    for source in sources()
-        .iter()
-        .filter(|s| ORDER[..=computing].contains(&s.layer()))
-    {
+    for source in sources().iter().filter(|s| ORDER[..=computing].contains(&s.layer())) {
         for (line, code) in source.code() {
             findings.extend(
-                FORBIDDEN
-                    .iter()
-                    .filter(|f| code.contains(**f))
-                    .map(|f| format!("{}:{line}: {f}", source.path)),
+                FORBIDDEN.iter().filter(|f| code.contains(**f)).map(|f| format!("{}:{line}: {f}", source.path)),
             );
         }
     }
-    none(
-        findings,
-        "from linalg to pipeline there is no file, print, clock or environment",
-    );
+    none(findings, "from linalg to pipeline there is no file, print, clock or environment");
 }
 
 #[test]
 fn library_code_does_not_panic_on_purpose() {
-    const FORBIDDEN: [&str; 5] = [
-        ".unwrap()",
-        "panic!(",
-        "todo!(",
-        "unimplemented!(",
-        ".expect(\"\")",
-    ];
+    const FORBIDDEN: [&str; 5] = [".unwrap()", "panic!(", "todo!(", "unimplemented!(", ".expect(\"\")"];
     let mut findings = Vec::new();
     for source in sources() {
         let text: Vec<&str> = source.text.lines().collect();
         for (line, code) in source.code() {
-            let empty_reason = text
-                .get(line - 1)
-                .is_some_and(|t| t.contains(".expect(\"\")"));
-            let found = FORBIDDEN
-                .iter()
-                .filter(|f| code.contains(**f) || (f.contains("expect") && empty_reason));
+            let empty_reason = text.get(line - 1).is_some_and(|t| t.contains(".expect(\"\")"));
+            let found = FORBIDDEN.iter().filter(|f| code.contains(**f) || (f.contains("expect") && empty_reason));
             findings.extend(found.map(|f| format!("{}:{line}: {f}", source.path)));
         }
     }
-    none(
-        findings,
-        "errors are values; an invariant is `expect(\"reason\")`",
-    );
+    none(findings, "errors are values; an invariant is `expect(\"reason\")`");
 }
 
 #[test]
@@ -336,10 +270,7 @@ fn every_file_is_one_documented_concept() {
     for source in sources() {
         let lines = source.text.lines().count();
         if lines > 500 {
-            findings.push(format!(
-                "{}: {lines} lines, more than 500: two concepts",
-                source.path
-            ));
+            findings.push(format!("{}: {lines} lines, more than 500: two concepts", source.path));
         }
         let wide = source.text.lines().enumerate();
         let wide = wide.filter(|(_, line)| line.chars().count() > 120);
@@ -348,11 +279,7 @@ fn every_file_is_one_documented_concept() {
             findings.push(format!("{}: no //! header", source.path));
         }
         let segments = source.path.trim_end_matches(".rs").split('/');
-        findings.extend(
-            segments
-                .filter(|s| DRAWERS.contains(s))
-                .map(|s| format!("{}: a file named {s}", source.path)),
-        );
+        findings.extend(segments.filter(|s| DRAWERS.contains(s)).map(|s| format!("{}: a file named {s}", source.path)));
     }
     none(findings, "a file is one concept and says which");
 }
@@ -360,15 +287,9 @@ fn every_file_is_one_documented_concept() {
 #[test]
 fn unsafe_code_is_in_one_folder() {
     let mut findings = Vec::new();
-    for source in sources()
-        .iter()
-        .filter(|s| !s.path.starts_with("linalg/lapack/"))
-    {
+    for source in sources().iter().filter(|s| !s.path.starts_with("linalg/lapack/")) {
         for (line, code) in source.code() {
-            if code
-                .split(|c: char| !(c.is_alphanumeric() || c == '_'))
-                .any(|w| w == "unsafe")
-            {
+            if code.split(|c: char| !(c.is_alphanumeric() || c == '_')).any(|w| w == "unsafe") {
                 findings.push(format!("{}:{line}", source.path));
             }
         }
@@ -380,9 +301,7 @@ fn unsafe_code_is_in_one_folder() {
 fn nobody_but_cli_and_main_uses_cli() {
     let users: Vec<String> = sources()
         .iter()
-        .filter(|s| {
-            s.layer() != "cli" && s.layer() != "python" && s.path != "main.rs" && s.path != "lib.rs"
-        })
+        .filter(|s| s.layer() != "cli" && s.layer() != "python" && s.path != "main.rs" && s.path != "lib.rs")
         .filter(|s| imported_layers(s).iter().any(|(_, layer)| layer == "cli"))
         .map(|s| s.path.clone())
         .collect();
@@ -393,21 +312,11 @@ fn nobody_but_cli_and_main_uses_cli() {
 fn the_reader_of_sources_sees_code_and_only_code() {
     let text = "use crate::{lti::x, report::{a, cli}};\n// crate::cli in a comment\nlet s = \"crate::cli \\\" \"; let \
         c = '\"'; let r = r#\"a \" faer::x\"#;\nfaer::mat();\nfn f<'a>(x: &'a str) {}\n";
-    let source = Source {
-        path: "linalg/x.rs".to_owned(),
-        text: text.to_owned(),
-    };
+    let source = Source { path: "linalg/x.rs".to_owned(), text: text.to_owned() };
     let layers: Vec<(usize, String)> = imported_layers(&source);
     assert_eq!(layers, [(1, "lti".to_owned()), (1, "report".to_owned())]);
-    let faer: Vec<usize> = source
-        .code()
-        .iter()
-        .filter(|(_, l)| names_crate(l, "faer"))
-        .map(|(k, _)| *k)
-        .collect();
+    let faer: Vec<usize> = source.code().iter().filter(|(_, l)| names_crate(l, "faer")).map(|(k, _)| *k).collect();
     assert_eq!(faer, [4]);
-    assert!(
-        !names_crate("crate::input::serde::x", "serde") && !names_crate("serde_json::x", "serde")
-    );
+    assert!(!names_crate("crate::input::serde::x", "serde") && !names_crate("serde_json::x", "serde"));
     assert!(names_crate("use serde;", "serde") && names_crate("    <faer::Mat>::x", "faer"));
 }

@@ -20,11 +20,7 @@ struct Module {
 struct Modules(BTreeMap<Path, Module>);
 
 fn module_path(file: &str) -> Option<Path> {
-    let mut path: Path = file
-        .trim_end_matches(".rs")
-        .split('/')
-        .map(str::to_owned)
-        .collect();
+    let mut path: Path = file.trim_end_matches(".rs").split('/').map(str::to_owned).collect();
     if path.last().is_some_and(|l| l == "mod") {
         path.pop();
     }
@@ -66,14 +62,7 @@ impl Modules {
         for source in sources() {
             if let Some(path) = module_path(&source.path) {
                 let (uses, exports) = (vec![], BTreeMap::new());
-                modules.insert(
-                    path,
-                    Module {
-                        source,
-                        uses,
-                        exports,
-                    },
-                );
+                modules.insert(path, Module { source, uses, exports });
             }
         }
         let mut all = Self(modules);
@@ -94,24 +83,14 @@ impl Modules {
             &"crate" => vec![],
             &"self" | &"super" => module.to_vec(),
             first => {
-                let child: Path = module
-                    .iter()
-                    .cloned()
-                    .chain([(*first).to_owned()])
-                    .collect();
-                return self.0.contains_key(&child).then(|| {
-                    module
-                        .iter()
-                        .cloned()
-                        .chain(segments.iter().map(|s| (*s).to_owned()))
-                        .collect()
-                });
+                let child: Path = module.iter().cloned().chain([(*first).to_owned()]).collect();
+                return self
+                    .0
+                    .contains_key(&child)
+                    .then(|| module.iter().cloned().chain(segments.iter().map(|s| (*s).to_owned())).collect());
             }
         };
-        while let Some(first) = segments
-            .first()
-            .filter(|s| ["crate", "self", "super"].contains(s))
-        {
+        while let Some(first) = segments.first().filter(|s| ["crate", "self", "super"].contains(s)) {
             if *first == "super" {
                 from.pop();
             }
@@ -126,12 +105,7 @@ impl Modules {
         let Some(module) = self.0.get(path) else {
             return (uses, exports);
         };
-        let code: String = module
-            .source
-            .code()
-            .iter()
-            .map(|(_, l)| format!("{l}\n"))
-            .collect();
+        let code: String = module.source.code().iter().map(|(_, l)| format!("{l}\n")).collect();
         let mut rest = String::new();
         for statement in code.split_inclusive(';') {
             let use_at = statement
@@ -159,10 +133,8 @@ impl Modules {
                 if before.is_alphanumeric() || before == '_' || before == ':' {
                     continue;
                 }
-                let named: String = rest[at..]
-                    .chars()
-                    .take_while(|c| c.is_alphanumeric() || *c == '_' || *c == ':')
-                    .collect();
+                let named: String =
+                    rest[at..].chars().take_while(|c| c.is_alphanumeric() || *c == '_' || *c == ':').collect();
                 uses.extend(self.absolute(path, named.trim_end_matches(':')));
             }
         }
@@ -171,14 +143,9 @@ impl Modules {
 
     /// The module that a path leads to.
     fn home(&self, path: &[String], depth: usize) -> Option<Path> {
-        let found = (1..=path.len())
-            .rev()
-            .map(|k| &path[..k])
-            .find(|p| self.0.contains_key(*p))?;
+        let found = (1..=path.len()).rev().map(|k| &path[..k]).find(|p| self.0.contains_key(*p))?;
         let module = self.0.get(found)?;
-        let next = path
-            .get(found.len())
-            .and_then(|name| module.exports.get(name));
+        let next = path.get(found.len()).and_then(|name| module.exports.get(name));
         match next {
             Some(onward) if depth < 6 => {
                 let rest = path[found.len() + 1..].iter();
@@ -190,9 +157,7 @@ impl Modules {
     }
 
     fn is_list(&self, path: &[String]) -> bool {
-        self.0
-            .get(path)
-            .is_some_and(|m| m.source.path.ends_with("mod.rs"))
+        self.0.get(path).is_some_and(|m| m.source.path.ends_with("mod.rs"))
     }
 
     /// Files that a file imports.
@@ -201,10 +166,7 @@ impl Modules {
             return BTreeSet::new();
         }
         let uses = self.0.get(path).map_or(&[][..], |m| m.uses.as_slice());
-        uses.iter()
-            .filter_map(|u| self.home(u, 0))
-            .filter(|h| h.as_slice() != path && !self.is_list(h))
-            .collect()
+        uses.iter().filter_map(|u| self.home(u, 0)).filter(|h| h.as_slice() != path && !self.is_list(h)).collect()
     }
 }
 
@@ -224,45 +186,23 @@ fn on_circles(edges: &BTreeMap<Path, BTreeSet<Path>>) -> Vec<Path> {
         }
         false
     };
-    edges
-        .keys()
-        .filter(|v| reaches_itself(v))
-        .cloned()
-        .collect()
+    edges.keys().filter(|v| reaches_itself(v)).cloned().collect()
 }
 
 #[test]
 fn no_file_imports_itself_over_others() {
     let modules = Modules::read();
-    let edges: BTreeMap<Path, BTreeSet<Path>> = modules
-        .0
-        .keys()
-        .map(|p| (p.clone(), modules.imports(p)))
-        .collect();
-    assert!(
-        edges.values().map(BTreeSet::len).sum::<usize>() > 300,
-        "imports are not seen"
-    );
+    let edges: BTreeMap<Path, BTreeSet<Path>> = modules.0.keys().map(|p| (p.clone(), modules.imports(p))).collect();
+    assert!(edges.values().map(BTreeSet::len).sum::<usize>() > 300, "imports are not seen");
     let found = on_circles(&edges).iter().map(|p| p.join("/")).collect();
-    none(
-        found,
-        "files import each other in a circle: move the shared type to a file of its own",
-    );
+    none(found, "files import each other in a circle: move the shared type to a file of its own");
 }
 
 #[test]
 fn circles_and_use_trees_are_recognised() {
     let path = |s: &str| s.split('/').map(str::to_owned).collect::<Path>();
     let edge = |a: &str, b: &[&str]| (path(a), b.iter().map(|b| path(b)).collect::<BTreeSet<_>>());
-    let edges = BTreeMap::from([
-        edge("a", &["b"]),
-        edge("b", &["c"]),
-        edge("c", &["a"]),
-        edge("d", &["a"]),
-    ]);
+    let edges = BTreeMap::from([edge("a", &["b"]), edge("b", &["c"]), edge("c", &["a"]), edge("d", &["a"])]);
     assert_eq!(on_circles(&edges), [path("a"), path("b"), path("c")]);
-    assert_eq!(
-        expanded("super::{a::{B, c::D}, e as f}"),
-        ["super::a::B", "super::a::c::D", "super::e"]
-    );
+    assert_eq!(expanded("super::{a::{B, c::D}, e as f}"), ["super::a::B", "super::a::c::D", "super::e"]);
 }

@@ -46,9 +46,7 @@ impl Answer {
     /// The fields that are single numbers, as rows of a table.
     pub(crate) fn numbers(&self) -> Vec<Vec<String>> {
         let single = self.fields.iter().filter(|(_, value)| value.is_number());
-        single
-            .map(|(name, value)| vec![name.clone(), value.to_string()])
-            .collect()
+        single.map(|(name, value)| vec![name.clone(), value.to_string()]).collect()
     }
 }
 
@@ -78,17 +76,9 @@ pub(super) fn complex_matrix(m: &Mat<c64>) -> Value {
 
 /// A system as `{A, B, C, D}`; more fields can be added.
 pub(super) fn system<T: TimeBase>(s: &StateSpace<T>) -> Answer {
-    Answer::new()
-        .with_matrix("A", &s.a)
-        .with_matrix("B", &s.b)
-        .with_matrix("C", &s.c)
-        .with_matrix("D", &s.d)
+    Answer::new().with_matrix("A", &s.a).with_matrix("B", &s.b).with_matrix("C", &s.c).with_matrix("D", &s.d)
 }
 
 fn rows(n: usize, m: usize, entry: impl Fn(usize, usize) -> f64) -> Value {
-    Value::Array(
-        (0..n)
-            .map(|i| Value::Array((0..m).map(|j| number(entry(i, j))).collect()))
-            .collect(),
-    )
+    Value::Array((0..n).map(|i| Value::Array((0..m).map(|j| number(entry(i, j))).collect())).collect())
 }

@@ -12,38 +12,24 @@ const MAX_ORDER: usize = 20;
 pub(super) fn solve(problem: &Problem) -> Result<Answer, Failure> {
     let orders = problem.counts("orders")?;
     let Some(highest) = orders.iter().copied().max() else {
-        return Err(problem
-            .failure("orders", "expected at least one order")
-            .into());
+        return Err(problem.failure("orders", "expected at least one order").into());
     };
     if highest > MAX_ORDER {
         let message = format!("order {highest} is above {MAX_ORDER}");
         return Err(problem.failure("orders", message).into());
     }
     let omega = problem.numbers("omega")?;
-    let weight = if problem.has("weight") {
-        problem.numbers("weight")?
-    } else {
-        vec![1.0; omega.len()]
-    };
+    let weight = if problem.has("weight") { problem.numbers("weight")? } else { vec![1.0; omega.len()] };
     // The weights are checked, and reported in the answer.
     let data = Magnitudes::new(omega, problem.numbers("magnitude")?, weight)?;
-    let plain = Magnitudes {
-        weight: vec![1.0; data.omega_rad_s.len()],
-        ..data.clone()
-    };
+    let plain = Magnitudes { weight: vec![1.0; data.omega_rad_s.len()], ..data.clone() };
     let fits = fit_up_to(&plain, highest)?;
     let mut answers = Answer::new();
     for order in orders {
         let fit = &fits[order];
-        let points = data
-            .omega_rad_s
-            .iter()
-            .zip(&data.magnitude)
-            .zip(&data.weight);
-        let weighted = points
-            .map(|((w, m), weight)| weight * (fit.factors.ln_magnitude(*w) - m.ln()).abs())
-            .fold(0.0, f64::max);
+        let points = data.omega_rad_s.iter().zip(&data.magnitude).zip(&data.weight);
+        let weighted =
+            points.map(|((w, m), weight)| weight * (fit.factors.ln_magnitude(*w) - m.ln()).abs()).fold(0.0, f64::max);
         let one = system(&fit.system)
             .with_number("max_abs_ln_error", fit.max_abs_ln_error)
             .with_number("max_weighted_ln_error", weighted);

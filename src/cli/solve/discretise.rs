@@ -9,9 +9,7 @@ pub(super) fn solve(problem: &Problem) -> Result<Answer, Failure> {
     let continuous = problem.system()?;
     let period = problem.number("Ts")?;
     if period <= 0.0 {
-        return Err(problem
-            .failure("Ts", format!("must be positive, found {period}"))
-            .into());
+        return Err(problem.failure("Ts", format!("must be positive, found {period}")).into());
     }
     let answer = Answer::new()
         .with("zoh", system(&zoh(&continuous, period)?))
@@ -23,14 +21,8 @@ pub(super) fn solve(problem: &Problem) -> Result<Answer, Failure> {
     let limit = std::f64::consts::PI / period;
     if !(omega > 0.0 && omega < limit) {
         return Err(problem
-            .failure(
-                "w_prewarp",
-                format!("must lie between 0 and pi/Ts = {limit} rad/s, found {omega}"),
-            )
+            .failure("w_prewarp", format!("must lie between 0 and pi/Ts = {limit} rad/s, found {omega}"))
             .into());
     }
-    Ok(answer.with(
-        "tustin_prewarp",
-        system(&tustin_prewarped(&continuous, period, omega)?),
-    ))
+    Ok(answer.with("tustin_prewarp", system(&tustin_prewarped(&continuous, period, omega)?)))
 }

@@ -52,8 +52,9 @@ impl From<DkError> for Failure {
         let message = format!("D-K iteration: {error}");
         match error {
             DkError::Synthesis(cause) => Self::new(message).with_hint(cause.advice()),
-            DkError::Blocks { .. } => Self::new(message)
-                .with_hint("block rows sum to dim w and cols to dim z, performance block last"),
+            DkError::Blocks { .. } => {
+                Self::new(message).with_hint("block rows sum to dim w and cols to dim z, performance block last")
+            }
             DkError::Mu(_) | DkError::Numeric(_) => {
                 Self::new(message).with_hint("scale states and channels to order one")
             }

@@ -36,11 +36,8 @@ pub(super) fn solve(problem: &Problem) -> Result<Answer, Failure> {
         .with_number("coupling", c.coupling)
         .with_number("closed_loop_max_real", c.growth_rate)
         .with("riccati_pairs", c.pairs);
-    let answer = if settings.gamma.is_none() {
-        Answer::new().with_number("gamma_opt", found.gamma_opt)
-    } else {
-        Answer::new()
-    };
+    let answer =
+        if settings.gamma.is_none() { Answer::new().with_number("gamma_opt", found.gamma_opt) } else { Answer::new() };
     Ok(answer
         .with_number("gamma", found.gamma)
         .with_number("closed_loop_norm", found.closed_loop_norm)

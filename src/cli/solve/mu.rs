@@ -19,16 +19,12 @@ impl From<MuError> for Failure {
     fn from(error: MuError) -> Self {
         let hint = match &error {
             MuError::EmptyBlock { .. } => "every block needs at least one row and one column",
-            MuError::Shape { .. } => {
-                "block i reads its cols outputs of M and feeds its rows inputs, in list order"
-            }
+            MuError::Shape { .. } => "block i reads its cols outputs of M and feeds its rows inputs, in list order",
             MuError::Unstable { .. } => "close the loop with a stabilising controller first",
             MuError::NotFinite { .. } | MuError::Numeric(_) => {
                 "check the scaling of the data and for poles on the imaginary axis"
             }
-            MuError::NotCovered { .. } => {
-                "the response is flat or badly scaled there; scale the channels to order one"
-            }
+            MuError::NotCovered { .. } => "the response is flat or badly scaled there; scale the channels to order one",
         };
         Self::new(format!("mu: {error}")).with_hint(hint)
     }

@@ -10,16 +10,9 @@ use serde_json::Value;
 pub(super) fn solve(problem: &Problem) -> Result<Answer, Failure> {
     let full = problem.system()?;
     let orders = problem.counts("orders")?;
-    if let Some((k, order)) = orders
-        .iter()
-        .enumerate()
-        .find(|(_, order)| **order > full.order())
-    {
+    if let Some((k, order)) = orders.iter().enumerate().find(|(_, order)| **order > full.order()) {
         return Err(problem
-            .failure(
-                &format!("orders[{k}]"),
-                format!("is {order}, but the system has {} states", full.order()),
-            )
+            .failure(&format!("orders[{k}]"), format!("is {order}, but the system has {} states", full.order()))
             .into());
     }
     let balancing = Balancing::new(&full)?;
@@ -29,10 +22,7 @@ pub(super) fn solve(problem: &Problem) -> Result<Answer, Failure> {
             return Err(problem
                 .failure(
                     &format!("orders[{k}]"),
-                    format!(
-                        "is {order}, but {} poles are not in the open left half plane",
-                        balancing.kept()
-                    ),
+                    format!("is {order}, but {} poles are not in the open left half plane", balancing.kept()),
                 )
                 .with_hint("poles that are not stable are kept: ask for a larger order")
                 .into());
@@ -43,14 +33,9 @@ pub(super) fn solve(problem: &Problem) -> Result<Answer, Failure> {
         };
         answers = answers.with(
             &order.to_string(),
-            system(&best.system)
-                .with_number("error_hinf", best.error_hinf)
-                .with("method", best.method),
+            system(&best.system).with_number("error_hinf", best.error_hinf).with("method", best.method),
         );
     }
     let values: Vec<Value> = balancing.hankel.iter().map(|h| number(*h)).collect();
-    Ok(Answer::new()
-        .with("hsv", values)
-        .with("kept_unstable", balancing.kept())
-        .with("orders", answers))
+    Ok(Answer::new().with("hsv", values).with("kept_unstable", balancing.kept()).with("orders", answers))
 }

@@ -35,11 +35,8 @@ pub fn derivative_errors(
         .enumerate()
         .filter_map(|(place, group)| {
             let of_group = (0..found.values.len()).filter(|k| found.values[*k].group == *group);
-            let k = of_group
-                .max_by(|a, b| found.values[*a].value.total_cmp(&found.values[*b].value))?;
-            let slopes = loss
-                .gradients(&*law.with(&x), &found, &[found.values[k]])
-                .swap_remove(0);
+            let k = of_group.max_by(|a, b| found.values[*a].value.total_cmp(&found.values[*b].value))?;
+            let slopes = loss.gradients(&*law.with(&x), &found, &[found.values[k]]).swap_remove(0);
             Some((place, k, slopes, [0.0f64; 2]))
         })
         .collect();

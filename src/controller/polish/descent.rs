@@ -63,10 +63,7 @@ pub(crate) struct Memory {
 
 impl Default for Memory {
     fn default() -> Self {
-        Self {
-            weight: FIRST_WEIGHT,
-            curvature: Curvature::default(),
-        }
+        Self { weight: FIRST_WEIGHT, curvature: Curvature::default() }
     }
 }
 
@@ -107,20 +104,10 @@ impl Place {
         let mut found = loss.evaluate_near(law, &x, reach);
         loss.rescale(&mut found);
         let merit = found.merit(PENALTY);
-        Self {
-            x,
-            found,
-            merit,
-            reach,
-        }
+        Self { x, found, merit, reach }
     }
 
-    fn tried(
-        &self,
-        (loss, law): (&mut Loss, &dyn Structure),
-        step: MinimaxStep,
-        reach: f64,
-    ) -> Trial {
+    fn tried(&self, (loss, law): (&mut Loss, &dyn Structure), step: MinimaxStep, reach: f64) -> Trial {
         let x = self.x.iter().zip(&step.step).map(|(v, s)| v + s).collect();
         let place = Self::new(loss, law, x, reach);
         let (before, after) = (&self.found.turns, &place.found.turns);
@@ -237,24 +224,12 @@ fn descend_from(
 }
 
 /// The programme of a step for the values that take part.
-fn programme_of(
-    participants: &[Participant],
-    metric: &Mat<f64>,
-    memory: &Memory,
-) -> Option<CurvedProgramme> {
+fn programme_of(participants: &[Participant], metric: &Mat<f64>, memory: &Memory) -> Option<CurvedProgramme> {
     let linear: Vec<LinearValue> = participants
         .iter()
-        .map(|t| LinearValue {
-            limit: t.value.group.limit(),
-            value: t.value.value,
-            gradient: t.slope.clone(),
-        })
+        .map(|t| LinearValue { limit: t.value.group.limit(), value: t.value.value, gradient: t.slope.clone() })
         .collect();
-    let rule = StepRule {
-        limits: LIMITS,
-        penalty: PENALTY,
-        proximal: memory.weight,
-    };
+    let rule = StepRule { limits: LIMITS, penalty: PENALTY, proximal: memory.weight };
     CurvedProgramme::new(&linear, (metric, &memory.curvature), &rule)
 }
 
@@ -294,16 +269,10 @@ fn binding_after(
 
 /// Slope of the Lagrangian at the end of a step less that before it; `after` are the values that bind it, in their
 /// order.
-fn slope_change(
-    step: &MinimaxStep,
-    participants: &[Participant],
-    after: &[Participant],
-) -> Vec<f64> {
+fn slope_change(step: &MinimaxStep, participants: &[Participant], after: &[Participant]) -> Vec<f64> {
     let change = |i: usize| {
         let parts = step.binding.iter().zip(after);
-        parts
-            .map(|((k, weight), after)| weight * (after.slope[i] - participants[*k].slope[i]))
-            .sum()
+        parts.map(|((k, weight), after)| weight * (after.slope[i] - participants[*k].slope[i])).sum()
     };
     (0..step.step.len()).map(change).collect()
 }
@@ -321,43 +290,28 @@ fn metric_of(loss: &Loss, law: &dyn Structure, place: &Place) -> Result<Mat<f64>
     if metric.is_all_finite() {
         return Ok(metric);
     }
-    Err(in_step("metric of the polish")(NumericError::NotFinite {
-        what: "metric",
-    }))
+    Err(in_step("metric of the polish")(NumericError::NotFinite { what: "metric" }))
 }
 
 /// Values near the largest of their group with their derivatives, of which some are known.
-fn participants_of(
-    loss: &Loss,
-    law: &dyn Structure,
-    place: &Place,
-    known: &[Participant],
-) -> Vec<Participant> {
+fn participants_of(loss: &Loss, law: &dyn Structure, place: &Place, known: &[Participant]) -> Vec<Participant> {
     let values = near_largest(place);
     let known_of = |value: &Value| known.iter().find(|own| own.value.is_same(value));
     let unknown = values.iter().filter(|value| known_of(value).is_none());
     let unknown = unknown.copied().collect();
     let mut others = with_slopes((loss, law), place, unknown).into_iter();
     let of = |value: Value| match known_of(&value) {
-        Some(known) => Some(Participant {
-            value,
-            slope: known.slope.clone(),
-        }),
+        Some(known) => Some(Participant { value, slope: known.slope.clone() }),
         None => others.next(),
     };
     values.into_iter().filter_map(of).collect()
 }
 
 /// Values with their derivatives at a place.
-fn with_slopes(
-    (loss, law): (&Loss, &dyn Structure),
-    place: &Place,
-    values: Vec<Value>,
-) -> Vec<Participant> {
+fn with_slopes((loss, law): (&Loss, &dyn Structure), place: &Place, values: Vec<Value>) -> Vec<Participant> {
     let slopes = loss.gradients(&*law.with(&place.x), &place.found, &values);
     let both = values.into_iter().zip(slopes);
-    both.map(|(value, slope)| Participant { value, slope })
-        .collect()
+    both.map(|(value, slope)| Participant { value, slope }).collect()
 }
 
 /// What a value is compared with: the largest of its group and, for limits, zero if that is larger.

@@ -25,12 +25,7 @@ struct Counted {
 impl Loss {
     /// What closed loops come to over the rotors that count; of the values those less than a reach (logarithms) below
     /// their group's largest, of limits below zero if that is larger. Without a reach there are none.
-    pub(super) fn gathered(
-        &self,
-        lines: ClosedLines,
-        turns: Vec<i64>,
-        reach: Option<f64>,
-    ) -> Evaluation {
+    pub(super) fn gathered(&self, lines: ClosedLines, turns: Vec<i64>, reach: Option<f64>) -> Evaluation {
         let counted = self.counted();
         let noise = noise(&lines, &counted);
         let mut squares = [0.0; LIMITS + 1];
@@ -42,10 +37,7 @@ impl Loss {
             for own in &counted {
                 let (group, l) = own.place;
                 let largest = &part.largest[group];
-                add(
-                    own.group,
-                    largest.sensitivity.as_array()[l] * own.sensitivity,
-                );
+                add(own.group, largest.sensitivity.as_array()[l] * own.sensitivity);
                 if own.compliance > 0.0 {
                     let square = largest.compliance.as_array()[l] * own.compliance;
                     add(Group::Compliance, square);
@@ -78,12 +70,7 @@ impl Loss {
             *all = 0.5 * nan_max(*all, square).ln();
         }
         values.extend(own.values);
-        Evaluation {
-            values,
-            lines,
-            largest,
-            turns,
-        }
+        Evaluation { values, lines, largest, turns }
     }
 
     /// The rotors that count.
@@ -94,9 +81,7 @@ impl Loss {
             rotors.map(move |(l, rotor)| (*rotor, (group, l)))
         });
         let counts = places.filter(|(rotor, _)| self.active[*rotor]);
-        counts
-            .map(|(rotor, place)| self.count(rotor, place))
-            .collect()
+        counts.map(|(rotor, place)| self.count(rotor, place)).collect()
     }
 
     /// A rotor at a place among the groups.
@@ -133,18 +118,10 @@ impl Loss {
     }
 
     /// Adds the values of a rotor on the lines of a part that are not below the floors of compliance and sensitivity.
-    fn add_near(
-        &self,
-        values: &mut Vec<Value>,
-        part: &LinePart,
-        (own, [softest, highest]): (&Counted, [f64; 2]),
-    ) {
+    fn add_near(&self, values: &mut Vec<Value>, part: &LinePart, (own, [softest, highest]): (&Counted, [f64; 2])) {
         let (group, l) = own.place;
         let largest = &part.largest[group];
-        let (soft, high) = (
-            largest.compliance.as_array(),
-            largest.sensitivity.as_array(),
-        );
+        let (soft, high) = (largest.compliance.as_array(), largest.sensitivity.as_array());
         let is_soft = own.compliance > 0.0 && is_kept(soft[l] * own.compliance, softest);
         let is_high = is_kept(high[l] * own.sensitivity, highest);
         if !is_soft && !is_high {
@@ -184,11 +161,7 @@ impl Loss {
             for (part, bound) in state.specification.iter().enumerate() {
                 let ratio = (bound.sigma / self.limits.mu).powi(2);
                 // Zero has no logarithm; what is not a number stays.
-                let ratio = if ratio < f64::MIN_POSITIVE {
-                    f64::MIN_POSITIVE
-                } else {
-                    ratio
-                };
+                let ratio = if ratio < f64::MIN_POSITIVE { f64::MIN_POSITIVE } else { ratio };
                 all.push(Group::Specification, ratio, line, (part, part));
             }
         }
@@ -203,9 +176,7 @@ fn noise(lines: &ClosedLines, counted: &[Counted]) -> Vec<(usize, usize, f64)> {
     both.map(|(own, i)| {
         let (group, l) = own.place;
         let parts = lines.parts().iter();
-        let sum: f64 = parts
-            .map(|part| part.largest[group].noise[i].as_array()[l])
-            .sum();
+        let sum: f64 = parts.map(|part| part.largest[group].noise[i].as_array()[l]).sum();
         (own.rotor, i, sum * own.noise)
     })
     .collect()

@@ -32,13 +32,7 @@ pub(super) const SHIFTED: f64 = 0.92;
 /// Parts of the force of the front and the rear magnets with which the loop at rest keeps a margin: a current at its
 /// limit acts on the loop like a lower gain, in one bearing or in both, and a rotor thrown into its backup bearings
 /// comes back when the loop bears that.
-pub(super) const WEAK_MAGNETS: [[f64; 2]; 5] = [
-    [0.7, 0.7],
-    [0.5, 0.5],
-    [0.35, 0.35],
-    [1.0, 0.35],
-    [0.35, 1.0],
-];
+pub(super) const WEAK_MAGNETS: [[f64; 2]; 5] = [[0.7, 0.7], [0.5, 0.5], [0.35, 0.35], [1.0, 0.35], [0.35, 1.0]];
 /// Magnets weaker than this part only have to be stable with half the margin.
 pub(super) const WEAKEST_BELOW: f64 = 0.5;
 /// Factor on the largest |S_jj| with those.

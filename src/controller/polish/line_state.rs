@@ -67,10 +67,7 @@ pub(super) struct DirectionSums {
 const PART: usize = 32;
 
 impl DirectionSums {
-    pub(super) const ZERO: Self = Self {
-        compliance: Lanes::ZERO,
-        sensitivity: [Lanes::ZERO; 2],
-    };
+    pub(super) const ZERO: Self = Self { compliance: Lanes::ZERO, sensitivity: [Lanes::ZERO; 2] };
 
     #[inline]
     pub(super) fn with(&self, loops: &PackedState) -> Self {
@@ -85,19 +82,13 @@ impl DirectionSums {
     pub(super) fn mean_squares(&self, directions: usize) -> PackedSquares {
         let share = 1.0 / (directions * directions) as f64;
         let mean = |sum: &Lanes| sum.squares() * share;
-        PackedSquares {
-            compliance: mean(&self.compliance),
-            sensitivity: self.sensitivity.each_ref().map(mean),
-        }
+        PackedSquares { compliance: mean(&self.compliance), sensitivity: self.sensitivity.each_ref().map(mean) }
     }
 }
 
 impl PackedLargest {
-    const NOTHING: Self = Self {
-        compliance: Reals::splat(0.0),
-        sensitivity: Reals::splat(0.0),
-        noise: [Reals::splat(0.0); 2],
-    };
+    const NOTHING: Self =
+        Self { compliance: Reals::splat(0.0), sensitivity: Reals::splat(0.0), noise: [Reals::splat(0.0); 2] };
 
     /// Adds a line, which may be in the band of the stiffness.
     #[inline]
@@ -197,9 +188,6 @@ impl LinePart {
 
     fn line(&self, k: usize) -> LineState<'_> {
         let each = self.specification.len() / self.gains.len().max(1);
-        LineState {
-            gain: &self.gains[k],
-            specification: &self.specification[k * each..(k + 1) * each],
-        }
+        LineState { gain: &self.gains[k], specification: &self.specification[k * each..(k + 1) * each] }
     }
 }

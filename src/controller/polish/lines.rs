@@ -27,9 +27,8 @@ pub(crate) fn lines(plants: &Plants, from_hz: f64, poles_rad_s: &[c64], apart: f
         even_in_logarithm(from, to, count + 1)
     };
     let knee = (TAU * 20.0).min(0.25 * last);
-    let mut omega: Vec<f64> = steps((TAU * from_hz).min(0.5 * knee), knee, 0.12)
-        .chain(steps(knee, last, 0.025))
-        .collect();
+    let mut omega: Vec<f64> =
+        steps((TAU * from_hz).min(0.5 * knee), knee, 0.12).chain(steps(knee, last, 0.025)).collect();
     let flexible = plants.at_rest().flexible_rad_s();
     for mode in flexible {
         omega.extend((-4..=4).map(|k| mode * (1.0 + 0.01 * f64::from(k))));
@@ -65,9 +64,7 @@ pub(crate) fn sharp_lines(
         }
     }
     for peak in peaks_rad_s {
-        let nearest = poles_rad_s
-            .iter()
-            .min_by(|a, b| (a.im - peak).abs().total_cmp(&(b.im - peak).abs()));
+        let nearest = poles_rad_s.iter().min_by(|a, b| (a.im - peak).abs().total_cmp(&(b.im - peak).abs()));
         let width = nearest.map_or(apart * peak, |p| p.re.abs().min(0.1 * peak));
         sharp.extend(FLANKS.map(|k| (peak + SAME * width * k, 0.0)));
     }
@@ -85,11 +82,7 @@ pub(crate) fn sharp_lines(
     }
     // Without integrators the loads at rest bind below every bearing's bandwidth: a few lines down to there.
     omega.extend(QUASI_STATIC.map(|share| TAU * from_hz * share));
-    omega.extend(
-        lines(plants, from_hz, &[], apart)
-            .iter()
-            .map(|l| l.omega_rad_s),
-    );
+    omega.extend(lines(plants, from_hz, &[], apart).iter().map(|l| l.omega_rad_s));
     ascending(omega, period_s)
 }
 
@@ -106,8 +99,7 @@ fn ascending(mut omega_rad_s: Vec<f64>, period_s: f64) -> Vec<Line> {
 /// where they are 0.3 half-widths apart 1 %.
 pub(super) fn beside_peaks(lines: &[Line], value: impl Fn(usize) -> f64, floor: f64) -> Vec<f64> {
     let at = |k: usize| lines[k].omega_rad_s;
-    let is_peak =
-        |k: &usize| value(*k) >= floor && value(*k) >= value(*k - 1) && value(*k) >= value(*k + 1);
+    let is_peak = |k: &usize| value(*k) >= floor && value(*k) >= value(*k - 1) && value(*k) >= value(*k + 1);
     (1..lines.len().saturating_sub(1))
         .filter(is_peak)
         .flat_map(|k| [0.5 * (at(k - 1) + at(k)), 0.5 * (at(k) + at(k + 1))])
@@ -130,10 +122,7 @@ mod tests {
         let values = [0.9, 0.2, 0.95, 0.94, 0.1, 0.5];
         let found = beside_peaks(&lines, |k| values[k], 0.9);
         assert_eq!(found, [2.5, 3.5]);
-        let more: Vec<f64> = with_further(&lines, &found, 1e-4)
-            .iter()
-            .map(|l| l.omega_rad_s)
-            .collect();
+        let more: Vec<f64> = with_further(&lines, &found, 1e-4).iter().map(|l| l.omega_rad_s).collect();
         assert_eq!(more, [1.0, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0]);
     }
 
@@ -141,9 +130,7 @@ mod tests {
     fn lines_half_way_to_the_neighbours_leave_one_percent_of_a_resonance_unseen() {
         // A resonance at 100 rad/s with a half-width of 1, between two lines 0.6 half-widths apart.
         let magnitude = |w: f64| 1.0 / (w - 100.0).hypot(1.0);
-        let lines: Vec<Line> = [98.5, 99.1, 99.7, 100.3, 100.9, 101.5]
-            .map(|w| Line::new(w, 1e-4))
-            .to_vec();
+        let lines: Vec<Line> = [98.5, 99.1, 99.7, 100.3, 100.9, 101.5].map(|w| Line::new(w, 1e-4)).to_vec();
         let largest = |lines: &[Line]| {
             let values = lines.iter().map(|l| magnitude(l.omega_rad_s));
             values.fold(0.0, f64::max)

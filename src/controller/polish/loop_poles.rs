@@ -15,20 +15,15 @@ impl SampledPlants {
     ///
     /// # Errors
     /// [`VerificationError`] when a plant cannot be sampled.
-    pub(crate) fn of(
-        plants: &Plants,
-        chosen: impl Fn(usize, Role) -> bool,
-    ) -> Result<Self, VerificationError> {
+    pub(crate) fn of(plants: &Plants, chosen: impl Fn(usize, Role) -> bool) -> Result<Self, VerificationError> {
         let all: Vec<(usize, &Plant)> = plants
             .all()
             .enumerate()
             .filter(|(number, (role, _))| chosen(*number, *role))
             .map(|(number, (_, plant))| (number, plant))
             .collect();
-        let found: Result<Vec<_>, VerificationError> = all
-            .into_par_iter()
-            .map(|(number, plant)| Ok((number, plant.clone(), plant.sampled()?)))
-            .collect();
+        let found: Result<Vec<_>, VerificationError> =
+            all.into_par_iter().map(|(number, plant)| Ok((number, plant.clone(), plant.sampled()?))).collect();
         Ok(Self(found?))
     }
 
@@ -36,14 +31,8 @@ impl SampledPlants {
     ///
     /// # Errors
     /// As [`Plant::loop_poles`].
-    pub(crate) fn loop_poles(
-        &self,
-        law: &StateSpace<Discrete>,
-    ) -> Result<Vec<(usize, Vec<c64>)>, NumericError> {
-        self.0
-            .par_iter()
-            .map(|(number, plant, sampled)| Ok((*number, plant.loop_poles(sampled, law)?)))
-            .collect()
+    pub(crate) fn loop_poles(&self, law: &StateSpace<Discrete>) -> Result<Vec<(usize, Vec<c64>)>, NumericError> {
+        self.0.par_iter().map(|(number, plant, sampled)| Ok((*number, plant.loop_poles(sampled, law)?))).collect()
     }
 }
 

@@ -16,22 +16,14 @@ pub(super) struct LoopState {
 }
 
 impl LoopState {
-    pub(super) const NOTHING: Self = Self {
-        s: [[ZERO; 2]; 2],
-        r: [[ZERO; 2]; 2],
-        compliance: ZERO,
-    };
+    pub(super) const NOTHING: Self = Self { s: [[ZERO; 2]; 2], r: [[ZERO; 2]; 2], compliance: ZERO };
 
     /// The loop of `g` with the controller K = `gain`.
     pub(super) fn new(g: &LoopResponse, gain: &Matrix2) -> Self {
         let (_, s) = closed(&product(&g.loops, gain));
         let r = product(gain, &s);
         let u = times(&r, &g.read);
-        Self {
-            s,
-            r,
-            compliance: g.tool + g.drive[0] * u[0] + g.drive[1] * u[1],
-        }
+        Self { s, r, compliance: g.tool + g.drive[0] * u[0] + g.drive[1] * u[1] }
     }
 
     /// S_u = (I − K G)⁻¹ = I + R G with the loop G that this is the state of.

@@ -50,12 +50,7 @@ impl Evaluation {
         let over: f64 = LIMIT_GROUPS.iter().map(|g| self.largest(*g).max(0.0)).sum();
         let compliance = self.largest(Group::Compliance);
         // Without a band of stiffness the limits are all there is.
-        penalty * over
-            + if compliance == f64::NEG_INFINITY {
-                0.0
-            } else {
-                compliance
-            }
+        penalty * over + if compliance == f64::NEG_INFINITY { 0.0 } else { compliance }
     }
 }
 
@@ -99,11 +94,7 @@ impl Specification {
                 norms
             })
         };
-        Self {
-            norms: (0..lines).into_par_iter().flat_map_iter(norms).collect(),
-            loops,
-            blocks,
-        }
+        Self { norms: (0..lines).into_par_iter().flat_map_iter(norms).collect(), loops, blocks }
     }
 
     /// Norms of the loops on a line.
@@ -142,36 +133,19 @@ impl Loss {
         let at = |k: usize| lines.get(k).map_or(nyquist, |l: &Line| l.omega_rad_s);
         let share = (0..lines.len())
             .map(|k| {
-                let below = if k == 0 {
-                    0.0
-                } else {
-                    0.5 * (at(k - 1) + at(k))
-                };
-                let above = if k + 1 == lines.len() {
-                    nyquist
-                } else {
-                    0.5 * (at(k) + at(k + 1))
-                };
+                let below = if k == 0 { 0.0 } else { 0.5 * (at(k - 1) + at(k)) };
+                let above = if k + 1 == lines.len() { nyquist } else { 0.5 * (at(k) + at(k + 1)) };
                 (above - below) / nyquist
             })
             .collect();
         let active = vec![true; rotors.len()];
         let loops = specification.iter().flat_map(|s| &s.loops);
         let sides: Vec<usize> = loops.map(|part| part.side).collect();
-        let groups = RotorGroups::new(
-            &rotors,
-            sides.iter().map(|side| side + 1).max().unwrap_or(0),
-        );
+        let groups = RotorGroups::new(&rotors, sides.iter().map(|side| side + 1).max().unwrap_or(0));
         let pack = |k: usize| groups.pack(&rotors, k);
         Self {
-            loops: (0..lines.len())
-                .into_par_iter()
-                .flat_map_iter(pack)
-                .collect(),
-            specified: sides
-                .iter()
-                .filter_map(|side| groups.place(*side))
-                .collect(),
+            loops: (0..lines.len()).into_par_iter().flat_map_iter(pack).collect(),
+            specified: sides.iter().filter_map(|side| groups.place(*side)).collect(),
             lines,
             groups,
             rotors,
@@ -202,9 +176,7 @@ impl Loss {
             own.map(|part| part.scales[k].list().to_vec())
         };
         let lines = lines.iter();
-        lines
-            .map(|line| nearest(line).unwrap_or_else(|| vec![1.0; blocks]))
-            .collect()
+        lines.map(|line| nearest(line).unwrap_or_else(|| vec![1.0; blocks])).collect()
     }
 
     /// The loop with parameters `x` of a structure, over all rotors that count; no values are kept.
@@ -224,12 +196,7 @@ impl Loss {
     }
 
     /// [`Self::evaluate`] over the rotors whose turns are `right`, given those of all; from here on these count.
-    pub(crate) fn activate(
-        &mut self,
-        law: &dyn Structure,
-        x: &[f64],
-        right: impl Fn(&[i64]) -> i64,
-    ) -> Evaluation {
+    pub(crate) fn activate(&mut self, law: &dyn Structure, x: &[f64], right: impl Fn(&[i64]) -> i64) -> Evaluation {
         let lines = self.closed(law, x, 0.0);
         let turns = self.turns(&lines);
         let right = right(&turns);
@@ -374,8 +341,7 @@ impl Loss {
             }
         }
         let bounds = found.lines.all().flat_map(|line| line.specification);
-        found.largest[Group::Specification as usize] =
-            bounds.map(value).fold(f64::NEG_INFINITY, nan_max);
+        found.largest[Group::Specification as usize] = bounds.map(value).fold(f64::NEG_INFINITY, nan_max);
     }
 
     /// Frequencies beside the peaks of the specification's bounds that are near the limit, rad/s.

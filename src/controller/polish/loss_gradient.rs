@@ -2,9 +2,7 @@
 
 use super::loop_state::LoopState;
 use super::loss::{Evaluation, Loss, largest_singular};
-use super::matrix2::{
-    Matrix2, ZERO, adjoint, hermitian_eigen, outer, product, row_times, squared, times,
-};
+use super::matrix2::{Matrix2, ZERO, adjoint, hermitian_eigen, outer, product, row_times, squared, times};
 use super::structure::{Fixed, Line};
 use super::values::{Group, Value};
 use crate::linalg::gram::{add_gram, mirrored};
@@ -13,23 +11,14 @@ use rayon::prelude::*;
 
 impl Loss {
     /// Derivatives of some values by the parameters.
-    pub(crate) fn gradients(
-        &self,
-        law: &dyn Fixed,
-        found: &Evaluation,
-        values: &[Value],
-    ) -> Vec<Vec<f64>> {
+    pub(crate) fn gradients(&self, law: &dyn Fixed, found: &Evaluation, values: &[Value]) -> Vec<Vec<f64>> {
         let is_noise = |value: &&Value| value.group == Group::NoiseCurrent;
         let noise: Vec<&Value> = values.iter().filter(is_noise).collect();
         let mut of_noise = self.noise_gradients(law, found, &noise).into_iter();
-        let mut numbers: Vec<usize> = (0..values.len())
-            .filter(|k| !is_noise(&&values[*k]))
-            .collect();
+        let mut numbers: Vec<usize> = (0..values.len()).filter(|k| !is_noise(&&values[*k])).collect();
         // Values of one line share the derivatives of the controller there.
         numbers.sort_by_key(|k| values[*k].line);
-        let lines: Vec<&[usize]> = numbers
-            .chunk_by(|a, b| values[*a].line == values[*b].line)
-            .collect();
+        let lines: Vec<&[usize]> = numbers.chunk_by(|a, b| values[*a].line == values[*b].line).collect();
         let of_lines: Vec<Vec<(Matrix2, Vec<f64>)>> = lines
             .par_iter()
             .map(|numbers| {
@@ -80,11 +69,7 @@ impl Loss {
                     let g = &responses[value.line];
                     let term = if value.group == Group::Compliance {
                         mean += share * l.compliance;
-                        outer(
-                            &times(&l.s, &g.read),
-                            &row_times(&g.drive, &l.input_sensitivity(&g.loops)),
-                            share.into(),
-                        )
+                        outer(&times(&l.s, &g.read), &row_times(&g.drive, &l.input_sensitivity(&g.loops)), share.into())
                     } else {
                         mean += share * l.s[i][i];
                         let column = [l.s[0][i], l.s[1][i]];
@@ -103,12 +88,7 @@ impl Loss {
     }
 
     /// Derivatives of noise currents, each a sum over all lines.
-    fn noise_gradients(
-        &self,
-        law: &dyn Fixed,
-        found: &Evaluation,
-        values: &[&Value],
-    ) -> Vec<Vec<f64>> {
+    fn noise_gradients(&self, law: &dyn Fixed, found: &Evaluation, values: &[&Value]) -> Vec<Vec<f64>> {
         if values.is_empty() {
             return vec![];
         }
@@ -146,12 +126,7 @@ impl Loss {
     }
 
     /// The loops of a rotor at a line, one for each direction of whirl, with S_u.
-    fn closed_loops(
-        &self,
-        found: &Evaluation,
-        rotor: usize,
-        line: usize,
-    ) -> [Option<(LoopState, Matrix2)>; 2] {
+    fn closed_loops(&self, found: &Evaluation, rotor: usize, line: usize) -> [Option<(LoopState, Matrix2)>; 2] {
         let gain = found.lines.line(line).gain;
         let directions = &self.rotors[rotor].directions;
         [0, 1].map(|direction| {
@@ -164,12 +139,7 @@ impl Loss {
 
     /// [`METRIC_LINES`] times the mean square change that a step makes in the loop at rest, relative: S_u δK G, and in
     /// the controller itself, δK/‖K‖ weighted by `own`; a quadratic form of the step. Every `stride`-th line.
-    pub(crate) fn metric(
-        &self,
-        law: &dyn Fixed,
-        found: &Evaluation,
-        (stride, own): (usize, f64),
-    ) -> Mat<f64> {
+    pub(crate) fn metric(&self, law: &dyn Fixed, found: &Evaluation, (stride, own): (usize, f64)) -> Mat<f64> {
         let lines: Vec<usize> = (0..self.lines.len()).step_by(stride.max(1)).collect();
         let share = (METRIC_LINES / lines.len().max(1) as f64).sqrt();
         let n = law.parameters();
@@ -194,16 +164,11 @@ impl Loss {
             .map(|chunk| {
                 let rows: Vec<(Matrix2, Vec<f64>)> = chunk.iter().flat_map(|k| rows(*k)).collect();
                 let mut lower = Mat::zeros(n, n);
-                add_gram(
-                    &mut lower,
-                    Mat::from_fn(rows.len(), n, |i, j| rows[i].1[j]).as_ref(),
-                );
+                add_gram(&mut lower, Mat::from_fn(rows.len(), n, |i, j| rows[i].1[j]).as_ref());
                 lower
             })
             .collect();
-        let sum = parts
-            .iter()
-            .fold(Mat::zeros(n, n), |sum: Mat<f64>, part| sum + part);
+        let sum = parts.iter().fold(Mat::zeros(n, n), |sum: Mat<f64>, part| sum + part);
         mirrored(sum)
     }
 }
@@ -221,10 +186,7 @@ fn change_rows(su: &Matrix2, g: &Matrix2, relative: f64) -> [Matrix2; 4] {
 }
 
 /// Q of the square of a noise current at one line, and that square.
-fn noise_derivative<'a>(
-    loops: impl Iterator<Item = &'a (LoopState, Matrix2)>,
-    i: usize,
-) -> (Matrix2, f64) {
+fn noise_derivative<'a>(loops: impl Iterator<Item = &'a (LoopState, Matrix2)>, i: usize) -> (Matrix2, f64) {
     let (mut q, mut square) = ([[ZERO; 2]; 2], 0.0);
     for (l, su) in loops {
         for j in 0..2 {

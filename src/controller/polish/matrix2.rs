@@ -39,27 +39,18 @@ pub(crate) fn row_times(v: &[c64; 2], a: &Matrix2) -> [c64; 2] {
 pub(crate) fn closed(a: &Matrix2) -> (c64, Matrix2) {
     let determinant = sum([(ONE - a[0][0], ONE - a[1][1]), (-a[0][1], a[1][0])]);
     let d = determinant.inv();
-    let inverse = [
-        [(ONE - a[1][1]) * d, a[0][1] * d],
-        [a[1][0] * d, (ONE - a[0][0]) * d],
-    ];
+    let inverse = [[(ONE - a[1][1]) * d, a[0][1] * d], [a[1][0] * d, (ONE - a[0][0]) * d]];
     (determinant, inverse)
 }
 
 /// v wᵀ scaled.
 pub(crate) fn outer(v: &[c64; 2], w: &[c64; 2], scale: c64) -> Matrix2 {
-    [
-        [v[0] * w[0] * scale, v[0] * w[1] * scale],
-        [v[1] * w[0] * scale, v[1] * w[1] * scale],
-    ]
+    [[v[0] * w[0] * scale, v[0] * w[1] * scale], [v[1] * w[0] * scale, v[1] * w[1] * scale]]
 }
 
 /// Aᴴ.
 pub(crate) fn adjoint(a: &Matrix2) -> Matrix2 {
-    [
-        [a[0][0].conj(), a[1][0].conj()],
-        [a[0][1].conj(), a[1][1].conj()],
-    ]
+    [[a[0][0].conj(), a[1][0].conj()], [a[0][1].conj(), a[1][1].conj()]]
 }
 
 /// A Aᴴ.
@@ -69,10 +60,7 @@ pub(crate) fn squared(a: &Matrix2) -> Matrix2 {
 
 /// Eigenvalues of a positive semidefinite matrix, the larger first, and its eigenvectors of unit length.
 pub(crate) fn hermitian_eigen(a: &Matrix2) -> ([f64; 2], [[c64; 2]; 2]) {
-    let (mean, half) = (
-        0.5 * (a[0][0].re + a[1][1].re),
-        0.5 * (a[0][0].re - a[1][1].re),
-    );
+    let (mean, half) = (0.5 * (a[0][0].re + a[1][1].re), 0.5 * (a[0][0].re - a[1][1].re));
     let beside = a[0][1];
     let apart = half.hypot(beside.norm());
     // Of the two forms of the vector the one without cancellation.
@@ -114,9 +102,7 @@ mod tests {
             assert!(values[0] >= values[1] && values[1] >= 0.0);
             for i in 0..2 {
                 for j in 0..2 {
-                    let again = (0..2)
-                        .map(|k| v[k][i] * v[k][j].conj() * values[k])
-                        .sum::<c64>();
+                    let again = (0..2).map(|k| v[k][i] * v[k][j].conj() * values[k]).sum::<c64>();
                     assert!((again - square[i][j]).norm() <= 1e-14 * values[0]);
                     let inner = v[i][0].conj() * v[j][0] + v[i][1].conj() * v[j][1];
                     let unit = if i == j { 1.0 } else { 0.0 };

@@ -57,11 +57,7 @@ impl ModalLaw {
                 pairs.extend(pair_parameters(*pole, &read, &write));
             }
         }
-        let law = Self {
-            pairs: pairs.len() / PAIR,
-            reals: reals.len() / REAL,
-            period_s: system.time.period_s,
-        };
+        let law = Self { pairs: pairs.len() / PAIR, reals: reals.len() / REAL, period_s: system.time.period_s };
         let mut x = pairs;
         x.extend(reals);
         x.extend((0..DIRECT).map(|k| system.d[(k / 2, k % 2)] * SIGNAL_SCALE_M));
@@ -258,11 +254,7 @@ impl Real {
     }
 
     fn read(x: &[f64]) -> Self {
-        Self {
-            pole: x[0].tanh(),
-            c: [x[1], x[2]],
-            b: [x[3], x[4]],
-        }
+        Self { pole: x[0].tanh(), c: [x[1], x[2]], b: [x[3], x[4]] }
     }
 }
 
@@ -284,9 +276,7 @@ impl Pair {
         let [bc, cc] = [b, c].map(|both| both.map(|z| z.conj()));
         let sum = |q: [&Lanes; 2], factors: &[c64; 2]| {
             let [first, second] = q;
-            first
-                .rounded_times(factors[0])
-                .sum(&second.rounded_times(factors[1]))
+            first.rounded_times(factors[0]).sum(&second.rounded_times(factors[1]))
         };
         // tr(Q c bᵀ) = bᵀ Q c.
         let rows = |by: &[c64; 2]| [0, 1].map(|j| sum([&q[j][0], &q[j][1]], by));
@@ -314,13 +304,7 @@ impl Pair {
         let z = |re: usize, im: usize| c64::new(x[re], x[im]);
         let (c, b) = ([z(2, 4), z(3, 5)], [z(6, 8), z(7, 9)]);
         let decay = x[0].exp();
-        Self {
-            pole: c64::from_polar((-decay).exp(), x[1]),
-            decay,
-            residue: c.map(|c| b.map(|b| c * b)),
-            c,
-            b,
-        }
+        Self { pole: c64::from_polar((-decay).exp(), x[1]), decay, residue: c.map(|c| b.map(|b| c * b)), c, b }
     }
 
     /// 1/(z − λ), 1/(z − λ̄).
@@ -333,11 +317,7 @@ impl Pair {
 fn even(c: &[c64; 2], b: &[c64; 2]) -> f64 {
     let size = |v: &[c64; 2]| (v[0].norm_sqr() + v[1].norm_sqr()).sqrt();
     let ratio = (size(b) / size(c)).sqrt();
-    if ratio.is_finite() && ratio > 0.0 {
-        ratio
-    } else {
-        1.0
-    }
+    if ratio.is_finite() && ratio > 0.0 { ratio } else { 1.0 }
 }
 
 fn pair_parameters(pole: c64, c: &[c64; 2], b: &[c64; 2]) -> Vec<f64> {
@@ -356,19 +336,9 @@ fn real_parameters(pole: f64, c: &[c64; 2], b: &[c64; 2]) -> Vec<f64> {
     let phase = c.iter().max_by(|p, q| p.norm().total_cmp(&q.norm()));
     let phase = phase.map_or(1.0.into(), |v| c64::from_polar(1.0, -v.arg()));
     let inside = pole.clamp(-1.0 + SLOWEST, 1.0 - SLOWEST);
-    vec![
-        inside.atanh(),
-        (c[0] * phase).re * t,
-        (c[1] * phase).re * t,
-        (b[0] / phase).re / t,
-        (b[1] / phase).re / t,
-    ]
+    vec![inside.atanh(), (c[0] * phase).re * t, (c[1] * phase).re * t, (b[0] / phase).re / t, (b[1] / phase).re / t]
 }
 
 fn inaccurate(error: f64) -> ControllerError {
-    ControllerError::Inaccurate {
-        step: "modal form for the polish",
-        error,
-        allowed: LARGEST_CHANGE,
-    }
+    ControllerError::Inaccurate { step: "modal form for the polish", error, allowed: LARGEST_CHANGE }
 }

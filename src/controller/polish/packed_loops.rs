@@ -43,10 +43,7 @@ impl PackedNominal {
     pub(super) fn lane(&self, l: usize) -> LoopState {
         let ([front, rear], [first, second]) = (&self.state.sensitivity, &self.beside);
         LoopState {
-            s: [
-                [front.lane(l), first.lane(l)],
-                [second.lane(l), rear.lane(l)],
-            ],
+            s: [[front.lane(l), first.lane(l)], [second.lane(l), rear.lane(l)]],
             r: [0, 1].map(|i| [0, 1].map(|j| self.r[i][j].lane(l))),
             compliance: self.state.compliance.lane(l),
         }
@@ -55,8 +52,7 @@ impl PackedNominal {
     /// Σ_j |R_ij|² for both currents i, (A/m)².
     #[inline]
     pub(super) fn currents(&self) -> [Reals; 2] {
-        self.r
-            .map(|[first, second]| first.squares() + second.squares())
+        self.r.map(|[first, second]| first.squares() + second.squares())
     }
 }
 
@@ -85,14 +81,9 @@ impl PackedLoops {
         let opposite = Lanes::ZERO.minus(&inverse);
         let beside = [b.product(&opposite), c.product(&opposite)];
         let ([front, rear], [first, second]) = (&state.sensitivity, &beside);
-        let entry = |i: usize, above: &Lanes, below: &Lanes| {
-            Lanes::ZERO.plus(gain[i][0], above).plus(gain[i][1], below)
-        };
-        PackedNominal {
-            r: [0, 1].map(|i| [entry(i, front, second), entry(i, first, rear)]),
-            beside,
-            state,
-        }
+        let entry =
+            |i: usize, above: &Lanes, below: &Lanes| Lanes::ZERO.plus(gain[i][0], above).plus(gain[i][1], below);
+        PackedNominal { r: [0, 1].map(|i| [entry(i, front, second), entry(i, first, rear)]), beside, state }
     }
 
     /// The loops closed, the entries beside the diagonal of I − G K, and 1/det(I − G K).
@@ -113,11 +104,7 @@ impl PackedLoops {
             d.product(first).minus(&b.product(second)).product(&inverse),
             a.product(second).minus(&c.product(first)).product(&inverse),
         ];
-        let current = |i: usize| {
-            Lanes::ZERO
-                .plus(gain[i][0], &signals[0])
-                .plus(gain[i][1], &signals[1])
-        };
+        let current = |i: usize| Lanes::ZERO.plus(gain[i][0], &signals[0]).plus(gain[i][1], &signals[1]);
         let through = |k: usize| self.drive[k].product(&current(k));
         let state = PackedState {
             determinant: Lanes::ZERO.plus(free, &determinant),
@@ -143,17 +130,11 @@ mod tests {
                 tool: entry(k, 9),
             })
             .collect();
-        let (gain, free) = (
-            [[entry(1, 0), entry(2, 3)], [entry(4, 2), entry(9, 1)]],
-            entry(5, 1),
-        );
+        let (gain, free) = ([[entry(1, 0), entry(2, 3)], [entry(4, 2), entry(9, 1)]], entry(5, 1));
         for number in 0..2 {
             let four: Vec<&LoopResponse> = list.iter().skip(4 * number).take(4).collect();
             let packed = PackedLoops::new(&four);
-            let (state, all) = (
-                packed.closed(&gain, free),
-                packed.closed_nominal(&gain, free),
-            );
+            let (state, all) = (packed.closed(&gain, free), packed.closed_nominal(&gain, free));
             for (l, one) in four.into_iter().enumerate() {
                 let exact = LoopState::new(one, &gain);
                 let (determinant, _) = closed(&product(&one.loops, &gain));

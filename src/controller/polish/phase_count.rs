@@ -19,12 +19,7 @@ impl PhaseCount {
     /// Of sequences that begin.
     #[inline]
     pub(crate) fn new(first: &Lanes) -> Self {
-        Self {
-            first: *first,
-            last: *first,
-            turns: Reals::splat(0.0),
-            unbounded: Reals::splat(0.0),
-        }
+        Self { first: *first, last: *first, turns: Reals::splat(0.0), unbounded: Reals::splat(0.0) }
     }
 
     /// The next number of each.
@@ -98,12 +93,7 @@ mod tests {
     #[test]
     fn the_phase_gathered_is_the_sum_of_the_angles_between_neighbours() {
         for (turns, count) in [(0.3, 7), (-2.4, 40), (5.0, 64), (1.0, 9), (-0.5, 5)] {
-            let at = |k: usize| {
-                c64::from_polar(
-                    1.0 + k as f64,
-                    0.7 + TAU * turns * k as f64 / (count - 1) as f64,
-                )
-            };
+            let at = |k: usize| c64::from_polar(1.0 + k as f64, 0.7 + TAU * turns * k as f64 / (count - 1) as f64);
             let exact: f64 = (1..count).map(|k| (at(k) / at(k - 1)).arg()).sum();
             let backwards = |k: usize| at(count - 1 - k);
             let four = |k: usize| {

@@ -41,41 +41,23 @@ pub(super) fn loss_on(
     let performance = (LOADS + LOOPS, LOADS + LOOPS + integral);
     let blocks = problem_blocks(task.modes.len(), &extra, performance);
     let (rotors, rows) = earlier.map_or((vec![], vec![]), Loss::responses);
-    let known = Known {
-        lines: earlier.map_or(&[], |loss| &loss.lines),
-        list: &rows,
-    };
-    let loops = plants
-        .specification(&lines, (task.modes, task.weights), &known)
-        .map_err(in_step("weights of the polish"))?;
+    let known = Known { lines: earlier.map_or(&[], |loss| &loss.lines), list: &rows };
+    let loops =
+        plants.specification(&lines, (task.modes, task.weights), &known).map_err(in_step("weights of the polish"))?;
     let loops = loops.into_iter().enumerate().map(|(side, rows)| {
         let scales = match earlier {
             Some(earlier) => earlier.scales_near(&lines, side, blocks.len()),
             None => vec![vec![1.0; blocks.len()]; rows.len()],
         };
         // The machine at rest, at its top speed and beyond are the first rotors.
-        SpecifiedLoop {
-            side,
-            scales: scales.into_iter().map(LineScales::new).collect(),
-            lines: rows,
-        }
+        SpecifiedLoop { side, scales: scales.into_iter().map(LineScales::new).collect(), lines: rows }
     });
-    let blocks =
-        Blocks::new(&blocks).map_err(|_| infeasible("the specification has no channels"))?;
+    let blocks = Blocks::new(&blocks).map_err(|_| infeasible("the specification has no channels"))?;
     let specification = Specification::new(loops.collect(), blocks);
-    let known = Known {
-        list: &rotors,
-        lines: known.lines,
-    };
+    let known = Known { list: &rotors, lines: known.lines };
     let rotors = plants.on(&lines, &known);
     let period_s = plants.period_s();
-    Ok(Loss::new(
-        lines,
-        rotors,
-        Some(specification),
-        task.limits,
-        period_s,
-    ))
+    Ok(Loss::new(lines, rotors, Some(specification), task.limits, period_s))
 }
 
 pub(super) fn infeasible(reason: &str) -> ControllerError {

@@ -94,10 +94,7 @@ pub(crate) struct Known<'a, T> {
 
 impl<T> Known<'_, T> {
     /// None.
-    pub(crate) const NOTHING: Self = Self {
-        lines: &[],
-        list: &[],
-    };
+    pub(crate) const NOTHING: Self = Self { lines: &[], list: &[] };
 
     /// For each of the lines its number among the known ones, if its frequency is the same to the last bit.
     fn same(&self, lines: &[Line]) -> Vec<Option<usize>> {
@@ -131,11 +128,7 @@ impl Plants {
     ///
     /// # Errors
     /// [`SpindleError`] from the plants.
-    pub(crate) fn new(
-        machine: &Machine,
-        over: f64,
-        shifts: &[Vec<f64>],
-    ) -> Result<Self, SpindleError> {
+    pub(crate) fn new(machine: &Machine, over: f64, shifts: &[Vec<f64>]) -> Result<Self, SpindleError> {
         let machine = isotropic(machine);
         let top = machine.spindle.max_rpm * TAU / 60.0;
         let at_speeds: Result<Vec<Plant>, SpindleError> = [0.0, top, over * top]
@@ -143,17 +136,11 @@ impl Plants {
             .map(|speed| Plant::new(&machine, speed, ModelDetail::Full))
             .collect();
         let at_speeds = at_speeds?;
-        let mut list: Vec<(Role, Plant)> = [Role::Rest, Role::TopSpeed, Role::Overspeed]
-            .into_iter()
-            .zip(at_speeds)
-            .collect();
+        let mut list: Vec<(Role, Plant)> =
+            [Role::Rest, Role::TopSpeed, Role::Overspeed].into_iter().zip(at_speeds).collect();
         let rest = list[0].1.clone();
         list.extend(shifted(&rest, shifts));
-        Ok(Self {
-            period_s: machine.spindle.electronics.sample_period_s(),
-            list,
-            weak: vec![],
-        })
+        Ok(Self { period_s: machine.spindle.electronics.sample_period_s(), list, weak: vec![] })
     }
 
     /// With the machine at its top speed once more for each of the `shifts`.
@@ -167,21 +154,14 @@ impl Plants {
     /// With the machine at rest once more for each part of their force that its magnets give.
     #[must_use]
     pub(crate) fn with_weak_magnets(self, parts: &[[f64; 2]]) -> Self {
-        Self {
-            weak: parts.to_vec(),
-            ..self
-        }
+        Self { weak: parts.to_vec(), ..self }
     }
 
     /// With further rotors.
     ///
     /// # Errors
     /// As [`Self::new`].
-    pub(crate) fn with_further(
-        mut self,
-        machine: &Machine,
-        rotors: &[ShiftedRotor],
-    ) -> Result<Self, SpindleError> {
+    pub(crate) fn with_further(mut self, machine: &Machine, rotors: &[ShiftedRotor]) -> Result<Self, SpindleError> {
         let machine = isotropic(machine);
         for rotor in rotors {
             let plant = Plant::new(&machine, rotor.speed_rad_s, ModelDetail::Full)?;
@@ -214,11 +194,7 @@ impl Plants {
             .iter()
             .enumerate()
             .map(|(number, (role, plant))| {
-                let sides = if plant.mechanics().planes_are_decoupled() {
-                    1
-                } else {
-                    2
-                };
+                let sides = if plant.mechanics().planes_are_decoupled() { 1 } else { 2 };
                 let plant = PlantLoop::new(plant);
                 let both: Vec<[LoopResponse; 2]> = lines
                     .par_iter()
@@ -231,12 +207,7 @@ impl Plants {
                         None => whirl(&plant, line.omega_rad_s, self.period_s),
                     })
                     .collect();
-                Rotor {
-                    role: *role,
-                    directions: (0..sides)
-                        .map(|k| both.iter().map(|b| b[k]).collect())
-                        .collect(),
-                }
+                Rotor { role: *role, directions: (0..sides).map(|k| both.iter().map(|b| b[k]).collect()).collect() }
             })
             .collect();
         let rest = rotors.first().map(|r| r.directions.clone());
@@ -252,10 +223,7 @@ impl Plants {
                     true => Role::Weakest,
                     false => Role::Weak,
                 },
-                directions: directions
-                    .iter()
-                    .map(|lines| lines.iter().map(weaker).collect())
-                    .collect(),
+                directions: directions.iter().map(|lines| lines.iter().map(weaker).collect()).collect(),
             }
         }));
         rotors
@@ -275,18 +243,10 @@ impl Plants {
         let same = known.same(lines);
         let round = ProblemWeights::of_specification(modes, weights)?;
         let frame = Frame {
-            exposure: Exposure::new(
-                modes.len(),
-                &round.channels,
-                weights.integral_corner_hz.is_some(),
-            ),
+            exposure: Exposure::new(modes.len(), &round.channels, weights.integral_corner_hz.is_some()),
             input: FrequencyResponder::new(&round.input),
             output: FrequencyResponder::new(&round.output),
-            ports: modes
-                .iter()
-                .map(|m| CHANNELS + 2 * m.number)
-                .chain((0..LOADS).map(|k| 4 + 2 * k))
-                .collect(),
+            ports: modes.iter().map(|m| CHANNELS + 2 * m.number).chain((0..LOADS).map(|k| 4 + 2 * k)).collect(),
         };
         let ports = modes.iter().map(|m| m.number + 1).max().unwrap_or(0);
         let mut loops = vec![];
@@ -321,9 +281,7 @@ impl Plants {
 
 /// A plant with modes shifted by the factors of each of the `shifts`.
 fn shifted(plant: &Plant, shifts: &[Vec<f64>]) -> impl Iterator<Item = (Role, Plant)> {
-    shifts
-        .iter()
-        .map(|factors| (Role::Shifted, plant.with_scaled_modes(factors)))
+    shifts.iter().map(|factors| (Role::Shifted, plant.with_scaled_modes(factors)))
 }
 
 /// Signs of shifted modes: all combinations of the first three, the others by products of those.
@@ -333,36 +291,22 @@ pub(crate) fn shifts(relative: &[f64]) -> Vec<Vec<f64>> {
             let sign = |bit: usize| if (pattern >> bit) & 1 == 0 { 1.0 } else { -1.0 };
             let (a, b, c) = (sign(0), sign(1), sign(2));
             let signs = [a, b, c, a * b * c, a * b, a * c];
-            relative
-                .iter()
-                .zip(signs)
-                .map(|(r, s)| 1.0 + s * r)
-                .collect()
+            relative.iter().zip(signs).map(|(r, s)| 1.0 + s * r).collect()
         })
         .collect()
 }
 
 /// Forward and backward responses of a plant at a line.
 fn whirl(plant: &PlantLoop, omega: f64, period_s: f64) -> [LoopResponse; 2] {
-    let empty = LoopResponse {
-        loops: [[ZERO; 2]; 2],
-        read: [ZERO; 2],
-        drive: [ZERO; 2],
-        tool: ZERO,
-    };
+    let empty = LoopResponse { loops: [[ZERO; 2]; 2], read: [ZERO; 2], drive: [ZERO; 2], tool: ZERO };
     let mut both = [empty; 2];
     for k in -FOLDED..=FOLDED {
         let w = omega + f64::from(k) * TAU / period_s;
-        let h = if k == 0 {
-            plant.at(w)
-        } else {
-            plant.axes_at(w)
-        };
+        let h = if k == 0 { plant.at(w) } else { plant.axes_at(w) };
         let gain = hold_magnitude(w, period_s);
         for (side, sign) in [(0, 1.0), (1, -1.0)] {
-            let at = |row: usize, column: usize| {
-                h[row * SIDE + column] + c64::new(0.0, sign) * h[(row + 1) * SIDE + column]
-            };
+            let at =
+                |row: usize, column: usize| h[row * SIDE + column] + c64::new(0.0, sign) * h[(row + 1) * SIDE + column];
             let response = &mut both[side];
             for i in 0..LOOPS {
                 for j in 0..LOOPS {
@@ -399,9 +343,7 @@ impl Frame {
         let exposure = &self.exposure;
         let (rows, columns) = (exposure.error_rows(), exposure.disturbance_columns());
         let of_sign = |sign: &f64| {
-            let at = |row: usize, column: usize| {
-                h[(row, column)] + c64::new(0.0, *sign) * h[(row + 1, column)]
-            };
+            let at = |row: usize, column: usize| h[(row, column)] + c64::new(0.0, *sign) * h[(row + 1, column)];
             // Ports, then signals and currents; currents are held.
             let row = |i: usize| if i < n { ports[i] } else { 2 * (i - n) };
             let exposed = exposure.matrix(|i, j| match j {
@@ -410,15 +352,9 @@ impl Frame {
             });
             SpecificationLine {
                 rows,
-                direct: Lanes::columns(rows, columns, |i, j| {
-                    wo[(i, i)] * exposed[(i, j)] * wi[(j, j)]
-                }),
-                drive: [0, 1].map(|k| {
-                    Lanes::columns(rows, 1, |i, _| wo[(i, i)] * exposed[(i, columns + k)])
-                }),
-                read: (0..columns)
-                    .map(|j| [0, 1].map(|k| exposed[(rows + k, j)] * wi[(j, j)]))
-                    .collect(),
+                direct: Lanes::columns(rows, columns, |i, j| wo[(i, i)] * exposed[(i, j)] * wi[(j, j)]),
+                drive: [0, 1].map(|k| Lanes::columns(rows, 1, |i, _| wo[(i, i)] * exposed[(i, columns + k)])),
+                read: (0..columns).map(|j| [0, 1].map(|k| exposed[(rows + k, j)] * wi[(j, j)])).collect(),
             }
         };
         signs.iter().map(of_sign).collect()

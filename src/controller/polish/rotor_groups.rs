@@ -48,16 +48,9 @@ impl RotorGroups {
         let list = groups.into_iter().map(|rotors| {
             let first = end;
             end += rotors.first().map_or(0, |k| sides[*k].len());
-            RotorGroup {
-                packs: first..end,
-                is_nominal: rotors.iter().any(is_asked),
-                rotors,
-            }
+            RotorGroup { packs: first..end, is_nominal: rotors.iter().any(is_asked), rotors }
         });
-        Self {
-            list: list.collect(),
-            sides,
-        }
+        Self { list: list.collect(), sides }
     }
 
     /// Flat indices of the loops of a rotor.

@@ -32,9 +32,7 @@ fn currents(line: &SpecificationLine, r: &Matrix2, j: usize) -> [c64; 2] {
 #[inline]
 fn closed_group(line: &SpecificationLine, currents: &[c64; 2], g: usize, j: usize) -> Lanes {
     let [front, rear] = &line.drive;
-    line.direct[j * groups(line.rows) + g]
-        .plus(currents[0], &front[g])
-        .plus(currents[1], &rear[g])
+    line.direct[j * groups(line.rows) + g].plus(currents[0], &front[g]).plus(currents[1], &rear[g])
 }
 
 /// M of a line for a loop.
@@ -50,22 +48,14 @@ fn closed(line: &SpecificationLine, r: &Matrix2) -> Mat<c64> {
 }
 
 /// The best scales of a line, one per block, the last (performance) 1.
-pub(super) fn best_scales(
-    line: &SpecificationLine,
-    r: &Matrix2,
-    structure: &Structure,
-) -> Vec<f64> {
+pub(super) fn best_scales(line: &SpecificationLine, r: &Matrix2, structure: &Structure) -> Vec<f64> {
     settled(&closed(line, r), structure).d
 }
 
 impl Bound {
     /// A norm in the place of σ, without a derivative.
     pub(super) fn at_most(sigma: f64) -> Self {
-        Self {
-            sigma,
-            q: [[ZERO; 2]; 2],
-            slope: 0.0,
-        }
+        Self { sigma, q: [[ZERO; 2]; 2], slope: 0.0 }
     }
 }
 
@@ -82,9 +72,7 @@ pub(super) fn bound(
     let mut m = Vec::with_capacity(columns * height);
     for j in 0..columns {
         let (currents, own) = (currents(line, &state.r, j), scales.of(j));
-        m.extend(
-            (0..height).map(|h| closed_group(line, &currents, h, j).times(scales.group(h) / own)),
-        );
+        m.extend((0..height).map(|h| closed_group(line, &currents, h, j).times(scales.group(h) / own)));
     }
     let gram = HermitianLanes::gram(&m, height);
     let (square, v) = match gram.largest_above(floor * floor) {
@@ -106,18 +94,10 @@ pub(super) fn bound(
     }
     let scaled: Vec<Lanes> = (0..height).map(|h| u[h].times(scales.group(h))).collect();
     let a = [0, 1].map(|k| Lanes::inner(&scaled, &line.drive[k]));
-    let b = [0, 1].map(|k| {
-        (0..columns).fold(ZERO, |sum, j| {
-            sum + line.read[j][k] * Lanes::at(&v, j) / scales.of(j)
-        })
-    });
+    let b = [0, 1].map(|k| (0..columns).fold(ZERO, |sum, j| sum + line.read[j][k] * Lanes::at(&v, j) / scales.of(j)));
     Bound {
         sigma,
-        q: outer(
-            &times(&state.s, &b),
-            &row_times(&a, &state.input_sensitivity(g)),
-            c64::new(1.0 / sigma, 0.0),
-        ),
+        q: outer(&times(&state.s, &b), &row_times(&a, &state.input_sensitivity(g)), c64::new(1.0 / sigma, 0.0)),
         // The modal channels come first, one each.
         slope: (0..scales.modal().min(line.rows).min(columns))
             .map(|k| (Lanes::at(&u, k).norm_sqr() - Lanes::at(&v, k).norm_sqr()).abs())
@@ -141,20 +121,14 @@ pub(super) mod tests {
             rows,
             direct: Lanes::columns(rows, columns, entry),
             drive: [0, 1].map(|k| Lanes::columns(rows, 1, |i, _| entry(i + 1, k + 5))),
-            read: (0..columns)
-                .map(|j| [0, 1].map(|k| entry(k + 2, j)))
-                .collect(),
+            read: (0..columns).map(|j| [0, 1].map(|k| entry(k + 2, j))).collect(),
         }
     }
 
     #[test]
     fn a_bound_is_the_largest_singular_value_and_below_its_floor_a_larger_norm() {
         let (scales, r) = ([0.5, 3.0, 1.0], [[ONE, ZERO], [ZERO, -ONE]]);
-        let state = LoopState {
-            s: r,
-            r,
-            compliance: ZERO,
-        };
+        let state = LoopState { s: r, r, compliance: ZERO };
         let line = line(7, 6);
         let d = |i: usize| if i < 2 { scales[i] } else { 1.0 };
         let m = closed(&line, &r);
@@ -163,16 +137,9 @@ pub(super) mod tests {
         let scales = LineScales::new(scales.to_vec());
         let at = |floor: f64| bound(&line, &scales, (&state, &r), floor).sigma;
         // The power method ends 1e-6 off where the second singular value is close.
-        assert!(
-            (at(0.0) / exact - 1.0).abs() < 1e-6,
-            "{} and {exact}",
-            at(0.0)
-        );
+        assert!((at(0.0) / exact - 1.0).abs() < 1e-6, "{} and {exact}", at(0.0));
         assert!((at(exact) / exact - 1.0).abs() < 1e-6);
         let coarse = at(10.0 * exact);
-        assert!(
-            coarse >= exact && coarse < 10.0 * exact,
-            "{coarse}, {exact}"
-        );
+        assert!(coarse >= exact && coarse < 10.0 * exact, "{coarse}, {exact}");
     }
 }

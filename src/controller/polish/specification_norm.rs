@@ -41,18 +41,14 @@ impl PackedNorms {
         let height = groups(line.rows);
         let scaled = |k: usize| -> Vec<Lanes> {
             let list = line.drive[k].iter().enumerate();
-            list.map(|(g, group)| group.times(scales.group(g)))
-                .collect()
+            list.map(|(g, group)| group.times(scales.group(g))).collect()
         };
         let drive = [scaled(0), scaled(1)];
         let (mut direct, mut cross, mut read) = (0.0, [[ZERO; 2]; 2], [[ZERO; 2]; 2]);
         for (j, column) in line.direct.chunks_exact(height).enumerate() {
             let own = scales.of(j);
-            let a: Vec<Lanes> = column
-                .iter()
-                .enumerate()
-                .map(|(g, group)| group.times(scales.group(g) / own))
-                .collect();
+            let a: Vec<Lanes> =
+                column.iter().enumerate().map(|(g, group)| group.times(scales.group(g) / own)).collect();
             let c = line.read[j].map(|c| c / own);
             direct += Lanes::sum_of_squares(&a);
             for i in 0..2 {

@@ -114,10 +114,8 @@ impl<'a> Polisher<'a> {
         let top = machine.spindle.max_rpm * TAU / 60.0;
         let covered = machine.spindle.flexible_modes + 2;
         let table = &task.weights.mode_uncertainty;
-        let split: Vec<f64> = gyroscopic_split(&isotropic(machine), top, covered)?
-            .iter()
-            .map(ModeSplit::relative)
-            .collect();
+        let split: Vec<f64> =
+            gyroscopic_split(&isotropic(machine), top, covered)?.iter().map(ModeSplit::relative).collect();
         let relative: Vec<f64> = split
             .iter()
             .enumerate()
@@ -126,13 +124,9 @@ impl<'a> Polisher<'a> {
                 small + table.get(k).copied().unwrap_or(0.0)
             })
             .collect();
-        let mut plants =
-            Plants::new(machine, overspeed, &shifts(&relative))?.with_weak_magnets(&WEAK_MAGNETS);
+        let mut plants = Plants::new(machine, overspeed, &shifts(&relative))?.with_weak_magnets(&WEAK_MAGNETS);
         if split.iter().any(|split| *split > LARGE_SPLIT) {
-            let between = SPEEDS_BETWEEN.map(|share| ShiftedRotor {
-                speed_rad_s: share * top,
-                factors: vec![],
-            });
+            let between = SPEEDS_BETWEEN.map(|share| ShiftedRotor { speed_rad_s: share * top, factors: vec![] });
             plants = plants.with_further(machine, &between)?;
         }
         let roles = [Role::Rest, Role::TopSpeed, Role::Overspeed];
@@ -153,12 +147,7 @@ impl<'a> Polisher<'a> {
             memory: Memory::default(),
             began_afresh: false,
             peaks: vec![],
-            figures: PolishRound {
-                steps: 0,
-                lines: 0,
-                stiffness_n_per_m: f64::NAN,
-                over_limit: [f64::NAN; LIMITS],
-            },
+            figures: PolishRound { steps: 0, lines: 0, stiffness_n_per_m: f64::NAN, over_limit: [f64::NAN; LIMITS] },
             rounds: 0,
             stale: false,
             stable: vec![],
@@ -230,10 +219,7 @@ impl<'a> Polisher<'a> {
         let before = self.figures;
         let mut begun = self.standing();
         let first = self.rounds == 0;
-        let mut effort = Effort {
-            steps,
-            tolerance: TOLERANCE,
-        };
+        let mut effort = Effort { steps, tolerance: TOLERANCE };
         self.memory.begin();
         let mut done = 0;
         for number in 0..TRIES {
@@ -293,9 +279,7 @@ impl<'a> Polisher<'a> {
 
     /// Moves the limit on μ to where the loop is, if it exceeds it.
     pub(crate) fn hold_mu(&mut self) {
-        let over = Group::Specification
-            .limit()
-            .map(|k| self.figures.over_limit[k]);
+        let over = Group::Specification.limit().map(|k| self.figures.over_limit[k]);
         if let Some(over) = over.filter(|over| *over > 1.0) {
             self.task.limits.mu *= over;
             self.stale = true;
@@ -346,9 +330,7 @@ impl<'a> Polisher<'a> {
         self.loop_poles.clone_from(&poles);
         poles.extend(&self.plant_poles);
         poles.extend(&self.elsewhere);
-        let own = plane
-            .poles()
-            .map_err(in_step("poles of the polished controller"))?;
+        let own = plane.poles().map_err(in_step("poles of the polished controller"))?;
         poles.extend(oscillating(own, self.plants.period_s()));
         let lines = sharp_lines(&self.plants, FROM_HZ, (&poles, &self.peaks), apart);
         let mut loss = loss_on(&self.plants, &self.task, lines, Some(&self.loss))?;

@@ -18,11 +18,7 @@ impl Line {
     /// The line at `omega_rad_s` of a loop sampled every `period_s`.
     pub(crate) fn new(omega_rad_s: f64, period_s: f64) -> Self {
         let half = 0.5 * omega_rad_s * period_s;
-        Self {
-            omega_rad_s,
-            z: c64::from_polar(1.0, 2.0 * half),
-            s: c64::new(0.0, 2.0 / period_s * half.tan()),
-        }
+        Self { omega_rad_s, z: c64::from_polar(1.0, 2.0 * half), s: c64::new(0.0, 2.0 / period_s * half.tan()) }
     }
 }
 

@@ -16,14 +16,8 @@ pub(crate) enum Group {
 pub(crate) const LIMITS: usize = 5;
 
 /// The objective and the limits in their order.
-pub(super) const GROUPS: [Group; LIMITS + 1] = [
-    Group::Compliance,
-    Group::Sensitivity,
-    Group::HighGain,
-    Group::NoiseCurrent,
-    Group::Specification,
-    Group::Margin,
-];
+pub(super) const GROUPS: [Group; LIMITS + 1] =
+    [Group::Compliance, Group::Sensitivity, Group::HighGain, Group::NoiseCurrent, Group::Specification, Group::Margin];
 
 /// The limits in their order.
 pub(super) const LIMIT_GROUPS: [Group; LIMITS] = {
@@ -59,18 +53,8 @@ pub(crate) struct Value {
 
 impl Value {
     /// By the square of its ratio to its limit; at a rotor, a line and an entry.
-    pub(super) fn of_square(
-        group: Group,
-        square: f64,
-        (rotor, line, entry): (usize, usize, (usize, usize)),
-    ) -> Self {
-        Self {
-            group,
-            value: 0.5 * square.ln(),
-            rotor,
-            line,
-            entry,
-        }
+    pub(super) fn of_square(group: Group, square: f64, (rotor, line, entry): (usize, usize, (usize, usize))) -> Self {
+        Self { group, value: 0.5 * square.ln(), rotor, line, entry }
     }
 
     /// True for the same quantity of another controller.
@@ -103,11 +87,7 @@ impl Gathered {
     /// Values less than a reach (logarithms) below their group's largest, of limits below zero if that is larger, are
     /// kept; without one, none.
     pub(super) fn new(reach: Option<f64>) -> Self {
-        Self {
-            share: reach.map(share_of),
-            values: vec![],
-            largest: [0.0; LIMITS + 1],
-        }
+        Self { share: reach.map(share_of), values: vec![], largest: [0.0; LIMITS + 1] }
     }
 
     /// A value by the square of its ratio to its limit.
@@ -116,8 +96,7 @@ impl Gathered {
         *largest = nan_max(*largest, square);
         let Some(share) = self.share else { return };
         if is_kept(square, share * group.reference(*largest, 1.0)) {
-            self.values
-                .push(Value::of_square(group, square, (0, line, entry)));
+            self.values.push(Value::of_square(group, square, (0, line, entry)));
         }
     }
 }

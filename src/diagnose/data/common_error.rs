@@ -100,10 +100,7 @@ impl Smooth {
 
     /// UᵀJ of every group, J in blocks of rows one below the other, all of them `width` columns wide.
     pub(crate) fn shares(&self, blocks: &[Mat<f64>], width: usize) -> Vec<Mat<f64>> {
-        self.groups
-            .par_iter()
-            .map(|group| group.share(blocks, width))
-            .collect()
+        self.groups.par_iter().map(|group| group.share(blocks, width)).collect()
     }
 }
 

@@ -24,12 +24,8 @@ impl Evidence {
         let sweeps = self.sweeps.iter();
         let taps = self.taps.iter();
         Self {
-            sweeps: sweeps
-                .map(|s| s.thinned_to(&of(s.omega_rad_s.len())))
-                .collect(),
-            taps: taps
-                .map(|t| t.thinned_to(&of(t.omega_rad_s.len())))
-                .collect(),
+            sweeps: sweeps.map(|s| s.thinned_to(&of(s.omega_rad_s.len()))).collect(),
+            taps: taps.map(|t| t.thinned_to(&of(t.omega_rad_s.len()))).collect(),
             smooth: Known::default(),
         }
     }
@@ -43,12 +39,7 @@ impl Evidence {
 
     /// With those lines of a sweep that are wanted, counted as in its record of so many lines.
     #[must_use]
-    pub(crate) fn with_lines(
-        &self,
-        sweep: usize,
-        count: usize,
-        wanted: impl Fn(usize) -> bool,
-    ) -> Self {
+    pub(crate) fn with_lines(&self, sweep: usize, count: usize, wanted: impl Fn(usize) -> bool) -> Self {
         let mut right = self.clone();
         right.smooth = Known::default();
         if let Some(own) = right.sweeps.get_mut(sweep) {
@@ -86,12 +77,7 @@ impl Evidence {
     /// Without a fault of one record. Only those that scale responses, frequencies or the speed are taken out; the
     /// controller of a hammer test is needed where frequencies change.
     #[must_use]
-    pub fn corrected(
-        &self,
-        record: RecordId,
-        fault: RecordFault,
-        controller: Option<&dyn HeldResponse>,
-    ) -> Self {
+    pub fn corrected(&self, record: RecordId, fault: RecordFault, controller: Option<&dyn HeldResponse>) -> Self {
         let mut right = self.clone();
         // The order of the lines, on which smooth errors that were made depend, may change.
         right.smooth = Known::default();
@@ -143,10 +129,7 @@ impl SweepEvidence {
                     }
                 }
             }
-            RecordFault::Drift {
-                signal,
-                relative_change,
-            } => {
+            RecordFault::Drift { signal, relative_change } => {
                 for k in 0..self.omega_rad_s.len() {
                     let read = 1.0 + relative_change * self.position[k];
                     // What is read too large in a sensor makes the response too large, in a current too small.

@@ -45,11 +45,7 @@ pub struct Subset {
 
 impl Subset {
     /// Everything.
-    pub const ALL: Self = Self {
-        stride: 1,
-        taps: true,
-        off_diagonal: true,
-    };
+    pub const ALL: Self = Self { stride: 1, taps: true, off_diagonal: true };
 }
 
 /// One sweep.
@@ -114,11 +110,7 @@ pub struct Gap {
 impl Gap {
     /// The gap; 0 without data.
     pub fn value(&self) -> f64 {
-        if self.count == 0 {
-            0.0
-        } else {
-            (self.sum / self.count as f64).sqrt()
-        }
+        if self.count == 0 { 0.0 } else { (self.sum / self.count as f64).sqrt() }
     }
 
     /// Number of complex residuals.
@@ -134,10 +126,7 @@ impl Gap {
 
     /// Both together.
     pub(crate) fn merge(self, other: Self) -> Self {
-        Self {
-            sum: self.sum + other.sum,
-            count: self.count + other.count,
-        }
+        Self { sum: self.sum + other.sum, count: self.count + other.count }
     }
 }
 
@@ -176,11 +165,7 @@ impl Evidence {
                 omega_rad_s,
             }
         });
-        Ok(Self {
-            taps: taps.collect(),
-            smooth: Known::default(),
-            sweeps: sweeps?,
-        })
+        Ok(Self { taps: taps.collect(), smooth: Known::default(), sweeps: sweeps? })
     }
 
     /// Standard deviations of the axis gains, sweep by sweep.
@@ -215,9 +200,7 @@ fn scatter_of_repeats(record: &SweepRecord, frf: &MeasuredFrf) -> (Vec<[f64; 4]>
     let g = |k: usize, i: usize, j: usize| frf.response[(k, i, j)];
     // y of a repeat and what Ĝ makes of its u: [line][experiment][repeat][axis].
     let predicted = |k: usize, e: usize, p: usize, i: usize| {
-        (0..4).fold(ZERO, |sum, j| {
-            sum + g(k, i, j) * record.current[(k, e, p, j)]
-        })
+        (0..4).fold(ZERO, |sum, j| sum + g(k, i, j) * record.current[(k, e, p, j)])
     };
     let mut gains = vec![[0.0; 4]; repeats];
     let mut noise: Vec<[f64; 4]> = vec![[0.0; 4]; lines];
@@ -231,8 +214,7 @@ fn scatter_of_repeats(record: &SweepRecord, frf: &MeasuredFrf) -> (Vec<[f64; 4]>
                         let mut sum = 0.0;
                         for e in 0..experiments {
                             for (p, gain) in gains.iter().enumerate() {
-                                let v = record.signal[(k, e, p, i)]
-                                    - predicted(k, e, p, i) * (1.0 + gain[i]);
+                                let v = record.signal[(k, e, p, i)] - predicted(k, e, p, i) * (1.0 + gain[i]);
                                 sum += v.norm_sqr();
                             }
                         }
@@ -276,8 +258,7 @@ fn scatter_of_neighbours(frf: &MeasuredFrf) -> Vec<[f64; 4]> {
         let of = |e: usize| -> Vec<f64> {
             let own = |k: usize| {
                 let k = k.clamp(1, lines.saturating_sub(2).max(1));
-                match (k + 1 < lines).then(|| y(k, i, e) - (y(k - 1, i, e) + y(k + 1, i, e)) * 0.5)
-                {
+                match (k + 1 < lines).then(|| y(k, i, e) - (y(k - 1, i, e) + y(k + 1, i, e)) * 0.5) {
                     Some(difference) => difference.norm_sqr(),
                     None => y(0, i, e).norm_sqr(),
                 }
@@ -321,16 +302,12 @@ fn sweep(record: &SweepRecord) -> Result<SweepEvidence, DiagnoseError> {
     let mut spread = Vec::with_capacity(lines);
     for k in 0..lines {
         let mut u: Vec<c64> = (0..16).map(|n| frf.current[(k, n / 4, n % 4)]).collect();
-        let mut inverse: Vec<c64> = (0..16)
-            .map(|n| c64::new(f64::from(u8::from(n / 4 == n % 4)), 0.0))
-            .collect();
+        let mut inverse: Vec<c64> = (0..16).map(|n| c64::new(f64::from(u8::from(n / 4 == n % 4)), 0.0)).collect();
         eliminate(&mut u, &mut inverse, 4, 4);
         // inverse is experiment×axis; error of row i is v_i·U⁻¹.
         spread.push(std::array::from_fn(|n| {
             let (j, l) = (n / 4, n % 4);
-            (0..4).fold(ZERO, |sum, e| {
-                sum + inverse[e * 4 + j] * inverse[e * 4 + l].conj()
-            }) / repeats as f64
+            (0..4).fold(ZERO, |sum, e| sum + inverse[e * 4 + j] * inverse[e * 4 + l].conj()) / repeats as f64
         }));
     }
     if repeats < 2 {
@@ -346,9 +323,7 @@ fn sweep(record: &SweepRecord) -> Result<SweepEvidence, DiagnoseError> {
     Ok(SweepEvidence {
         speed_rad_s: record.speed_rpm * TAU / 60.0,
         omega_rad_s: record.frequency_hz.iter().map(|f| TAU * f).collect(),
-        response: (0..lines)
-            .map(|k| std::array::from_fn(|n| g(k, n / 4, n % 4)))
-            .collect(),
+        response: (0..lines).map(|k| std::array::from_fn(|n| g(k, n / 4, n % 4))).collect(),
         gap_sigma: (0..lines)
             .map(|k| {
                 std::array::from_fn(|n| match repeats {
@@ -364,21 +339,14 @@ fn sweep(record: &SweepRecord) -> Result<SweepEvidence, DiagnoseError> {
         spread,
         noise,
         size,
-        position: (0..lines)
-            .map(|k| k as f64 / (lines.max(2) - 1) as f64)
-            .collect(),
+        position: (0..lines).map(|k| k as f64 / (lines.max(2) - 1) as f64).collect(),
         axis_gain_sd,
     })
 }
 
 impl SweepEvidence {
     /// Lower Cholesky factors of the four rows' covariances with A model error, row-major.
-    pub(crate) fn whitening(
-        &self,
-        line: usize,
-        model_error: f64,
-        off_diagonal: bool,
-    ) -> [[c64; 16]; 4] {
+    pub(crate) fn whitening(&self, line: usize, model_error: f64, off_diagonal: bool) -> [[c64; 16]; 4] {
         std::array::from_fn(|i| {
             let mut c: [c64; 16] = self.spread[line].map(|x| x * self.noise[line][i]);
             for j in 0..4 {
@@ -391,10 +359,7 @@ impl SweepEvidence {
                             c[4 * l + j] = ZERO;
                         }
                     }
-                    c[5 * j] = c64::new(
-                        self.size[line][4 * i + j].max(f64::MIN_POSITIVE) * 1e12,
-                        0.0,
-                    );
+                    c[5 * j] = c64::new(self.size[line][4 * i + j].max(f64::MIN_POSITIVE) * 1e12, 0.0);
                 }
             }
             cholesky(&mut c);
@@ -408,13 +373,7 @@ impl SweepEvidence {
     }
 
     /// Residual of a predicted F in σ of the gap, added to `gap` for the channels that `wanted(output, input)` picks.
-    pub fn gap(
-        &self,
-        line: usize,
-        f: &Square,
-        wanted: impl Fn(usize, usize) -> bool,
-        gap: &mut Gap,
-    ) {
+    pub fn gap(&self, line: usize, f: &Square, wanted: impl Fn(usize, usize) -> bool, gap: &mut Gap) {
         for i in 0..4 {
             for j in 0..4 {
                 if wanted(i, j) {
@@ -452,9 +411,7 @@ impl TapEvidence {
         let mut y: [c64; 4] = std::array::from_fn(|i| f[SIDE * i + tool]);
         eliminate(&mut gk.clone(), &mut y, 4, 1);
         let mut transposed: [c64; 16] = std::array::from_fn(|n| gk[4 * (n % 4) + n / 4]);
-        let mut t: [c64; 4] = std::array::from_fn(|j| {
-            (0..4).fold(ZERO, |s, m| s + f[SIDE * tool + m] * k[4 * m + j])
-        });
+        let mut t: [c64; 4] = std::array::from_fn(|j| (0..4).fold(ZERO, |s, m| s + f[SIDE * tool + m] * k[4 * m + j]));
         eliminate(&mut transposed, &mut t, 4, 1);
         let (mut l, mut r) = ([ZERO; SIDE], [ZERO; SIDE]);
         l[..4].copy_from_slice(&t);

@@ -81,11 +81,7 @@ impl Closed {
         eliminate(&mut open, &mut left, 4, 4);
         // G (I − K G)⁻¹ = (I − G K)⁻¹ G, and (I − K G)⁻¹ = I + K G (I − K G)⁻¹.
         let response = product(&left, g);
-        Self {
-            right: std::array::from_fn(|n| one(n) + k[n / 4] * response[n]),
-            response,
-            left,
-        }
+        Self { right: std::array::from_fn(|n| one(n) + k[n / 4] * response[n]), response, left }
     }
 
     /// What a change of G changes of the response, over the standard deviations of a line.
@@ -103,12 +99,7 @@ impl Closed {
 impl SweepEvidence {
     /// A line with the loop closed, and its standard deviations with a model error: relative to the response and to
     /// those of the two axes that it connects, between which it may vanish.
-    pub(crate) fn levitated(
-        &self,
-        line: usize,
-        levitation: &Levitation,
-        model_error: f64,
-    ) -> (Closed, [f64; 16]) {
+    pub(crate) fn levitated(&self, line: usize, levitation: &Levitation, model_error: f64) -> (Closed, [f64; 16]) {
         let closed = Closed::new(levitation, self.omega_rad_s[line], &self.response[line]);
         let size = |i: usize, j: usize| closed.response[4 * i + j].norm();
         // ΔT = L ΔG R, and row k of ΔG has the covariance S_k times the spread.
@@ -121,9 +112,7 @@ impl SweepEvidence {
         let columns: [f64; 4] = std::array::from_fn(column);
         let row = |i: usize| -> f64 {
             let noise = &self.noise[line];
-            (0..4)
-                .map(|k| closed.left[4 * i + k].norm_sqr() * noise[k])
-                .sum()
+            (0..4).map(|k| closed.left[4 * i + k].norm_sqr() * noise[k]).sum()
         };
         let rows: [f64; 4] = std::array::from_fn(row);
         let sd = std::array::from_fn(|n| {
@@ -147,8 +136,7 @@ mod tests {
         let g: [c64; 16] = std::array::from_fn(entry);
         let k: [c64; 4] = std::array::from_fn(|i| levitation.gain(i, 7.0));
         let closed = Closed::new(&levitation, 7.0, &g);
-        let near =
-            |a: [c64; 16], b: [c64; 16]| a.iter().zip(b).all(|(a, b)| (a - b).norm() < 1e-13);
+        let near = |a: [c64; 16], b: [c64; 16]| a.iter().zip(b).all(|(a, b)| (a - b).norm() < 1e-13);
         let identity: [c64; 16] = std::array::from_fn(one);
         let before = std::array::from_fn(|n| one(n) - g[n] * k[n % 4]);
         let after = std::array::from_fn(|n| one(n) - k[n / 4] * g[n]);

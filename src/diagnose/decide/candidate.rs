@@ -98,12 +98,7 @@ impl Case<'_> {
     ///
     /// # Errors
     /// [`DiagnoseError`] when a model cannot be assembled.
-    pub fn fit_down(
-        &self,
-        effects: &[Hypothesis],
-        from: &Point,
-        usage: Subset,
-    ) -> Result<Standing, DiagnoseError> {
+    pub fn fit_down(&self, effects: &[Hypothesis], from: &Point, usage: Subset) -> Result<Standing, DiagnoseError> {
         self.fit_until(effects, from, usage, FINAL_MODEL_ERROR)
     }
 
@@ -122,11 +117,7 @@ impl Case<'_> {
         let (mut at, mut before) = (from.clone(), from.clone());
         let mut last = None;
         for model_error in MODEL_ERRORS.into_iter().filter(|e| *e >= least) {
-            let iterations = if model_error == FINAL_MODEL_ERROR {
-                FINAL_ITERATIONS
-            } else {
-                ITERATIONS
-            };
+            let iterations = if model_error == FINAL_MODEL_ERROR { FINAL_ITERATIONS } else { ITERATIONS };
             let fit = problem.fit(&at, &[(model_error, iterations)])?;
             let fails = fails(&fit);
             at = fit.at.clone();
@@ -139,11 +130,7 @@ impl Case<'_> {
         let (fit, model_error) = last.ok_or(DiagnoseError::NoSweep)?;
         Ok(Standing {
             failure: fit.data_chi2 / fit.residuals.max(1) as f64,
-            candidate: Candidate {
-                effects: effects.to_vec(),
-                fit,
-                model_error,
-            },
+            candidate: Candidate { effects: effects.to_vec(), fit, model_error },
             from: before,
             working_error: model_error,
         })
@@ -153,11 +140,7 @@ impl Case<'_> {
     ///
     /// # Errors
     /// As [`Self::fit_down`].
-    pub(crate) fn rotated(
-        &self,
-        set: &Candidate,
-        first: usize,
-    ) -> Result<Candidate, DiagnoseError> {
+    pub(crate) fn rotated(&self, set: &Candidate, first: usize) -> Result<Candidate, DiagnoseError> {
         let (mut effects, mut at) = (set.effects.clone(), set.fit.at.clone());
         effects.rotate_left(first);
         at.theta.rotate_left(first);
@@ -197,18 +180,11 @@ impl Case<'_> {
         if model_error != FINAL_MODEL_ERROR && self.leading(usage) != usage {
             fit = whole.fit(&at, &[(model_error, 0)])?;
         }
-        Ok(Candidate {
-            effects: effects.to_vec(),
-            fit,
-            model_error,
-        })
+        Ok(Candidate { effects: effects.to_vec(), fit, model_error })
     }
 }
 
 /// The model error after this one.
 pub(crate) fn next_model_error(model_error: f64) -> f64 {
-    MODEL_ERRORS
-        .into_iter()
-        .find(|f| *f < model_error)
-        .unwrap_or(FINAL_MODEL_ERROR)
+    MODEL_ERRORS.into_iter().find(|f| *f < model_error).unwrap_or(FINAL_MODEL_ERROR)
 }

@@ -84,18 +84,11 @@ impl<'a> Begun<'a> {
     fn new(machine: &Machine, measurement: Measurement<'a>) -> Result<Self, DiagnoseError> {
         let trial = Trial::new(machine, measurement)?;
         let (null, complete) = trial.stands(Subset::ALL)?;
-        Ok(Self {
-            trial,
-            null,
-            complete,
-        })
+        Ok(Self { trial, null, complete })
     }
 
     /// The effect that explains the records alone, if one does.
-    fn one_effect(
-        &self,
-        progress: &(dyn Fn(&str) + Sync),
-    ) -> Result<Option<Effect>, DiagnoseError> {
+    fn one_effect(&self, progress: &(dyn Fn(&str) + Sync)) -> Result<Option<Effect>, DiagnoseError> {
         let trial = &self.trial;
         let catalogue = hypotheses(&trial.machine, &trial.model, &trial.evidence)?;
         let case = trial.case(&catalogue, progress);
@@ -108,10 +101,7 @@ impl<'a> Begun<'a> {
     fn first_of(&self, sets: &[Candidate]) -> Result<Option<Effect>, DiagnoseError> {
         let case = self.trial.case(&[], &|_| {});
         for set in sets {
-            let from = Point {
-                theta: set.fit.at.theta.clone(),
-                ..case.origin()
-            };
+            let from = Point { theta: set.fit.at.theta.clone(), ..case.origin() };
             let stands = case.fit_down(&set.effects, &from, Subset::ALL)?;
             if case.within(&stands.candidate) {
                 return Ok(stands.candidate.newest());
@@ -128,11 +118,7 @@ fn course(
     alternatives: &Alternatives,
     progress: &(dyn Fn(&str) + Sync),
 ) -> Result<Diagnosis, DiagnoseError> {
-    let Begun {
-        trial,
-        null,
-        complete: explained_by_nothing,
-    } = begun;
+    let Begun { trial, null, complete: explained_by_nothing } = begun;
     progress("mistakes of the rig");
     let mut faulty = explained(&trial, &null, explained_by_nothing, alternatives)?;
     if let Some(found) = faulty.take_if(|f| f.complete) {
@@ -197,11 +183,7 @@ fn course(
         }
         let rest = Begun::new(&trial.machine, rest)?;
         if rest.complete {
-            let alone = FoundFault {
-                record,
-                fault: RecordFault::Disagrees,
-                name: None,
-            };
+            let alone = FoundFault { record, fault: RecordFault::Disagrees, name: None };
             let faults = gross.into_iter().chain([alone]).collect();
             return conclude(&rest.trial, &rest.null, (faults, MOST_EFFECTS), progress);
         }
@@ -270,12 +252,7 @@ fn or_one_effect(
     if found.faults.iter().any(speed) || residuals(null) != residuals(&found.null) {
         return Ok(without);
     }
-    let Trial {
-        machine,
-        model,
-        evidence,
-        ..
-    } = trial;
+    let Trial { machine, model, evidence, .. } = trial;
     progress("one effect in place of the mistake");
     let catalogue = hypotheses(machine, model, evidence)?;
     // A mistake is one number, or one choice, like an effect of one number.
@@ -313,11 +290,7 @@ fn either(mistakes: Diagnosis, effects: Diagnosis, above: f64) -> Diagnosis {
     let mut remedies: Vec<String> = remedies.collect();
     remedies.dedup();
     let members = |d: &Diagnosis, above: f64| -> Vec<Rival> {
-        let alone = Rival {
-            effects: d.effects.clone(),
-            record_faults: d.record_faults.clone(),
-            score_above_best: 0.0,
-        };
+        let alone = Rival { effects: d.effects.clone(), record_faults: d.record_faults.clone(), score_above_best: 0.0 };
         let mut all = d.tie.clone();
         if all.is_empty() {
             all.push(alone);
@@ -334,10 +307,7 @@ fn either(mistakes: Diagnosis, effects: Diagnosis, above: f64) -> Diagnosis {
     Diagnosis {
         verdict: Verdict::Tie,
         tie,
-        next_measurement: Some(format!(
-            "the same record once more, after a look at the rig ({})",
-            remedies.join("; ")
-        )),
+        next_measurement: Some(format!("the same record once more, after a look at the rig ({})", remedies.join("; "))),
         ..best
     }
 }

@@ -41,18 +41,10 @@ pub struct Detectable {
 ///
 /// # Errors
 /// [`DiagnoseError`] when a model cannot be assembled.
-pub fn detectable(
-    case: &Case,
-    named: &[Hypothesis],
-    at: &Point,
-) -> Result<Vec<Detectable>, DiagnoseError> {
+pub fn detectable(case: &Case, named: &[Hypothesis], at: &Point) -> Result<Vec<Detectable>, DiagnoseError> {
     let base = problem(case, named).linear(at, FINAL_MODEL_ERROR)?;
     let residuals = (base.residuals() * STRIDE).max(2) as f64;
-    let least = if named.is_empty() {
-        FIRST_EFFECT_BIC_GAIN
-    } else {
-        FURTHER_EFFECT_BIC_GAIN
-    };
+    let least = if named.is_empty() { FIRST_EFFECT_BIC_GAIN } else { FURTHER_EFFECT_BIC_GAIN };
     let needed = (least + residuals.ln()).sqrt() + NINE_IN_TEN;
     let wanted: Vec<&Hypothesis> = case
         .catalogue
@@ -68,10 +60,8 @@ pub fn detectable(
         .map(|(_, h)| h)
         .filter(|h| !named.iter().any(|n| n.same_name(h)))
         .collect();
-    let (sized, without): (Vec<&Hypothesis>, Vec<&Hypothesis>) = wanted
-        .iter()
-        .copied()
-        .partition(|h| assembled_with_size(h.kind));
+    let (sized, without): (Vec<&Hypothesis>, Vec<&Hypothesis>) =
+        wanted.iter().copied().partition(|h| assembled_with_size(h.kind));
     let without: Vec<Hypothesis> = without.into_iter().cloned().collect();
     let shared = problem(case, named).beside(at, FINAL_MODEL_ERROR, &without)?;
     let mut left: Vec<(Hypothesis, f64)> = vec![];
@@ -110,9 +100,7 @@ fn remaining(base: &Linear, further: &Jacobian) -> Result<Vec<f64>, DiagnoseErro
     let own = further.normal_of_each(&vec![1; further.columns()]);
     let absorbed = solve_normal(normal, &shared)?;
     let each = (0..shared.ncols()).map(|c| {
-        let taken: f64 = (0..shared.nrows())
-            .map(|i| shared[(i, c)] * absorbed[(i, c)])
-            .sum();
+        let taken: f64 = (0..shared.nrows()).map(|i| shared[(i, c)] * absorbed[(i, c)]).sum();
         let own = own[c][(0, 0)];
         let left = own - taken;
         let told = left > 1e-12 * own.max(f64::MIN_POSITIVE);
@@ -152,13 +140,5 @@ fn smallest(h: &Hypothesis, left: f64, needed: f64) -> Option<Detectable> {
 }
 
 fn problem<'a>(case: &Case<'a>, effects: &'a [Hypothesis]) -> Problem<'a> {
-    Problem {
-        model: case.model,
-        evidence: case.evidence,
-        usage: Subset {
-            stride: STRIDE,
-            ..Subset::ALL
-        },
-        effects,
-    }
+    Problem { model: case.model, evidence: case.evidence, usage: Subset { stride: STRIDE, ..Subset::ALL }, effects }
 }

@@ -104,17 +104,7 @@ pub(super) fn judge(case: &Case, best: &Candidate) -> Result<Judgement, Diagnose
     if slope_read {
         verdict = Verdict::Unexplained;
     }
-    Ok(Judgement {
-        verdict,
-        misfit,
-        held_out,
-        before,
-        trained,
-        predicted,
-        after,
-        strained,
-        slope_read,
-    })
+    Ok(Judgement { verdict, misfit, held_out, before, trained, predicted, after, strained, slope_read })
 }
 
 /// Of a fit without the held-out records from the fit to all of them, and one from the machine as it is, the better
@@ -125,10 +115,7 @@ fn better_trained(
     first: Candidate,
     training: Subset,
 ) -> Result<Candidate, DiagnoseError> {
-    let start = Point {
-        theta: best.fit.at.theta.clone(),
-        ..case.origin()
-    };
+    let start = Point { theta: best.fit.at.theta.clone(), ..case.origin() };
     let second = case.finish(&best.effects, &start, 0.03, training)?;
     let by_error = first.model_error.total_cmp(&second.model_error);
     let order = by_error.then(first.fit.chi2.total_cmp(&second.fit.chi2));
@@ -137,11 +124,7 @@ fn better_trained(
 
 /// Whether a longer set of effects lowers the gap of a shorter one by more than its further numbers do by chance.
 /// Beside a set whose gap is above 1 the question is open: only the next effect may show what this one explains.
-pub(super) fn lowers_the_gap(
-    case: &Case,
-    shorter: &Candidate,
-    longer: &Candidate,
-) -> Result<bool, DiagnoseError> {
+pub(super) fn lowers_the_gap(case: &Case, shorter: &Candidate, longer: &Candidate) -> Result<bool, DiagnoseError> {
     let without = overall(case, &shorter.effects, &shorter.fit.at)?;
     let with = overall(case, &longer.effects, &longer.fit.at)?;
     let free = longer.numbers().saturating_sub(shorter.numbers());
@@ -173,11 +156,7 @@ fn takes_over(case: &Case, shorter: &Candidate, longer: &Candidate) -> bool {
 
 /// Whether a longer set explains more than noise and the floor of the gap do with a shorter one. What takes over for
 /// some of the nuisance parameters that are off may be one of two: others then still are.
-pub(super) fn needed(
-    case: &Case,
-    shorter: &Candidate,
-    longer: &Candidate,
-) -> Result<bool, DiagnoseError> {
+pub(super) fn needed(case: &Case, shorter: &Candidate, longer: &Candidate) -> Result<bool, DiagnoseError> {
     let open = overall(case, &shorter.effects, &shorter.fit.at)?.all > 1.0;
     Ok(open
         || relieves(case, shorter, longer)
@@ -188,10 +167,7 @@ pub(super) fn needed(
 /// Whether sensors that read the slope of the shaft explain the sweeps better than a sensor offset of the set: then the
 /// offset is not what is missing.
 fn slope_is_read(case: &Case, best: &Candidate) -> Result<bool, DiagnoseError> {
-    let usage = Subset {
-        taps: false,
-        ..Subset::ALL
-    };
+    let usage = Subset { taps: false, ..Subset::ALL };
     let problem = case.problem(&best.effects, usage);
     let mut offsets = best.effects.iter().enumerate();
     let Some((e, _)) = offsets.find(|(_, h)| h.kind == EffectKind::SensorOffset) else {
@@ -214,21 +190,9 @@ impl HeldOut {
     /// The hammer tests, or without any those of the rear sensors from the front currents.
     fn new(case: &Case) -> Self {
         if case.evidence.taps.is_empty() {
-            Self {
-                training: Subset {
-                    off_diagonal: false,
-                    ..Subset::ALL
-                },
-                name: "rear sensors from front currents",
-            }
+            Self { training: Subset { off_diagonal: false, ..Subset::ALL }, name: "rear sensors from front currents" }
         } else {
-            Self {
-                training: Subset {
-                    taps: false,
-                    ..Subset::ALL
-                },
-                name: "hammer at the tool",
-            }
+            Self { training: Subset { taps: false, ..Subset::ALL }, name: "hammer at the tool" }
         }
     }
 }
@@ -241,40 +205,24 @@ pub(crate) struct Overall {
     pub count: usize,
 }
 
-pub(crate) fn overall(
-    case: &Case,
-    hypotheses: &[Hypothesis],
-    at: &Point,
-) -> Result<Overall, DiagnoseError> {
+pub(crate) fn overall(case: &Case, hypotheses: &[Hypothesis], at: &Point) -> Result<Overall, DiagnoseError> {
     let effects = hypothesis::effects(hypotheses, &at.theta);
     let evidence = case.evidence;
     let (mut used, mut across, mut taps) = (Gap::default(), Gap::default(), Gap::default());
     for sweep in &evidence.sweeps {
-        let model = case
-            .model
-            .assemble(&at.p, &effects, sweep.speed_rad_s, false)?;
+        let model = case.model.assemble(&at.p, &effects, sweep.speed_rad_s, false)?;
         for (line, f) in model.responses(&sweep.omega_rad_s).iter().enumerate() {
             sweep.gap(line, f, |i, j| !held_out(i, j), &mut used);
             sweep.gap(line, f, held_out, &mut across);
         }
     }
     for tap in &evidence.taps {
-        let model = case
-            .model
-            .assemble(&at.p, &effects, tap.speed_rad_s, false)?;
+        let model = case.model.assemble(&at.p, &effects, tap.speed_rad_s, false)?;
         for (line, f) in model.responses(&tap.omega_rad_s).iter().enumerate() {
             tap.gap(line, f, &mut taps);
         }
     }
-    let held_out = if evidence.taps.is_empty() {
-        across
-    } else {
-        taps
-    };
+    let held_out = if evidence.taps.is_empty() { across } else { taps };
     let all = used.merge(across).merge(taps);
-    Ok(Overall {
-        all: all.value(),
-        count: all.count(),
-        held_out: held_out.value(),
-    })
+    Ok(Overall { all: all.value(), count: all.count(), held_out: held_out.value() })
 }

@@ -41,18 +41,12 @@ impl Case<'_> {
     ///
     /// # Errors
     /// As [`Self::fit_down`].
-    pub fn misfit(
-        &self,
-        effects: &[Hypothesis],
-        at: &Point,
-        model_error: f64,
-    ) -> Result<Misfit, DiagnoseError> {
+    pub fn misfit(&self, effects: &[Hypothesis], at: &Point, model_error: f64) -> Result<Misfit, DiagnoseError> {
         let problem = self.problem(effects, Subset::ALL);
         let residual = problem.residual(at, model_error)?;
         let mut worst = Misfit::default();
-        let blocks: Vec<Vec<Block>> = (self.evidence.sweeps.iter())
-            .map(|sweep| vec![Block::default(); bands(sweep.omega_rad_s.len())])
-            .collect();
+        let blocks: Vec<Vec<Block>> =
+            (self.evidence.sweeps.iter()).map(|sweep| vec![Block::default(); bands(sweep.omega_rad_s.len())]).collect();
         let mut blocks = blocks;
         for (record, line, first) in problem.rows() {
             let Record::Sweep(s) = record else {
@@ -75,12 +69,7 @@ impl Case<'_> {
                 for (n, sum) in block.sums.iter().enumerate() {
                     let value = sum / block.count.max(1) as f64;
                     if value > worst.value {
-                        worst = Misfit {
-                            value,
-                            output: n / 4,
-                            input: n % 4,
-                            band_hz: (edge(band), edge(band + 1)),
-                        };
+                        worst = Misfit { value, output: n / 4, input: n % 4, band_hz: (edge(band), edge(band + 1)) };
                     }
                 }
             }

@@ -58,10 +58,7 @@ impl Proposal {
                 self.text, self.separation
             )
         } else {
-            format!(
-                "{} (expected separation χ² ≈ {:.0})",
-                self.text, self.separation
-            )
+            format!("{} (expected separation χ² ≈ {:.0})", self.text, self.separation)
         }
     }
 }
@@ -87,23 +84,15 @@ struct Experiment {
 }
 
 fn effect(kind: EffectKind, location: Location, value: f64) -> Effect {
-    Effect {
-        kind,
-        location,
-        values: vec![value],
-    }
+    Effect { kind, location, values: vec![value] }
 }
 
 fn menu(case: &Case, members: &[&Candidate]) -> Result<Vec<Experiment>, DiagnoseError> {
     let machine = &case.model.reduced.machine;
     let rotor_kg = machine.rotor()?.mass_properties().mass_kg;
     let [tip_g, collar_g] = [TIP_SHARE, COLLAR_SHARE].map(|share| mass_g(share, rotor_kg));
-    let sweep = |text: String, speed_rad_s: f64, extra: Vec<Effect>| Experiment {
-        text,
-        speed_rad_s,
-        extra,
-        kind: Kind::Sweep,
-    };
+    let sweep =
+        |text: String, speed_rad_s: f64, extra: Vec<Effect>| Experiment { text, speed_rad_s, extra, kind: Kind::Sweep };
     let tip = effect(EffectKind::ToolMass, Location::None, 1e-3 * tip_g);
     let both = || Location::Bearing(Bearings::Both);
     let mut all = vec![
@@ -114,34 +103,24 @@ fn menu(case: &Case, members: &[&Candidate]) -> Result<Vec<Experiment>, Diagnose
         },
         Experiment {
             text: "hammer at the tool, read at the tool and by the bearing sensors: the command path drops out, the \
-                sensors stay".into(),
+                sensors stay"
+                .into(),
             kind: Kind::Hammer,
             ..sweep(String::new(), 0.0, vec![])
         },
-        sweep(
-            format!("sweep with a known mass of {tip_g} g on the tip of the tool"),
-            0.0,
-            vec![tip],
-        ),
+        sweep(format!("sweep with a known mass of {tip_g} g on the tip of the tool"), 0.0, vec![tip]),
         sweep(
             // Stands for a second, heavier tool whose rest is the same: what sits in the shaft or in the loop stays,
             // what sits in the tool changes its share.
             format!("sweep with a known collar of {collar_g} g on the nose"),
             0.0,
-            vec![effect(
-                EffectKind::AddedMass,
-                Location::Position(0.0),
-                1e-3 * collar_g,
-            )],
+            vec![effect(EffectKind::AddedMass, Location::Position(0.0), 1e-3 * collar_g)],
         ),
         sweep(
             // ki grows with the bias, ks with its square.
             "sweep at half the bias current".into(),
             0.0,
-            vec![
-                effect(EffectKind::ForceConstant, both(), 0.5),
-                effect(EffectKind::NegativeStiffness, both(), 0.25),
-            ],
+            vec![effect(EffectKind::ForceConstant, both(), 0.5), effect(EffectKind::NegativeStiffness, both(), 0.25)],
         ),
     ];
     for share in [0.25, 0.5, 1.0] {
@@ -149,16 +128,11 @@ fn menu(case: &Case, members: &[&Candidate]) -> Result<Vec<Experiment>, Diagnose
         let speed = rpm * TAU / 60.0;
         let known = case.evidence.sweeps.iter();
         // A speed that was measured adds nothing new.
-        if known
-            .into_iter()
-            .all(|s| (s.speed_rad_s - speed).abs() > 1.0)
-        {
+        if known.into_iter().all(|s| (s.speed_rad_s - speed).abs() > 1.0) {
             all.push(sweep(format!("sweep at {rpm:.0} rpm"), speed, vec![]));
         }
     }
-    let housings = members
-        .iter()
-        .filter(|m| m.effects.iter().any(|h| h.kind == EffectKind::HousingMode));
+    let housings = members.iter().filter(|m| m.effects.iter().any(|h| h.kind == EffectKind::HousingMode));
     if (1..members.len()).contains(&housings.count()) {
         all.push(Experiment {
             text: "sweep with an accelerometer on the housing".into(),
@@ -185,10 +159,8 @@ pub fn proposals(case: &Case, members: &[&Candidate]) -> Result<Vec<Proposal>, D
     let found: Result<Vec<Proposal>, DiagnoseError> = menu
         .into_par_iter()
         .map(|experiment| {
-            let all: Result<Vec<Predicted>, DiagnoseError> = members
-                .iter()
-                .map(|m| predicted(case, m, &experiment))
-                .collect();
+            let all: Result<Vec<Predicted>, DiagnoseError> =
+                members.iter().map(|m| predicted(case, m, &experiment)).collect();
             let all = all?;
             let mut least = f64::INFINITY;
             for (i, a) in all.iter().enumerate() {
@@ -199,10 +171,7 @@ pub fn proposals(case: &Case, members: &[&Candidate]) -> Result<Vec<Proposal>, D
                     }
                 }
             }
-            Ok(Proposal {
-                text: experiment.text,
-                separation: if least.is_finite() { least } else { 0.0 },
-            })
+            Ok(Proposal { text: experiment.text, separation: if least.is_finite() { least } else { 0.0 } })
         })
         .collect();
     let mut found = found?;
@@ -216,8 +185,7 @@ fn read(kind: Kind) -> Vec<usize> {
         Kind::Sweep | Kind::CoilCurrent | Kind::Housing => (0..4, 0..4),
         Kind::Hammer => (0..6, 4..6),
     };
-    rows.flat_map(|i| columns.clone().map(move |j| SIDE * i + j))
-        .collect()
+    rows.flat_map(|i| columns.clone().map(move |j| SIDE * i + j)).collect()
 }
 
 fn effects_of(candidate: &Candidate, theta: &[Vec<f64>], experiment: &Experiment) -> Vec<Effect> {
@@ -226,17 +194,12 @@ fn effects_of(candidate: &Candidate, theta: &[Vec<f64>], experiment: &Experiment
     all
 }
 
-fn predicted(
-    case: &Case,
-    candidate: &Candidate,
-    experiment: &Experiment,
-) -> Result<Predicted, DiagnoseError> {
+fn predicted(case: &Case, candidate: &Candidate, experiment: &Experiment) -> Result<Predicted, DiagnoseError> {
     let (model, layout) = (case.model, &case.model.layout);
     let at = &candidate.fit.at;
     let entries = read(experiment.kind);
-    let lines: Vec<f64> = case.evidence.sweeps.first().map_or(vec![], |s| {
-        s.omega_rad_s.iter().step_by(STRIDE).copied().collect()
-    });
+    let lines: Vec<f64> =
+        case.evidence.sweeps.first().map_or(vec![], |s| s.omega_rad_s.iter().step_by(STRIDE).copied().collect());
     let speed = experiment.speed_rad_s;
     let here = effects_of(candidate, &at.theta, experiment);
     let assembled = model.assemble(&at.p, &here, speed, true)?;
@@ -260,12 +223,7 @@ fn predicted(
         let (ks, others) = others.split_at(2);
         let gains = |rows: bool| [factor(f, rows, 0), factor(f, rows, 1)];
         let (ki, sensors) = (gains(false), gains(true));
-        let slopes = moduli
-            .iter()
-            .chain(&ki)
-            .chain(ks)
-            .chain(&sensors)
-            .chain(others);
+        let slopes = moduli.iter().chain(&ki).chain(ks).chain(&sensors).chain(others);
         for (column, slope) in columns.iter_mut().zip(slopes) {
             column.extend(pick(slope));
         }
@@ -302,11 +260,7 @@ fn predicted(
     for axis in 0..4 {
         let of = |k: usize| entries[k % entries.len()] / SIDE;
         let column = values.iter().enumerate();
-        columns.push(
-            column
-                .map(|(k, v)| if of(k) == axis { *v } else { ZERO })
-                .collect(),
-        );
+        columns.push(column.map(|(k, v)| if of(k) == axis { *v } else { ZERO }).collect());
     }
     Ok(Predicted { values, columns })
 }
@@ -358,10 +312,7 @@ impl Transfer {
             Kind::Housing => {
                 let flexible = self.housing.iter().fold(ZERO, |sum, h| {
                     let own = h.omega_rad_s;
-                    let z = c64::new(
-                        own * own - omega * omega,
-                        2.0 * h.damping_ratio * own * omega,
-                    );
+                    let z = c64::new(own * own - omega * omega, 2.0 * h.damping_ratio * own * omega);
                     sum + (z * h.mass_kg).inv()
                 });
                 std::array::from_fn(|n| if n / SIDE == n % SIDE { flexible } else { ZERO })
@@ -374,19 +325,12 @@ impl Transfer {
 fn separation(a: &Predicted, b: &Predicted, member: &Candidate) -> Result<f64, DiagnoseError> {
     // Of the magnitude, with a model error of a tenth of the largest of the channel set, as repeats and drifts leave.
     let largest = a.values.iter().map(|v| v.norm()).fold(0.0, f64::max);
-    let sigma: Vec<f64> = a
-        .values
-        .iter()
-        .map(|v| (GAP_FLOOR * v.norm().max(1e-3 * largest)).max(f64::MIN_POSITIVE))
-        .collect();
+    let sigma: Vec<f64> =
+        a.values.iter().map(|v| (GAP_FLOOR * v.norm().max(1e-3 * largest)).max(f64::MIN_POSITIVE)).collect();
     // √2 and both parts: χ² = 2 Σ |w|²; thinned lines count for their neighbours.
     let weight = (2.0 * STRIDE as f64).sqrt();
     let real = |column: &[c64]| -> Vec<f64> {
-        column
-            .iter()
-            .zip(&sigma)
-            .flat_map(|(v, s)| [weight * v.re / s, weight * v.im / s])
-            .collect()
+        column.iter().zip(&sigma).flat_map(|(v, s)| [weight * v.re / s, weight * v.im / s]).collect()
     };
     let difference: Vec<c64> = a.values.iter().zip(&b.values).map(|(a, b)| a - b).collect();
     let d = real(&difference);

@@ -16,13 +16,7 @@ use crate::spindle::EffectKind;
 use rayon::prelude::*;
 
 /// First fits, on thinned lines: a relative begins with nothing, which may leave much.
-const STAGES: [Stage; 5] = [
-    (0.1, 3),
-    (0.03, 3),
-    (0.01, 3),
-    (0.003, 3),
-    (FINAL_MODEL_ERROR, 2),
-];
+const STAGES: [Stage; 5] = [(0.1, 3), (0.03, 3), (0.01, 3), (0.003, 3), (FINAL_MODEL_ERROR, 2)];
 /// Relatives of a member that are fitted to all lines.
 const FITTED: usize = 2;
 

@@ -110,9 +110,7 @@ pub(crate) fn channels(
                 measured: sweep.response.iter().map(|g| g[n]).collect(),
                 before: before.iter().map(|f| f[SIDE * i + j]).collect(),
                 after: after.iter().map(|f| f[SIDE * i + j]).collect(),
-                sigma: (0..sweep.omega_rad_s.len())
-                    .map(|line| sweep.sigma(line, i, j))
-                    .collect(),
+                sigma: (0..sweep.omega_rad_s.len()).map(|line| sweep.sigma(line, i, j)).collect(),
             });
         }
     }

@@ -80,18 +80,10 @@ impl Case<'_> {
     pub fn round(&self, standing: &Standing) -> Result<Round, DiagnoseError> {
         let present = &standing.candidate.effects;
         let w = standing.working_error;
-        let lists = if present.is_empty() {
-            SHORT_LISTS
-        } else {
-            PAIR_LISTS
-        };
+        let lists = if present.is_empty() { SHORT_LISTS } else { PAIR_LISTS };
         let with = |h: &Hypothesis| beside_present(present, h);
         let free = self.free(present, settled(standing));
-        (self.progress)(&format!(
-            "{} hypotheses, beside {} accepted",
-            free.len(),
-            present.len()
-        ));
+        (self.progress)(&format!("{} hypotheses, beside {} accepted", free.len(), present.len()));
         let fit = |h: &Hypothesis, from: &Point, usage: Subset, stages: &[Stage]| {
             self.problem(&with(h), usage).fit(from, stages)
         };
@@ -101,12 +93,7 @@ impl Case<'_> {
         let mut others = vec![];
         let begun = ahead(
             begun,
-            Limits {
-                most: 2 * lists[1],
-                first_effects: usize::MAX,
-                factor: DROPPED_CHI2_RATIO,
-                surplus: None,
-            },
+            Limits { most: 2 * lists[1], first_effects: usize::MAX, factor: DROPPED_CHI2_RATIO, surplus: None },
             &mut others,
         );
         let second: Vec<(Hypothesis, Fit)> = begun
@@ -116,12 +103,7 @@ impl Case<'_> {
                 Some((h, further))
             })
             .collect();
-        let limits = Limits {
-            most: lists[1],
-            first_effects: 2 * PAIR_SEEDS,
-            factor: 10.0,
-            surplus: Some(100.0),
-        };
+        let limits = Limits { most: lists[1], first_effects: 2 * PAIR_SEEDS, factor: 10.0, surplus: Some(100.0) };
         let second = ahead(second, limits, &mut others);
         (self.progress)("finalists");
         let third: Vec<(Hypothesis, Fit)> = second
@@ -131,12 +113,7 @@ impl Case<'_> {
                 Some((h, further))
             })
             .collect();
-        let limits = Limits {
-            most: lists[2],
-            first_effects: PAIR_SEEDS,
-            factor: 4.0,
-            surplus: Some(50.0),
-        };
+        let limits = Limits { most: lists[2], first_effects: PAIR_SEEDS, factor: 4.0, surplus: Some(50.0) };
         let third = ahead(third, limits, &mut others);
         let mut finalists: Vec<Candidate> = third
             .par_iter()
@@ -156,11 +133,7 @@ impl Case<'_> {
     ///
     /// # Errors
     /// As [`Self::fit_down`].
-    pub(super) fn add_strong(
-        &self,
-        standing: &Standing,
-        round: &mut Round,
-    ) -> Result<bool, DiagnoseError> {
+    pub(super) fn add_strong(&self, standing: &Standing, round: &mut Round) -> Result<bool, DiagnoseError> {
         let finalists = &mut round.finalists;
         if settled(standing) || finalists.first().is_some_and(|c| self.within(c)) {
             return Ok(false);
@@ -208,9 +181,7 @@ impl Case<'_> {
         let mut begun = self.first_fits(null, self.free(&[], settled(null)), MIMICS)?;
         begun.sort_by(|a, b| score(&a.1).total_cmp(&score(&b.1)));
         begun.truncate(MIMICS / 2);
-        let down: Vec<Stage> = (MODEL_ERRORS.into_iter().filter(|e| *e <= w))
-            .map(|e| (e, 4))
-            .collect();
+        let down: Vec<Stage> = (MODEL_ERRORS.into_iter().filter(|e| *e <= w)).map(|e| (e, 4)).collect();
         let ends = begun.par_iter().filter_map(|(h, f)| {
             let one = std::slice::from_ref(h);
             self.problem(one, self.thin()).fit(&f.at, &down).ok()
@@ -222,19 +193,13 @@ impl Case<'_> {
 
     /// The lines that rank hypotheses.
     pub(super) fn thin(&self) -> Subset {
-        Subset {
-            stride: (self.evidence.lines() / LINES).max(3),
-            ..Subset::ALL
-        }
+        Subset { stride: (self.evidence.lines() / LINES).max(3), ..Subset::ALL }
     }
 
     /// The lines of `usage` to which finalists are fitted above the final model error.
     pub(super) fn leading(&self, usage: Subset) -> Subset {
         let stride = (self.evidence.lines() / FINALIST_LINES).max(1);
-        Subset {
-            stride: stride * usage.stride,
-            ..usage
-        }
+        Subset { stride: stride * usage.stride, ..usage }
     }
 
     /// Hypotheses of the catalogue that are not among the present ones.
@@ -266,11 +231,7 @@ impl Case<'_> {
         let with = |h: &Hypothesis| beside_present(present, h);
         let screen = if settled { Subset::ALL } else { self.thin() };
         // Where the nuisance parameters fit the data, the step starts from their fit.
-        let origin = if settled {
-            &standing.candidate.fit.at
-        } else {
-            &standing.from
-        };
+        let origin = if settled { &standing.candidate.fit.at } else { &standing.from };
         let problem = self.problem(present, screen);
         let base = problem.linear(origin, w)?;
         let enough = standing.candidate.fit.chi2 - 0.5 * FURTHER_EFFECT_BIC_GAIN;
@@ -334,9 +295,7 @@ impl Case<'_> {
         let kept = (0..all.len()).filter_map(|i| {
             let (h, at, _) = &all[i];
             let same = || (0..all.len()).filter(|j| all[*j].0.same_name(h));
-            let rank = same()
-                .filter(|j| (reached[*j], *j) < (reached[i], i))
-                .count();
+            let rank = same().filter(|j| (reached[*j], *j) < (reached[i], i)).count();
             let predicted = same().filter(|j| (all[*j].2, *j) < (all[i].2, i)).count();
             let best = same().map(|j| all[j].2).fold(f64::INFINITY, f64::min);
             (rank < STARTS || predicted < 1).then(|| (h.clone(), at.clone(), best))
@@ -390,11 +349,7 @@ struct Limits {
 }
 
 /// Best start of every name, best score first, within the limits; the others are added to `others`.
-fn ahead(
-    mut all: Vec<(Hypothesis, Fit)>,
-    limits: Limits,
-    others: &mut Vec<(Effect, f64)>,
-) -> Vec<(Hypothesis, Fit)> {
+fn ahead(mut all: Vec<(Hypothesis, Fit)>, limits: Limits, others: &mut Vec<(Effect, f64)>) -> Vec<(Hypothesis, Fit)> {
     all.sort_by(|a, b| score(&a.1).total_cmp(&score(&b.1)));
     let Some((best, limit, most)) = all.first().map(|(_, best)| {
         let fails = fails(best);
@@ -402,11 +357,7 @@ fn ahead(
             Some(surplus) if !fails => best.chi2 + surplus,
             _ => limits.factor * best.chi2 + 100.0,
         };
-        let most = limits.most.min(if fails {
-            limits.first_effects
-        } else {
-            usize::MAX
-        });
+        let most = limits.most.min(if fails { limits.first_effects } else { usize::MAX });
         (score(best), limit, most)
     }) else {
         return all;

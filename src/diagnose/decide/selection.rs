@@ -128,13 +128,9 @@ pub(super) fn choose(
 fn as_it_is(case: &Case, standing: &Standing) -> Option<Standing> {
     let [working_error, ..] = MODEL_ERRORS;
     let fitted = &standing.candidate.fit.at;
-    let begun =
-        standing.working_error == working_error && standing.from.p.iter().all(|p| *p == 0.0);
+    let begun = standing.working_error == working_error && standing.from.p.iter().all(|p| *p == 0.0);
     (case.model.is_strained(&fitted.p) && !begun).then(|| Standing {
-        from: Point {
-            theta: fitted.theta.clone(),
-            ..case.origin()
-        },
+        from: Point { theta: fitted.theta.clone(), ..case.origin() },
         working_error,
         failure: f64::INFINITY,
         ..standing.clone()
@@ -149,16 +145,8 @@ fn at_place(
     place: &Place,
     (mut standing, mut rivals): (Standing, Vec<Candidate>),
 ) -> Result<(Standing, Vec<Candidate>), DiagnoseError> {
-    let hosted: Vec<Hypothesis> = case
-        .catalogue
-        .iter()
-        .filter(|h| place.hosts(h.kind, &h.place))
-        .cloned()
-        .collect();
-    let narrow = Case {
-        catalogue: &hosted,
-        ..*case
-    };
+    let hosted: Vec<Hypothesis> = case.catalogue.iter().filter(|h| place.hosts(h.kind, &h.place)).cloned().collect();
+    let narrow = Case { catalogue: &hosted, ..*case };
     let mut begins = vec![null.clone()];
     for _ in 0..2 {
         let Some((next, others)) = extend(&narrow, &begins)? else {
@@ -218,11 +206,7 @@ fn extend(case: &Case, begins: &[Standing]) -> Result<Option<Compared>, Diagnose
 }
 
 /// The best finalist beside a set as the new standing, if it lowers the score enough.
-fn longer(
-    case: &Case,
-    begin: &Standing,
-    finalists: &[Candidate],
-) -> Result<Option<Standing>, DiagnoseError> {
+fn longer(case: &Case, begin: &Standing, finalists: &[Candidate]) -> Result<Option<Standing>, DiagnoseError> {
     let least = match begin.candidate.effects.is_empty() {
         true => FIRST_EFFECT_BIC_GAIN,
         false => FURTHER_EFFECT_BIC_GAIN,
@@ -253,11 +237,7 @@ fn best_of(tried: Vec<(Round, Option<Standing>)>) -> Option<Compared> {
 }
 
 /// The set without a member, and what the catalogue offers in its place.
-fn in_place_of(
-    case: &Case,
-    standing: &Standing,
-    member: usize,
-) -> Result<(Standing, Round), DiagnoseError> {
+fn in_place_of(case: &Case, standing: &Standing, member: usize) -> Result<(Standing, Round), DiagnoseError> {
     let (effects, mut at) = standing.candidate.without(member);
     at.p.fill(0.0);
     let without = case.fit_down(&effects, &at, Subset::ALL)?;
@@ -280,11 +260,7 @@ fn exchanged(case: &Case, standing: &Standing) -> Result<Option<Compared>, Diagn
 }
 
 /// Were the earlier members the right choice, now that the others are known?
-fn swapped(
-    case: &Case,
-    mut standing: Standing,
-    rivals: &mut Vec<Candidate>,
-) -> Result<Standing, DiagnoseError> {
+fn swapped(case: &Case, mut standing: Standing, rivals: &mut Vec<Candidate>) -> Result<Standing, DiagnoseError> {
     for _ in 1..standing.candidate.effects.len() {
         let (without, mut round) = in_place_of(case, &standing, 0)?;
         case.add_strong(&without, &mut round)?;
@@ -303,9 +279,7 @@ fn swapped(
         rivals.extend(again);
     }
     let related = relatives(case, &standing.candidate)?;
-    let best = related
-        .iter()
-        .min_by(|a, b| a.score().total_cmp(&b.score()));
+    let best = related.iter().min_by(|a, b| a.score().total_cmp(&b.score()));
     if let Some(other) = best.filter(|b| b.score() < standing.candidate.score() - 1.0) {
         standing = settle(case, other)?;
     }
@@ -314,16 +288,9 @@ fn swapped(
 }
 
 /// The set without members that are not needed any more.
-fn thinned(
-    case: &Case,
-    mut standing: Standing,
-    rivals: &mut Vec<Candidate>,
-) -> Result<Standing, DiagnoseError> {
+fn thinned(case: &Case, mut standing: Standing, rivals: &mut Vec<Candidate>) -> Result<Standing, DiagnoseError> {
     let mut i = 0;
-    while complete(case, &standing)?
-        && standing.candidate.effects.len() > 1
-        && i < standing.candidate.effects.len()
-    {
+    while complete(case, &standing)? && standing.candidate.effects.len() > 1 && i < standing.candidate.effects.len() {
         let (effects, at) = standing.candidate.without(i);
         let at = elsewhere(case, &effects, at)?;
         let without = case.finish(&effects, &at, 0.01, Subset::ALL)?;
@@ -379,11 +346,7 @@ fn final_score(case: &Case, standing: &Standing) -> Result<f64, DiagnoseError> {
 
 /// Whether nothing significant is left, and no nuisance parameter had to leave its prior for that.
 pub(crate) fn complete(case: &Case, standing: &Standing) -> Result<bool, DiagnoseError> {
-    let Candidate {
-        effects,
-        fit,
-        model_error,
-    } = &standing.candidate;
+    let Candidate { effects, fit, model_error } = &standing.candidate;
     Ok(*model_error == FINAL_MODEL_ERROR
         && !case.model.is_strained(&fit.at.p)
         && case.misfit(effects, &fit.at, FINAL_MODEL_ERROR)?.value < FAILING_BLOCK_CHI2)
@@ -407,12 +370,7 @@ fn fall(case: &Case, standing: &Standing, finalists: &[Candidate]) -> Result<f64
 }
 
 /// The best finalist as the new standing, if the score falls by `least`, more than by chance.
-fn better(
-    case: &Case,
-    finalists: &[Candidate],
-    fall: f64,
-    least: f64,
-) -> Result<Option<Standing>, DiagnoseError> {
+fn better(case: &Case, finalists: &[Candidate], fall: f64, least: f64) -> Result<Option<Standing>, DiagnoseError> {
     let Some(best) = finalists.first() else {
         return Ok(None);
     };
@@ -424,8 +382,7 @@ fn better(
     }
     let settled = settle(case, best)?;
     // The number must also differ from nothing by itself.
-    let (Some(h), Some(theta)) = (best.effects.last(), settled.candidate.fit.at.theta.last())
-    else {
+    let (Some(h), Some(theta)) = (best.effects.last(), settled.candidate.fit.at.theta.last()) else {
         return Ok(None);
     };
     let covariance = settled.candidate.fit.covariance()?;
@@ -445,18 +402,11 @@ fn settle(case: &Case, best: &Candidate) -> Result<Standing, DiagnoseError> {
         });
     }
     // Where it begins to fail is where the next effect is looked for.
-    let start = Point {
-        p: vec![0.0; best.fit.at.p.len()],
-        theta: best.fit.at.theta.clone(),
-        smooth: best.fit.at.smooth,
-    };
+    let start =
+        Point { p: vec![0.0; best.fit.at.p.len()], theta: best.fit.at.theta.clone(), smooth: best.fit.at.smooth };
     let stood = case.fit_down(&best.effects, &start, Subset::ALL)?;
     Ok(Standing {
-        candidate: if stood.working_error == FINAL_MODEL_ERROR {
-            stood.candidate
-        } else {
-            best.clone()
-        },
+        candidate: if stood.working_error == FINAL_MODEL_ERROR { stood.candidate } else { best.clone() },
         from: stood.from,
         working_error: stood.working_error,
         failure: stood.failure,
@@ -467,11 +417,8 @@ fn ranked(round: &Round) -> Vec<(Effect, f64)> {
     let Some(best) = round.finalists.first().map(Candidate::score) else {
         return vec![];
     };
-    let mut ranking: Vec<(Effect, f64)> = round
-        .finalists
-        .iter()
-        .filter_map(|c| Some((c.newest()?, c.score() - best)))
-        .collect();
+    let mut ranking: Vec<(Effect, f64)> =
+        round.finalists.iter().filter_map(|c| Some((c.newest()?, c.score() - best))).collect();
     let mut others = round.others.clone();
     others.sort_by(|a, b| a.1.total_cmp(&b.1));
     for (effect, above) in others {

@@ -19,12 +19,8 @@ use rayon::prelude::*;
 /// Further places of an effect from which a fit that failed is begun again.
 const RELOCATED: usize = 8;
 /// Effects that are tried with every size.
-const STRONG: [EffectKind; 4] = [
-    EffectKind::TiltingStiffness,
-    EffectKind::ToolMass,
-    EffectKind::AddedMass,
-    EffectKind::ToolJoint,
-];
+const STRONG: [EffectKind; 4] =
+    [EffectKind::TiltingStiffness, EffectKind::ToolMass, EffectKind::AddedMass, EffectKind::ToolJoint];
 /// Places of the whole shaft that are fitted at the next model error, and down to the final one.
 const PLACES: [usize; 2] = [8, 2];
 /// Fits of a finalist at other places: thinned lines first.
@@ -85,10 +81,7 @@ impl Case<'_> {
         // On fewer lines than these the wrong place may have the smallest χ².
         let enough = self.evidence.lines() / problem.usage.stride >= LINES;
         let half = Problem {
-            usage: Subset {
-                stride: if enough { 2 } else { 1 } * problem.usage.stride,
-                ..problem.usage
-            },
+            usage: Subset { stride: if enough { 2 } else { 1 } * problem.usage.stride, ..problem.usage },
             ..*problem
         };
         let places = self.catalogue.par_iter().filter(|o| o.same_name(h));
@@ -97,13 +90,9 @@ impl Case<'_> {
             half.fit(&at, &[(w, 1)]).ok()
         });
         let ahead = lowest(ahead.collect(), |fit: &Fit| fit.chi2, RELOCATED);
-        let tried = ahead
-            .par_iter()
-            .filter_map(|fit| problem.fit(&fit.at, &[(w, 2)]).ok());
+        let tried = ahead.par_iter().filter_map(|fit| problem.fit(&fit.at, &[(w, 2)]).ok());
         let tried = lowest(tried.collect(), |fit: &Fit| fit.chi2, RELOCATED / 2);
-        let refined = tried
-            .into_iter()
-            .filter_map(|fit| problem.fit(&fit.at, stages).ok());
+        let refined = tried.into_iter().filter_map(|fit| problem.fit(&fit.at, stages).ok());
         refined.fold(found, |best, next| match next.chi2 < best.chi2 {
             true => next,
             false => best,
@@ -115,19 +104,13 @@ impl Case<'_> {
     /// # Errors
     /// [`DiagnoseError`] when a model cannot be assembled.
     pub(super) fn of_any_size(&self, standing: &Standing) -> Result<Vec<Candidate>, DiagnoseError> {
-        let each = STRONG
-            .into_iter()
-            .map(|kind| self.best_of_any_size(standing, kind));
+        let each = STRONG.into_iter().map(|kind| self.best_of_any_size(standing, kind));
         let all = each.collect::<Result<Vec<_>, _>>()?;
         Ok(all.into_iter().flatten().collect())
     }
 
     /// Those of one kind: at each place the size with the smallest χ² is where a fit begins.
-    fn best_of_any_size(
-        &self,
-        standing: &Standing,
-        kind: EffectKind,
-    ) -> Result<Vec<Candidate>, DiagnoseError> {
+    fn best_of_any_size(&self, standing: &Standing, kind: EffectKind) -> Result<Vec<Candidate>, DiagnoseError> {
         let (present, w) = (&standing.candidate.effects, standing.working_error);
         let mut places: Vec<&Hypothesis> = vec![];
         for h in self.catalogue.iter().filter(|h| h.kind == kind) {
@@ -235,10 +218,7 @@ impl Case<'_> {
         let (mut kept, mut from_error) = (PLACES[1], FINAL_MODEL_ERROR);
         if self.model.is_strained(&best.fit.at.p) {
             let p = self.origin().p;
-            starts.push(Point {
-                p,
-                ..best.fit.at.clone()
-            });
+            starts.push(Point { p, ..best.fit.at.clone() });
             // Before its nuisance parameters have settled, the right place may be behind.
             (kept, from_error) = (RELOCATED, FINAL_STAGES[1].0);
         }
@@ -248,9 +228,7 @@ impl Case<'_> {
         });
         let ranked = both.filter_map(|at| problem.fit(&at, &FINAL_STAGES[..1]).ok());
         let ranked = lowest(ranked.collect(), |fit: &Fit| fit.chi2, RELOCATED);
-        let ends = ranked
-            .par_iter()
-            .filter_map(|fit| problem.fit(&fit.at, &FINAL_STAGES[1..]).ok());
+        let ends = ranked.par_iter().filter_map(|fit| problem.fit(&fit.at, &FINAL_STAGES[1..]).ok());
         let mut ends: Vec<Fit> = ends.collect();
         ends.push(problem.fit(&best.fit.at, &FINAL_STAGES[2..])?);
         for end in lowest(ends, |fit: &Fit| fit.chi2, kept) {
@@ -282,9 +260,7 @@ const TILTING_RATIO: f64 = 3.0;
 fn between(kind: EffectKind, best: &[f64]) -> Vec<Vec<f64>> {
     let half = TILTING_RATIO.sqrt();
     match kind {
-        EffectKind::TiltingStiffness => [half.recip(), half]
-            .map(|by| best.iter().map(|t| by * t).collect())
-            .to_vec(),
+        EffectKind::TiltingStiffness => [half.recip(), half].map(|by| best.iter().map(|t| by * t).collect()).to_vec(),
         _ => vec![],
     }
 }
@@ -298,9 +274,9 @@ fn sizes(kind: EffectKind) -> Vec<Vec<f64>> {
     let signed = |of: f64| [vec![-of], vec![of]];
     match kind {
         EffectKind::TiltingStiffness => up(0.01, TILTING_RATIO, 10).flat_map(signed).collect(),
-        EffectKind::ToolJoint => up(0.5, 2.0, 7)
-            .flat_map(|along| up(0.5, 2.0, 9).map(move |turning| vec![along, turning, 0.1]))
-            .collect(),
+        EffectKind::ToolJoint => {
+            up(0.5, 2.0, 7).flat_map(|along| up(0.5, 2.0, 9).map(move |turning| vec![along, turning, 0.1])).collect()
+        }
         _ => up(0.02, 1.5, 21).flat_map(signed).collect(),
     }
 }

@@ -177,17 +177,8 @@ fn concluded(
         chosen.rivals.clear();
     }
     (case.progress)("held-out records");
-    let Judgement {
-        mut verdict,
-        misfit,
-        held_out,
-        before,
-        trained,
-        predicted,
-        after,
-        strained,
-        slope_read,
-    } = judge(case, &best)?;
+    let Judgement { mut verdict, misfit, held_out, before, trained, predicted, after, strained, slope_read } =
+        judge(case, &best)?;
     if verdict == Verdict::Adequate && !faults.is_empty() {
         verdict = Verdict::Named;
     }
@@ -261,17 +252,11 @@ fn concluded(
 fn axis_gains(trial: &Trial, point: &Point) -> Vec<[f64; 4]> {
     let gain = |sweep: usize, axis: usize| point.p[trial.model.layout.axis(sweep, axis)];
     let sweeps = 0..trial.evidence.sweeps.len();
-    sweeps
-        .map(|s| std::array::from_fn(|i| gain(s, i)))
-        .collect()
+    sweeps.map(|s| std::array::from_fn(|i| gain(s, i))).collect()
 }
 
 /// Explanations that the data do not tell apart, beside the best.
-fn rivals(
-    members: &[&Candidate],
-    best: &Candidate,
-    faults: &[FoundFault],
-) -> Result<Vec<Rival>, DiagnoseError> {
+fn rivals(members: &[&Candidate], best: &Candidate, faults: &[FoundFault]) -> Result<Vec<Rival>, DiagnoseError> {
     let one = |member: &&Candidate| {
         Ok(Rival {
             effects: named(member)?,
@@ -360,12 +345,9 @@ impl<'a> Shown<'a> {
         null: &'a Standing,
     ) -> Result<Self, DiagnoseError> {
         Ok(match verdict {
-            Verdict::Unexplained => Self {
-                effects: vec![],
-                hypotheses: &[],
-                point: &null.from,
-                without_held_out: &null.from,
-            },
+            Verdict::Unexplained => {
+                Self { effects: vec![], hypotheses: &[], point: &null.from, without_held_out: &null.from }
+            }
             _ => Self {
                 effects: named(best)?,
                 hypotheses: &best.effects,
@@ -380,9 +362,7 @@ impl<'a> Shown<'a> {
 fn named(candidate: &Candidate) -> Result<Vec<NamedEffect>, DiagnoseError> {
     let covariance = candidate.fit.covariance()?;
     // Model error beyond noise and model error widens everything.
-    let excess = (candidate.fit.data_chi2 / candidate.fit.residuals.max(1) as f64)
-        .max(1.0)
-        .sqrt();
+    let excess = (candidate.fit.data_chi2 / candidate.fit.residuals.max(1) as f64).max(1.0).sqrt();
     let free: usize = candidate.fit.at.theta.iter().map(Vec::len).sum();
     let mut column = covariance.ncols() - free;
     let mut all = vec![];
@@ -398,11 +378,7 @@ fn named(candidate: &Candidate) -> Result<Vec<NamedEffect>, DiagnoseError> {
                 h.effect(&moved).values.get(i).copied().unwrap_or(*value)
             };
             let step = 1e-3 * sd(i).min(1.0);
-            let slope = if step > 0.0 {
-                (at(step) - at(-step)) / (2.0 * step)
-            } else {
-                0.0
-            };
+            let slope = if step > 0.0 { (at(step) - at(-step)) / (2.0 * step) } else { 0.0 };
             deviations.push((slope * sd(i)).abs());
             // 1.645 σ on either side hold 90 % of a normal distribution in fit coordinates.
             let (a, b) = (at(-1.645 * sd(i)), at(1.645 * sd(i)));
@@ -411,12 +387,7 @@ fn named(candidate: &Candidate) -> Result<Vec<NamedEffect>, DiagnoseError> {
         let placed = effect.location.position_m();
         let position_sd_m = placed.map(|_| h.slope(theta.len() - 1, theta) * sd(theta.len() - 1));
         column += theta.len();
-        all.push(NamedEffect {
-            effect,
-            standard_deviations: deviations,
-            intervals,
-            position_sd_m,
-        });
+        all.push(NamedEffect { effect, standard_deviations: deviations, intervals, position_sd_m });
     }
     Ok(all)
 }

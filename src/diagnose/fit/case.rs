@@ -21,20 +21,11 @@ pub struct Case<'a> {
 impl Case<'_> {
     /// A fit of these effects to a subset of the data.
     pub fn problem<'b>(&'b self, effects: &'b [Hypothesis], usage: Subset) -> Problem<'b> {
-        Problem {
-            model: self.model,
-            evidence: self.evidence,
-            usage,
-            effects,
-        }
+        Problem { model: self.model, evidence: self.evidence, usage, effects }
     }
 
     /// The machine as it is.
     pub fn origin(&self) -> Point {
-        Point {
-            p: vec![0.0; self.model.layout.len()],
-            theta: vec![],
-            smooth: USUAL,
-        }
+        Point { p: vec![0.0; self.model.layout.len()], theta: vec![], smooth: USUAL }
     }
 }

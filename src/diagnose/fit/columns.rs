@@ -34,11 +34,7 @@ pub(super) enum Column {
 
 /// Columns in the order of the parameters: the small ones where there is a layout, then the `coordinates` of effects.
 /// `readings` stand behind those in a line.
-pub(super) fn order(
-    layout: Option<&Layout>,
-    coordinates: usize,
-    readings: &[Option<usize>; 4],
-) -> Vec<Column> {
+pub(super) fn order(layout: Option<&Layout>, coordinates: usize, readings: &[Option<usize>; 4]) -> Vec<Column> {
     let mut all = vec![];
     if let Some(layout) = layout {
         all.extend((0..layout.machine.groups).map(Column::Line));
@@ -111,10 +107,7 @@ struct Parts<const N: usize> {
 
 impl<const N: usize> Parts<N> {
     fn of(values: &[c64; N]) -> Self {
-        Self {
-            re: values.map(|v| v.re),
-            im: values.map(|v| v.im),
-        }
+        Self { re: values.map(|v| v.re), im: values.map(|v| v.im) }
     }
 
     /// Σ entry × unit, the units given with the number of their entry.

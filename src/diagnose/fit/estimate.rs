@@ -46,12 +46,7 @@ impl Problem<'_> {
     ///
     /// # Errors
     /// As [`Self::residual`].
-    pub(crate) fn downhill(
-        &self,
-        from: &Point,
-        to: &Point,
-        model_error: f64,
-    ) -> Result<(Point, f64), DiagnoseError> {
+    pub(crate) fn downhill(&self, from: &Point, to: &Point, model_error: f64) -> Result<(Point, f64), DiagnoseError> {
         let here = self.chi2(from, model_error)?;
         let chi2 = |at: &Point| self.chi2(at, model_error).unwrap_or(f64::INFINITY);
         let mut there = to.clone();
@@ -61,11 +56,7 @@ impl Problem<'_> {
                 break;
             }
             let half = |a: &mut f64, b: &f64| *a = 0.5 * (*a + b);
-            there
-                .p
-                .iter_mut()
-                .zip(&from.p)
-                .for_each(|(a, b)| half(a, b));
+            there.p.iter_mut().zip(&from.p).for_each(|(a, b)| half(a, b));
             for (a, b) in there.theta.iter_mut().zip(&from.theta) {
                 a.iter_mut().zip(b).for_each(|(a, b)| half(a, b));
             }
@@ -85,12 +76,7 @@ impl Problem<'_> {
     }
 
     /// The most probable amplitude of the smooth model error, with the residuals and derivatives that belong to it.
-    fn tuned(
-        &self,
-        at: &mut Point,
-        here: &mut Linearised,
-        model_error: f64,
-    ) -> Result<(), DiagnoseError> {
+    fn tuned(&self, at: &mut Point, here: &mut Linearised, model_error: f64) -> Result<(), DiagnoseError> {
         if let Some(smooth) = self.smooth(model_error)? {
             let amplitude = smooth.amplitude(&here.residual, at.smooth);
             if amplitude != at.smooth {
@@ -178,9 +164,7 @@ impl Problem<'_> {
                 let cost = self.cost(&at, *model_error)?;
                 let equations = self.equations(&at, &here, cost);
                 let chi2 = equations.fit.chi2;
-                let gain = end
-                    .replace(equations.fit.clone())
-                    .map(|before: Fit| before.chi2 - chi2);
+                let gain = end.replace(equations.fit.clone()).map(|before: Fit| before.chi2 - chi2);
                 // The last step gained next to nothing: the point and its curvature are final.
                 let still = iteration > 0 && gain.is_some_and(|g| g < negligible(chi2));
                 if iteration == *iterations || still {
@@ -249,11 +233,7 @@ impl Problem<'_> {
         expected: bool,
         model_error: f64,
     ) -> Result<Option<Improved>, DiagnoseError> {
-        let Equations {
-            fit,
-            mut normal,
-            mut slope,
-        } = equations;
+        let Equations { fit, mut normal, mut slope } = equations;
         let (n, small, chi2) = (normal.nrows(), self.model.layout.len(), fit.chi2);
         // Coordinates at a bound do not take part: the others would be moved for what they cannot do.
         let held = self.held(at, &slope);
@@ -275,11 +255,7 @@ impl Problem<'_> {
             return Ok(None);
         }
         let lower = |value: f64| value < chi2;
-        let alone = |there: Point, whole: bool| Improved {
-            there,
-            ahead: None,
-            whole,
-        };
+        let alone = |there: Point, whole: bool| Improved { there, ahead: None, whole };
         let there = self.stepped(at, &whole);
         if !expected {
             if self.chi2(&there, model_error).is_ok_and(lower) {
@@ -288,27 +264,16 @@ impl Problem<'_> {
         } else if let Ok(ahead) = self.linearised(&there, model_error) {
             let data: f64 = ahead.residual.iter().map(|r| r * r).sum();
             if lower(data + self.prior(&there.p) + self.cost(&there, model_error)?) {
-                return Ok(Some(Improved {
-                    there,
-                    ahead: Some(ahead),
-                    whole: true,
-                }));
+                return Ok(Some(Improved { there, ahead: Some(ahead), whole: true }));
             }
         }
-        let gauss_newton = GaussNewtonStep {
-            normal: &normal,
-            held: &held,
-            step: &whole,
-            chi2,
-        };
+        let gauss_newton = GaussNewtonStep { normal: &normal, held: &held, step: &whole, chi2 };
         if let Some(there) = self.along(at, here, &gauss_newton, model_error)? {
             return Ok(Some(alone(there, false)));
         }
         // Twelve tries span twelve decades of damping; beyond, the point is a minimum to rounding.
         for damping in (0..12).map(|k| 10f64.powi(k - 6)) {
-            let damped = Mat::from_fn(n, n, |a, b| {
-                normal[(a, b)] * if a == b { 1.0 + damping } else { 1.0 }
-            });
+            let damped = Mat::from_fn(n, n, |a, b| normal[(a, b)] * if a == b { 1.0 + damping } else { 1.0 });
             let Ok(step) = solve_normal(&damped, &slope) else {
                 continue;
             };
@@ -352,14 +317,7 @@ impl Fit {
     /// [`DiagnoseError::Numeric`] when the eigenvalue iteration fails.
     pub fn covariance(&self) -> Result<Mat<f64>, DiagnoseError> {
         let n = self.information.nrows();
-        let scale: Vec<f64> = (0..n)
-            .map(|i| {
-                self.information[(i, i)]
-                    .max(f64::MIN_POSITIVE)
-                    .sqrt()
-                    .recip()
-            })
-            .collect();
+        let scale: Vec<f64> = (0..n).map(|i| self.information[(i, i)].max(f64::MIN_POSITIVE).sqrt().recip()).collect();
         let unit = Mat::from_fn(n, n, |i, j| self.information[(i, j)] * scale[i] * scale[j]);
         let (values, vectors) = symmetric_eigen(&unit)?;
         Ok(Mat::from_fn(n, n, |i, j| {

@@ -48,8 +48,7 @@ impl Problem<'_> {
         };
         let straight = here.jacobian.times(&near);
         let both = there.iter().zip(&here.residual).zip(&straight);
-        let second =
-            both.map(|((there, here), along)| 2.0 / (NEAR * NEAR) * (there - here + along));
+        let second = both.map(|((there, here), along)| 2.0 / (NEAR * NEAR) * (there - here + along));
         let second: Vec<f64> = second.collect();
         let mut pull = here.jacobian.transpose_times(&second);
         for (k, held) in gauss_newton.held.iter().enumerate() {
@@ -61,9 +60,7 @@ impl Problem<'_> {
         let (mut best, mut lowest) = (None, gauss_newton.chi2);
         let mut share = 1.0;
         while share > SHORTEST {
-            let step = Mat::from_fn(n, 1, |k, _| {
-                share * (gauss_newton.step[(k, 0)] + 0.5 * share * bend[(k, 0)])
-            });
+            let step = Mat::from_fn(n, 1, |k, _| share * (gauss_newton.step[(k, 0)] + 0.5 * share * bend[(k, 0)]));
             let there = self.stepped(at, &step);
             match self.chi2(&there, model_error) {
                 Ok(value) if value < lowest => (best, lowest) = (Some(there), value),

@@ -39,20 +39,14 @@ impl Hypothesis {
         let values = values.collect();
         let position_m = self.scale.position_unit_m() * theta.last().copied().unwrap_or_default();
         let location = self.place.moved_to(position_m);
-        Effect {
-            kind: self.kind,
-            location,
-            values,
-        }
+        Effect { kind: self.kind, location, values }
     }
 
     /// Derivative of the number that coordinate `i` stands for, a value or the position, at fit coordinates `theta`.
     pub fn slope(&self, i: usize, theta: &[f64]) -> f64 {
         let at = theta.get(i).copied().unwrap_or_default();
         let own = self.parameters().get(i);
-        own.map_or(self.scale.position_unit_m(), |p| {
-            p.coordinate.slope(at, &self.scale)
-        })
+        own.map_or(self.scale.position_unit_m(), |p| p.coordinate.slope(at, &self.scale))
     }
 
     /// Keeps fit coordinates where the effect makes sense.
@@ -170,13 +164,7 @@ pub fn catalogue(
                 if let Some(z) = place.position_m() {
                     start.push(z / scale.position_unit_m());
                 }
-                all.push(Hypothesis {
-                    kind,
-                    place: place.clone(),
-                    start,
-                    scale,
-                    span_m,
-                });
+                all.push(Hypothesis { kind, place: place.clone(), start, scale, span_m });
             }
         }
     }
@@ -211,9 +199,7 @@ fn scale_of(machine: &Machine, flexible_rad_s: &[f64]) -> Result<MachineScale, D
         amplifier_bandwidth_hz: spindle.electronics.amplifier_bandwidth_hz,
         gyroscopic_factor: effective.gyroscopic_factor,
         rotor_mass_kg: rotor.mass_kg,
-        bending_time_s: flexible_rad_s
-            .first()
-            .map_or(sample_period_s, |w| w.recip()),
+        bending_time_s: flexible_rad_s.first().map_or(sample_period_s, |w| w.recip()),
         bearing_span_m: spindle.planes.bearing_span_m(),
         negative_stiffness_n_per_m: effective.bearings.iter().map(|b| b.ks_n_per_m.abs()).sum(),
         force_per_gap_n_per_m: bearings.iter().map(|b| b.max_force_n / b.gap_m).sum(),
@@ -226,10 +212,7 @@ fn starts(starts: Starts, scale: &MachineScale, scope: Scope) -> Vec<Vec<f64>> {
     match starts {
         Starts::At(all) => all.iter().map(|start| start.to_vec()).collect(),
         Starts::AtPresent(present) => vec![vec![present(scale)]],
-        Starts::OverTheBand {
-            first,
-            damping_ratio,
-        } => {
+        Starts::OverTheBand { first, damping_ratio } => {
             let lowest = scope.first_rad_s.max(LOWEST_START / scale.bending_time_s);
             std::iter::successors(Some(lowest), |w| Some(w * 1.45))
                 .take_while(|w| *w < scope.top_rad_s)
@@ -262,9 +245,7 @@ fn places(
 ) -> Vec<Location> {
     match location {
         LocationKind::None => vec![Location::None],
-        LocationKind::Bearing => [Bearings::Front, Bearings::Rear, Bearings::Both]
-            .map(Location::Bearing)
-            .to_vec(),
+        LocationKind::Bearing => [Bearings::Front, Bearings::Rear, Bearings::Both].map(Location::Bearing).to_vec(),
         LocationKind::Position => (0..STATIONS)
             .map(|i| (i as f64 + 0.5) / STATIONS as f64)
             .map(|share| Location::Position(span_m.0 + (span_m.1 - span_m.0) * share))
@@ -275,10 +256,6 @@ fn places(
             let seen = flexible_rad_s.iter().take_while(in_reach).count();
             (1..=seen).map(Location::Mode).collect()
         }
-        LocationKind::Region => machine
-            .regions()
-            .into_iter()
-            .map(Location::Region)
-            .collect(),
+        LocationKind::Region => machine.regions().into_iter().map(Location::Region).collect(),
     }
 }

@@ -31,16 +31,9 @@ impl Jacobian {
     /// Blocks of rows, one below the other, all of them with `columns` columns, of residuals with smooth errors of an
     /// amplitude, if there are any.
     pub fn new(blocks: Vec<Mat<f64>>, columns: usize, smooth: Option<(Arc<Smooth>, f64)>) -> Self {
-        let common = smooth.map(|(smooth, amplitude)| Common {
-            shares: smooth.shares(&blocks, columns),
-            smooth,
-            amplitude,
-        });
-        Self {
-            blocks,
-            columns,
-            common,
-        }
+        let common =
+            smooth.map(|(smooth, amplitude)| Common { shares: smooth.shares(&blocks, columns), smooth, amplitude });
+        Self { blocks, columns, common }
     }
 
     /// Another amplitude of the smooth errors.
@@ -139,9 +132,7 @@ impl Jacobian {
         };
         let parts = self.blocks.par_iter().zip(firsts).map(|(block, first)| {
             let own = &right[first..first + block.nrows()];
-            Mat::from_fn(self.columns, 1, |c, _| {
-                dot_in_lanes(block.col_as_slice(c), own)
-            })
+            Mat::from_fn(self.columns, 1, |c, _| dot_in_lanes(block.col_as_slice(c), own))
         });
         self.sum(parts.collect(), 1)
     }

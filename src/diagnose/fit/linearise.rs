@@ -112,14 +112,7 @@ impl Problem<'_> {
                 add(Record::HammerTest(t), tap.speed_rad_s, &tap.omega_rad_s);
             }
         }
-        tasks
-            .into_iter()
-            .map(|((speed, omega), lines)| Task {
-                speed,
-                omega: f64::from_bits(omega),
-                lines,
-            })
-            .collect()
+        tasks.into_iter().map(|((speed, omega), lines)| Task { speed, omega: f64::from_bits(omega), lines }).collect()
     }
 
     /// Whitened residuals (real and imaginary parts, times √2) at a point.
@@ -135,11 +128,7 @@ impl Problem<'_> {
     ///
     /// # Errors
     /// As [`Self::residual`].
-    pub(super) fn linearised(
-        &self,
-        at: &Point,
-        model_error: f64,
-    ) -> Result<Linearised, DiagnoseError> {
+    pub(super) fn linearised(&self, at: &Point, model_error: f64) -> Result<Linearised, DiagnoseError> {
         self.evaluated(at, model_error, Wanted::All, None)
     }
 
@@ -172,13 +161,7 @@ impl Problem<'_> {
     }
 
     /// Numbers of the effects that derivatives are wanted to, in fit coordinates.
-    fn numbers(
-        &self,
-        effects: &[Effect],
-        theta: &[Vec<f64>],
-        wanted: Wanted,
-        probes: &mut Vec<Probe>,
-    ) -> Vec<Number> {
+    fn numbers(&self, effects: &[Effect], theta: &[Vec<f64>], wanted: Wanted, probes: &mut Vec<Probe>) -> Vec<Number> {
         let reduced = &self.model.reduced;
         let mut numbers = vec![];
         let mut add = |h: &Hypothesis, theta: &[f64], own: Vec<Number>| {
@@ -247,9 +230,7 @@ impl Problem<'_> {
             None => speeds.iter().map(assemble).collect::<Result<_, _>>()?,
         };
         let line = |t: usize, task: &Task| match &known {
-            Some((shaft, electronics)) => {
-                LineSlopes::round(&shaft[t], electronics, task.omega, &numbers)
-            }
+            Some((shaft, electronics)) => LineSlopes::round(&shaft[t], electronics, task.omega, &numbers),
             None => {
                 let own = &models[task.speed];
                 let first = own.ports() - probes.len();
@@ -270,12 +251,7 @@ impl Problem<'_> {
                 let mut shaft = Vec::with_capacity(piece.len());
                 for (t, task) in piece.iter().enumerate() {
                     let line = line(first * PIECE + t, task);
-                    let predicted = Prediction {
-                        line: &line,
-                        order: &order,
-                        p: &at.p,
-                        model_error,
-                    };
+                    let predicted = Prediction { line: &line, order: &order, p: &at.p, model_error };
                     for record in &task.lines {
                         self.compare(*record, &predicted, (&mut r, &mut block));
                     }
@@ -295,11 +271,7 @@ impl Problem<'_> {
             smooth.apply(&mut residual, 0.0, at.smooth);
         }
         let smooth = smooth.map(|smooth| (smooth, at.smooth));
-        Ok(Linearised {
-            residual,
-            jacobian: Jacobian::new(blocks, width, smooth.filter(|_| width > 0)),
-            shaft,
-        })
+        Ok(Linearised { residual, jacobian: Jacobian::new(blocks, width, smooth.filter(|_| width > 0)), shaft })
     }
 
     /// Appends the whitened residual of a line to `r`, and writes its derivatives, in `order`, into the same rows of
@@ -322,8 +294,7 @@ impl Problem<'_> {
                 let g = &sweep.response[line];
                 let gain: [f64; 4] = std::array::from_fn(|i| 1.0 + p[self.model.layout.axis(s, i)]);
                 for i in 0..4 {
-                    let mut d: [c64; 4] =
-                        std::array::from_fn(|j| g[4 * i + j] - f[SIDE * i + j] * gain[i]);
+                    let mut d: [c64; 4] = std::array::from_fn(|j| g[4 * i + j] - f[SIDE * i + j] * gain[i]);
                     whiten(&rows[i], &mut d);
                     push(r, &d);
                 }
@@ -331,8 +302,7 @@ impl Problem<'_> {
                 let seen = |change: &Square, gain: &[f64; 4]| {
                     let mut all = [ZERO; 16];
                     for (i, all) in all.chunks_exact_mut(4).enumerate() {
-                        let mut d: [c64; 4] =
-                            std::array::from_fn(|j| change[SIDE * i + j] * gain[i]);
+                        let mut d: [c64; 4] = std::array::from_fn(|j| change[SIDE * i + j] * gain[i]);
                         whiten_with(&rows[i], &pivots[i], &mut d);
                         all.copy_from_slice(&d);
                     }

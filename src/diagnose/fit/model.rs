@@ -59,12 +59,7 @@ impl Model {
         speed_rad_s: f64,
         derivatives: bool,
     ) -> Result<Assembled, DiagnoseError> {
-        let assembly = Assembly {
-            effects,
-            speed_rad_s,
-            derivatives,
-            ..Assembly::default()
-        };
+        let assembly = Assembly { effects, speed_rad_s, derivatives, ..Assembly::default() };
         Ok(self.reduced.assemble(p, assembly)?)
     }
 
@@ -75,9 +70,7 @@ impl Model {
         let all = p.iter().enumerate().map(off);
         let mut far: Vec<(usize, f64)> = all.filter(|(_, off)| *off > MOST_SD).collect();
         far.sort_by(|a, b| b.1.total_cmp(&a.1));
-        far.into_iter()
-            .map(|(k, off)| (self.name_of(k), off))
-            .collect()
+        far.into_iter().map(|(k, off)| (self.name_of(k), off)).collect()
     }
 
     /// Whether a nuisance parameter is that far off.

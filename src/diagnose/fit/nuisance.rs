@@ -45,12 +45,7 @@ impl Layout {
         sd.push(MESH_SD);
         sd.extend([READING_SD; 4]);
         sd.extend(axis_gain_sd.iter().flatten());
-        Self {
-            machine,
-            sweeps: axis_gain_sd.len(),
-            sd,
-            width: 1.0,
-        }
+        Self { machine, sweeps: axis_gain_sd.len(), sd, width: 1.0 }
     }
 
     /// Widens the priors of the machine but for the mesh and its reading, and not those of axis gains.

@@ -42,21 +42,12 @@ impl Problem<'_> {
     /// # Errors
     /// As [`Self::residual`].
     pub fn linear(&self, at: &Point, model_error: f64) -> Result<Linear, DiagnoseError> {
-        let Linearised {
-            residual,
-            jacobian,
-            shaft,
-        } = self.linearised(at, model_error)?;
+        let Linearised { residual, jacobian, shaft } = self.linearised(at, model_error)?;
         let mut normal = jacobian.normal();
         for (k, (weight, _)) in self.model.layout.pull(&at.p).enumerate() {
             normal[(k, k)] += weight;
         }
-        Ok(Linear {
-            residual,
-            jacobian,
-            normal,
-            shaft,
-        })
+        Ok(Linear { residual, jacobian, normal, shaft })
     }
 
     /// χ² predicted after one joint Gauss–Newton step from `from`, the last effect of the problem being new; and the
@@ -64,22 +55,13 @@ impl Problem<'_> {
     ///
     /// # Errors
     /// As [`Self::residual`].
-    pub fn predicted(
-        &self,
-        base: &Linear,
-        from: &Point,
-        model_error: f64,
-    ) -> Result<(Point, f64), DiagnoseError> {
+    pub fn predicted(&self, base: &Linear, from: &Point, model_error: f64) -> Result<(Point, f64), DiagnoseError> {
         let (Some(hypothesis), Some(theta)) = (self.effects.last(), from.theta.last()) else {
             return Ok((from.clone(), f64::INFINITY));
         };
         let alone = on_electronics(hypothesis.kind);
         let shaft = alone.then_some(base.shaft.as_slice());
-        let Linearised {
-            residual: here,
-            jacobian,
-            ..
-        } = self.newest(from, model_error, shaft)?;
+        let Linearised { residual: here, jacobian, .. } = self.newest(from, model_error, shaft)?;
         let step = NewStep {
             model_error,
             data: here.iter().map(|r| r * r).sum(),
@@ -103,9 +85,7 @@ impl Problem<'_> {
         model_error: f64,
         further: &[Hypothesis],
     ) -> Result<Vec<(Point, f64)>, DiagnoseError> {
-        let Linearised {
-            residual, jacobian, ..
-        } = self.beside(from, model_error, further)?;
+        let Linearised { residual, jacobian, .. } = self.beside(from, model_error, further)?;
         let data = residual.iter().map(|r| r * r).sum();
         let small = base.jacobian.transpose_times(&residual);
         let cross = base.jacobian.transpose_times_columns(&jacobian);
@@ -127,10 +107,7 @@ impl Problem<'_> {
             first += d;
             let mut effects = self.effects.to_vec();
             effects.push(h.clone());
-            let problem = Problem {
-                effects: &effects,
-                ..*self
-            };
+            let problem = Problem { effects: &effects, ..*self };
             let mut from = from.clone();
             from.theta.push(theta.clone());
             problem.new_step(base, &from, &theta, &step)

@@ -50,21 +50,11 @@ pub(crate) struct Numbered {
 
 impl RecordNumber<'_> {
     fn problem<'b>(&'b self, evidence: &'b Evidence) -> Problem<'b> {
-        Problem {
-            model: self.model,
-            evidence,
-            usage: self.usage,
-            effects: &[],
-        }
+        Problem { model: self.model, evidence, usage: self.usage, effects: &[] }
     }
 
     /// χ² with priors, and the number of residuals.
-    fn chi2(
-        &self,
-        at: &Point,
-        number: f64,
-        model_error: f64,
-    ) -> Result<(f64, usize), DiagnoseError> {
+    fn chi2(&self, at: &Point, number: f64, model_error: f64) -> Result<(f64, usize), DiagnoseError> {
         let own = (self.own)(number);
         let (mut sum, mut count) = (self.problem(self.rest).prior(&at.p), 0);
         for evidence in [self.rest, &own] {
@@ -79,12 +69,7 @@ impl RecordNumber<'_> {
     ///
     /// # Errors
     /// [`DiagnoseError`] when a model cannot be assembled.
-    pub(crate) fn fit(
-        &self,
-        from: &Numbered,
-        model_error: f64,
-        iterations: usize,
-    ) -> Result<Numbered, DiagnoseError> {
+    pub(crate) fn fit(&self, from: &Numbered, model_error: f64, iterations: usize) -> Result<Numbered, DiagnoseError> {
         let mut best = from.clone();
         best.model_error = model_error;
         let (chi2, count) = self.chi2(&best.at, best.number, model_error)?;
@@ -146,11 +131,7 @@ impl RecordNumber<'_> {
     }
 
     /// The bordered normal equations, the number last.
-    fn equations(
-        &self,
-        from: &Numbered,
-        model_error: f64,
-    ) -> Result<(Mat<f64>, Mat<f64>), DiagnoseError> {
+    fn equations(&self, from: &Numbered, model_error: f64) -> Result<(Mat<f64>, Mat<f64>), DiagnoseError> {
         let own = (self.own)(from.number);
         let rest = self.problem(self.rest).linear(&from.at, model_error)?;
         let here = self.problem(&own).linear(&from.at, model_error)?;

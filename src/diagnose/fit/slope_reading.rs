@@ -30,10 +30,7 @@ impl Problem<'_> {
         let (mut read, mut lowest) = self.slope_read(e, &at, model_error)?;
         for _ in 0..iterations {
             // The derivatives at the offset serve for the arm.
-            let here = Linearised {
-                residual: read.clone(),
-                ..self.linearised(&at, model_error)?
-            };
+            let here = Linearised { residual: read.clone(), ..self.linearised(&at, model_error)? };
             let equations = self.equations(&at, &here, 0.0);
             let step = solve_normal(&equations.normal, &equations.slope)?;
             let before = lowest;
@@ -55,21 +52,14 @@ impl Problem<'_> {
     }
 
     /// Residuals with an arm in place of the offset, and χ² with priors.
-    fn slope_read(
-        &self,
-        e: usize,
-        at: &Point,
-        model_error: f64,
-    ) -> Result<(Vec<f64>, f64), DiagnoseError> {
+    fn slope_read(&self, e: usize, at: &Point, model_error: f64) -> Result<(Vec<f64>, f64), DiagnoseError> {
         let mut flat = at.clone();
         let own = flat.theta.get_mut(e).and_then(|theta| theta.first_mut());
         let arm = own.map_or(0.0, std::mem::take);
         let here = self.linearised(&flat, model_error)?;
         let before = at.theta.iter().take(e).map(Vec::len).sum::<usize>();
         let column = at.p.len() + before;
-        let unit = Mat::from_fn(here.jacobian.columns(), 1, |k, _| {
-            f64::from(u8::from(k == column))
-        });
+        let unit = Mat::from_fn(here.jacobian.columns(), 1, |k, _| f64::from(u8::from(k == column)));
         let slope = here.jacobian.times(&unit);
         let residual = here.residual.iter().zip(&slope);
         let residual: Vec<f64> = residual.map(|(r, slope)| r - arm * slope).collect();

@@ -60,12 +60,7 @@ impl Problem<'_> {
             return Ok(None);
         }
         let usage = self.usage;
-        let key = (
-            usage.stride,
-            usage.taps,
-            usage.off_diagonal,
-            model_error.to_bits(),
-        );
+        let key = (usage.stride, usage.taps, usage.off_diagonal, model_error.to_bits());
         let known = || {
             let lock = self.evidence.smooth.lock();
             lock.unwrap_or_else(PoisonError::into_inner)
@@ -100,19 +95,11 @@ impl Problem<'_> {
                 group(rows, &b)
             })
             .collect();
-        Ok(Smooth {
-            groups: groups?.into_iter().flatten().collect(),
-        })
+        Ok(Smooth { groups: groups?.into_iter().flatten().collect() })
     }
 
     /// Rows and B of row `i` of a sweep.
-    fn of_row(
-        &self,
-        s: usize,
-        i: usize,
-        lines: &[(usize, usize)],
-        model_error: f64,
-    ) -> (Vec<usize>, Mat<f64>) {
+    fn of_row(&self, s: usize, i: usize, lines: &[(usize, usize)], model_error: f64) -> (Vec<usize>, Mat<f64>) {
         let sweep = &self.evidence.sweeps[s];
         let share = shares(&sweep.omega_rad_s);
         let mut b = Mat::zeros(8 * lines.len(), 8 * FUNCTIONS);
@@ -135,12 +122,7 @@ impl Problem<'_> {
     }
 
     /// Rows and B of a hammer test.
-    fn of_tap(
-        &self,
-        t: usize,
-        lines: &[(usize, usize)],
-        model_error: f64,
-    ) -> (Vec<usize>, Mat<f64>) {
+    fn of_tap(&self, t: usize, lines: &[(usize, usize)], model_error: f64) -> (Vec<usize>, Mat<f64>) {
         let tap = &self.evidence.taps[t];
         let share = shares(&tap.omega_rad_s);
         let mut b = Mat::zeros(2 * lines.len(), 2 * FUNCTIONS);
@@ -157,12 +139,7 @@ impl Problem<'_> {
 
 /// Writes the two real rows of a complex residual of size `v`: δ has a real and an imaginary part, of half the variance
 /// each, and residuals are counted √2 times.
-fn entries(
-    b: &mut Mat<f64>,
-    (row, column): (usize, &dyn Fn(usize) -> usize),
-    v: c64,
-    shape: &[f64; FUNCTIONS],
-) {
+fn entries(b: &mut Mat<f64>, (row, column): (usize, &dyn Fn(usize) -> usize), v: c64, shape: &[f64; FUNCTIONS]) {
     for (f, size) in shape.iter().enumerate() {
         let at = column(f);
         b[(row, at)] = v.re * size;
@@ -178,18 +155,10 @@ fn group(rows: Vec<usize>, b: &Mat<f64>) -> Result<Option<Group>, DiagnoseError>
     add_gram(&mut gram, b.as_ref());
     // The lower triangle is read.
     let (values, vectors) = symmetric_eigen(&gram)?;
-    let kept: Vec<usize> = (0..values.len())
-        .filter(|k| LARGEST * LARGEST * values[*k] > NEGLIGIBLE)
-        .collect();
+    let kept: Vec<usize> = (0..values.len()).filter(|k| LARGEST * LARGEST * values[*k] > NEGLIGIBLE).collect();
     if kept.is_empty() {
         return Ok(None);
     }
-    let v = Mat::from_fn(vectors.nrows(), kept.len(), |i, k| {
-        vectors[(i, kept[k])] / values[kept[k]].sqrt()
-    });
-    Ok(Some(Group {
-        rows,
-        u: b * v,
-        s2: kept.iter().map(|k| values[*k]).collect(),
-    }))
+    let v = Mat::from_fn(vectors.nrows(), kept.len(), |i, k| vectors[(i, kept[k])] / values[kept[k]].sqrt());
+    Ok(Some(Group { rows, u: b * v, s2: kept.iter().map(|k| values[*k]).collect() }))
 }

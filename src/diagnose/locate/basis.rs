@@ -16,11 +16,7 @@ pub(super) struct Basis {
 
 impl Basis {
     pub(super) fn new(directions: &[[c64; 16]]) -> Self {
-        let mut basis = Self {
-            q: vec![],
-            kept: vec![],
-            r: vec![],
-        };
+        let mut basis = Self { q: vec![], kept: vec![], r: vec![] };
         for (i, d) in directions.iter().enumerate() {
             let own = power(d).sqrt();
             let (mut v, mut column) = (*d, vec![]);

@@ -35,11 +35,7 @@ pub struct Correction {
 ///
 /// # Errors
 /// [`DiagnoseError`] when a model cannot be assembled.
-pub(crate) fn correct(
-    case: &Case,
-    port: &PortScore,
-    usage: Subset,
-) -> Result<Correction, DiagnoseError> {
+pub(crate) fn correct(case: &Case, port: &PortScore, usage: Subset) -> Result<Correction, DiagnoseError> {
     let place = &port.place;
     let p = if usage.off_diagonal {
         port.p.clone()
@@ -50,13 +46,7 @@ pub(crate) fn correct(
     let count = case.evidence.sweeps.len();
     let mut sweeps: Vec<Vec<Square>> = vec![vec![]; count];
     let mut free: Vec<Vec<(f64, Vec<c64>)>> = vec![vec![]; count];
-    let fit = LawFit {
-        place,
-        p: &p,
-        model_error: MODEL_ERROR,
-        usage,
-        derivatives: false,
-    };
+    let fit = LawFit { place, p: &p, model_error: MODEL_ERROR, usage, derivatives: false };
     lines(case, &fit, |line| {
         let mut f = line.view.response;
         for (d, x) in line.view.directions.iter().zip(&line.x) {
@@ -88,21 +78,12 @@ pub(crate) fn correct(
         }
         taps.push(all);
     }
-    Ok(Correction {
-        port: port.port.clone(),
-        place: place.clone(),
-        sweeps,
-        taps,
-        p,
-    })
+    Ok(Correction { port: port.port.clone(), place: place.clone(), sweeps, taps, p })
 }
 
 fn interpolated(known: &[(f64, Vec<c64>)], omega: f64) -> Vec<c64> {
     let above = known.partition_point(|(w, _)| *w < omega);
-    match (
-        above.checked_sub(1).and_then(|k| known.get(k)),
-        known.get(above),
-    ) {
+    match (above.checked_sub(1).and_then(|k| known.get(k)), known.get(above)) {
         (Some((a, x)), Some((b, y))) => {
             let share = if b > a { (omega - a) / (b - a) } else { 0.0 };
             x.iter().zip(y).map(|(x, y)| x + (y - x) * share).collect()

@@ -22,11 +22,7 @@ pub(crate) const MODEL_ERROR: f64 = 2e-3;
 /// Floors with steps, and which lines are looked at (every n-th at least), of the three rounds: all places, the better
 /// half, the best few.
 type Round = (&'static [(f64, usize)], usize);
-const ROUNDS: [Round; 3] = [
-    (&[(0.1, 1), (0.03, 1)], 8),
-    (&[(0.01, 2)], 4),
-    (&[(MODEL_ERROR, 3)], 4),
-];
+const ROUNDS: [Round; 3] = [(&[(0.1, 1), (0.03, 1)], 8), (&[(0.01, 2)], 4), (&[(MODEL_ERROR, 3)], 4)];
 /// Lines of a record that compare places before the last round: a law is free at each of them, so that more say little
 /// more.
 const LINES: usize = 50;
@@ -106,22 +102,13 @@ impl Localisation {
     /// catalogue or not.
     pub(crate) fn sole(&self) -> Option<&Place> {
         let (best, others) = self.ports.split_first()?;
-        let alone = others
-            .iter()
-            .all(|p| p.chi2_after > FIRST_EFFECT_BIC_GAIN * best.chi2_after);
+        let alone = others.iter().all(|p| p.chi2_after > FIRST_EFFECT_BIC_GAIN * best.chi2_after);
         // A second effect may hide in a narrow band.
-        let mut left: Vec<(f64, f64)> = best
-            .frequency_hz
-            .iter()
-            .copied()
-            .zip(best.line_after.iter().copied())
-            .collect();
+        let mut left: Vec<(f64, f64)> =
+            best.frequency_hz.iter().copied().zip(best.line_after.iter().copied()).collect();
         left.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let quiet = left
-            .windows(BAND)
-            .all(|w| w.iter().map(|l| l.1).sum::<f64>() < QUIET * BAND as f64);
-        (best.place != Place::Nowhere && best.chi2_after < EXPLAINED && alone && quiet)
-            .then_some(&best.place)
+        let quiet = left.windows(BAND).all(|w| w.iter().map(|l| l.1).sum::<f64>() < QUIET * BAND as f64);
+        (best.place != Place::Nowhere && best.chi2_after < EXPLAINED && alone && quiet).then_some(&best.place)
     }
 }
 
@@ -137,10 +124,7 @@ fn places(model: &Model, turning: bool) -> Vec<(String, Place)> {
         ("loop (all currents or all sensors)".into(), Place::Loop),
         ("housing".into(), Place::Housing),
     ];
-    let jointed = machine
-        .of_kind(crate::spindle::EffectKind::ToolJoint)
-        .next()
-        .is_some();
+    let jointed = machine.of_kind(crate::spindle::EffectKind::ToolJoint).next().is_some();
     if !jointed {
         all.push(("tool joint".into(), Place::Joint));
     }
@@ -162,10 +146,7 @@ fn places(model: &Model, turning: bool) -> Vec<(String, Place)> {
             (format!("{name} currents, x to y"), Place::Coupled(b)),
             (format!("{name} sensor plane"), Place::SensorPlane(b)),
             (format!("{name} actuator plane"), Place::ActuatorPlane(b)),
-            (
-                format!("{name} currents into the {other} bearing"),
-                Place::Crosstalk(b),
-            ),
+            (format!("{name} currents into the {other} bearing"), Place::Crosstalk(b)),
         ]);
         for (k, axis) in ["x", "y"].into_iter().enumerate() {
             all.push((format!("{name} sensor {axis}"), Place::Sensor(2 * b + k)));
@@ -185,13 +166,8 @@ pub fn localise(case: &Case) -> Result<Localisation, DiagnoseError> {
     let nowhere = field.iter().find(|f| f.1 == Place::Nowhere);
     let before = nowhere.map_or_else(|| case.origin().p, |f| f.2.p.clone());
     let mut line_before = vec![];
-    let fit = LawFit {
-        place: &Place::Nowhere,
-        p: &before,
-        model_error: MODEL_ERROR,
-        usage: Subset::ALL,
-        derivatives: false,
-    };
+    let fit =
+        LawFit { place: &Place::Nowhere, p: &before, model_error: MODEL_ERROR, usage: Subset::ALL, derivatives: false };
     lines(case, &fit, |l| line_before.push(l.chi2.1 / 32.0))?;
     let mean = line_before.iter().sum::<f64>() / line_before.len().max(1) as f64;
     let ports: Result<Vec<PortScore>, DiagnoseError> = field
@@ -253,10 +229,8 @@ fn ranked_places(case: &Case) -> Result<Vec<Entry>, DiagnoseError> {
     let turning = case.evidence.sweeps.iter().any(|s| s.speed_rad_s != 0.0);
     let mut field: Vec<Entry> = vec![];
     let origin = case.origin().p;
-    let mut next: Vec<(String, Place, Vec<f64>)> = places(case.model, turning)
-        .into_iter()
-        .map(|(name, place)| (name, place, origin.clone()))
-        .collect();
+    let mut next: Vec<(String, Place, Vec<f64>)> =
+        places(case.model, turning).into_iter().map(|(name, place)| (name, place, origin.clone())).collect();
     for (round, (stages, stride)) in ROUNDS.iter().enumerate() {
         let usage = Subset {
             stride: match round + 1 == ROUNDS.len() {
@@ -311,9 +285,7 @@ fn move_best_station(
         let kind = field.first().map(|f| f.1.clone());
         let mut first = true;
         field.retain(|f| {
-            let twin = kind
-                .as_ref()
-                .is_some_and(|k| k.within(ONE_PLACE * span_m, &f.1));
+            let twin = kind.as_ref().is_some_and(|k| k.within(ONE_PLACE * span_m, &f.1));
             let keep = first || !twin;
             first = false;
             keep
@@ -339,10 +311,7 @@ fn station_name(model: &Model, place: &Place) -> String {
     let name = known
         .into_iter()
         .find(|(_, at)| (at - z).abs() < SAME_NAME * planes.bearing_span_m())
-        .map_or_else(
-            || format!("shaft at {:.0} mm", 1e3 * z),
-            |(name, _)| name.to_owned(),
-        );
+        .map_or_else(|| format!("shaft at {:.0} mm", 1e3 * z), |(name, _)| name.to_owned());
     match place {
         Place::Apart(_) => format!("{name}, x and y apart"),
         Place::Circulating(_) => format!("{name}, x to y"),
@@ -395,12 +364,7 @@ pub(super) struct Seen {
 }
 
 impl Seen {
-    pub(super) fn new(
-        case: &Case,
-        place: &Place,
-        p: &[f64],
-        usage: Subset,
-    ) -> Result<Self, DiagnoseError> {
+    pub(super) fn new(case: &Case, place: &Place, p: &[f64], usage: Subset) -> Result<Self, DiagnoseError> {
         let sweeps = case.evidence.sweeps.len();
         let mut seen = Self {
             chi2: 0.0,
@@ -412,13 +376,7 @@ impl Seen {
             laws: vec![],
             x: vec![vec![]; sweeps],
         };
-        let fit = LawFit {
-            place,
-            p,
-            model_error: MODEL_ERROR,
-            usage,
-            derivatives: false,
-        };
+        let fit = LawFit { place, p, model_error: MODEL_ERROR, usage, derivatives: false };
         lines(case, &fit, |line| {
             let freedom = (32 - 2 * line.x.len()) as f64;
             seen.chi2 += line.chi2.1;
@@ -447,12 +405,8 @@ impl Seen {
     fn laws(&self) -> Vec<Law> {
         let mut order: Vec<usize> = (0..self.frequency_hz.len()).collect();
         order.sort_by(|a, b| self.frequency_hz[*a].total_cmp(&self.frequency_hz[*b]));
-        let pick = |k: usize| -> Vec<(c64, f64)> {
-            order
-                .iter()
-                .filter_map(|i| self.laws[*i].get(k).copied())
-                .collect()
-        };
+        let pick =
+            |k: usize| -> Vec<(c64, f64)> { order.iter().filter_map(|i| self.laws[*i].get(k).copied()).collect() };
         self.names
             .iter()
             .enumerate()

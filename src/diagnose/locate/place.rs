@@ -87,10 +87,7 @@ impl Unit {
 impl Place {
     /// Whether the law is on the shaft.
     pub(crate) fn mechanical(&self) -> bool {
-        matches!(
-            self,
-            Self::Station(_) | Self::Apart(_) | Self::Circulating(_) | Self::Joint | Self::Housing
-        )
+        matches!(self, Self::Station(_) | Self::Apart(_) | Self::Circulating(_) | Self::Joint | Self::Housing)
     }
 
     /// Whether free laws here may take up an effect anywhere on the shaft: those across the joint are two of the three
@@ -157,12 +154,8 @@ impl Place {
         match self {
             Self::Station(z) | Self::Apart(z) | Self::Circulating(z) => vec![Probe::Station(*z)],
             Self::Joint => vec![Probe::JointAcross, Probe::JointTurning],
-            Self::SensorPlane(b) => vec![Probe::Slope(
-                [planes.front_sensor_m, planes.rear_sensor_m][*b],
-            )],
-            Self::ActuatorPlane(b) => vec![Probe::Slope(
-                [planes.front_actuator_m, planes.rear_actuator_m][*b],
-            )],
+            Self::SensorPlane(b) => vec![Probe::Slope([planes.front_sensor_m, planes.rear_sensor_m][*b])],
+            Self::ActuatorPlane(b) => vec![Probe::Slope([planes.front_actuator_m, planes.rear_actuator_m][*b])],
             _ => vec![],
         }
     }
@@ -171,19 +164,10 @@ impl Place {
     pub fn laws(&self, split: bool) -> Vec<(&'static str, Unit)> {
         match self {
             Self::Nowhere | Self::Freed(_) => vec![],
-            Self::Joint => vec![
-                ("turning", Unit::TurningFlexibility),
-                ("across", Unit::Flexibility),
-            ],
+            Self::Joint => vec![("turning", Unit::TurningFlexibility), ("across", Unit::Flexibility)],
             Self::Apart(_) => vec![("x", Unit::Stiffness), ("y", Unit::Stiffness)],
-            Self::Circulating(_) => vec![
-                ("x to y", Unit::Stiffness),
-                ("x and y alike", Unit::Stiffness),
-            ],
-            Self::Station(_) if split => vec![
-                ("x and y alike", Unit::Stiffness),
-                ("x to y", Unit::Stiffness),
-            ],
+            Self::Circulating(_) => vec![("x to y", Unit::Stiffness), ("x and y alike", Unit::Stiffness)],
+            Self::Station(_) if split => vec![("x and y alike", Unit::Stiffness), ("x to y", Unit::Stiffness)],
             Self::Station(_) => vec![("", Unit::Stiffness)],
             Self::Housing => vec![("", Unit::Flexibility)],
             Self::SensorPlane(_) | Self::ActuatorPlane(_) => vec![("", Unit::Arm)],

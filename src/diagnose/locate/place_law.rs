@@ -38,10 +38,7 @@ impl PlaceResponse<'_> {
                 all.extend(back.iter().map(|z| z.conj()));
                 all
             }
-            (_, Place::Apart(_)) => from
-                .iter()
-                .flat_map(|x| self.exchanged(&self.plus, &[*x], sign))
-                .collect(),
+            (_, Place::Apart(_)) => from.iter().flat_map(|x| self.exchanged(&self.plus, &[*x], sign)).collect(),
             _ => self.exchanged(&self.plus, from, sign),
         }
     }
@@ -77,11 +74,7 @@ impl PlaceResponse<'_> {
         let half = free.len() / 2;
         match place {
             Place::Joint => {
-                let one = if self.scene.split {
-                    &free[..half]
-                } else {
-                    &free[..]
-                };
+                let one = if self.scene.split { &free[..half] } else { &free[..] };
                 let mut total = matrix(2, one).iter().map(|d| -d).collect::<Vec<_>>();
                 total[0] += rigid[0];
                 total[3] += rigid[1];

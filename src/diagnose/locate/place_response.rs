@@ -71,16 +71,9 @@ impl Place {
                 values: vec![rigid[0], rigid[1], 0.0],
             });
         }
-        let assembled = model.reduced.assemble(
-            p,
-            Assembly {
-                effects: &effects,
-                speed_rad_s,
-                derivatives,
-                further: &probes,
-                probes: &[],
-            },
-        )?;
+        let assembled = model
+            .reduced
+            .assemble(p, Assembly { effects: &effects, speed_rad_s, derivatives, further: &probes, probes: &[] })?;
         let count = assembled.ports();
         let extra = match self {
             Self::Housing => MAGNETS.to_vec(),
@@ -88,15 +81,8 @@ impl Place {
             Self::ActuatorPlane(b) => vec![count - 1, MAGNETS[*b]],
             _ => (count - probes.len()..count).collect(),
         };
-        let split =
-            self.mechanical() && (assembled.coupled() || matches!(self, Self::Circulating(_)));
-        Ok(OpenedPlace {
-            place: self,
-            assembled,
-            extra,
-            split,
-            rigid,
-        })
+        let split = self.mechanical() && (assembled.coupled() || matches!(self, Self::Circulating(_)));
+        Ok(OpenedPlace { place: self, assembled, extra, split, rigid })
     }
 }
 
@@ -112,14 +98,7 @@ impl OpenedPlace<'_> {
             true => a.line(omega_rad_s, None).response,
             false => Assembled::response(&electronics, &plus, minus.as_ref()),
         };
-        let mut view = PlaceResponse {
-            scene: self,
-            electronics,
-            plus,
-            minus,
-            response,
-            directions: vec![],
-        };
+        let mut view = PlaceResponse { scene: self, electronics, plus, minus, response, directions: vec![] };
         view.directions = view.offered();
         view
     }
@@ -143,12 +122,7 @@ impl OpenedPlace<'_> {
             let row = v(3 + f, 3) * ks[0] + v(3 + f, 4) * ks[1];
             sum + (unit(0) + row) * ks[f]
         });
-        PortBlocks {
-            m: 1,
-            b: b.collect(),
-            c: c.collect(),
-            g: vec![g],
-        }
+        PortBlocks { m: 1, b: b.collect(), c: c.collect(), g: vec![g] }
     }
 }
 
@@ -180,9 +154,7 @@ impl PlaceResponse<'_> {
     /// Linear change that a unit law makes to any response of this kind (a derivative too); `None` where it is not a
     /// mixture of entries.
     pub(super) fn mixed(&self, f: &Square) -> Option<Square> {
-        let rows = |pick: &dyn Fn(usize, usize) -> c64| -> Square {
-            std::array::from_fn(|n| pick(n / SIDE, n % SIDE))
-        };
+        let rows = |pick: &dyn Fn(usize, usize) -> c64| -> Square { std::array::from_fn(|n| pick(n / SIDE, n % SIDE)) };
         let own = |i: usize, j: usize| f[SIDE * i + j];
         let when = |yes: bool, i: usize, j: usize| if yes { own(i, j) } else { ZERO };
         Some(match self.scene.place {
@@ -250,13 +222,8 @@ impl PlaceResponse<'_> {
                         .map(|(a, b)| {
                             std::array::from_fn(|n| {
                                 let (o, i) = (n / 3, n % 3);
-                                let one =
-                                    |a: usize, b: usize| bond.b[o * bond.m + a] * bond.c[b * 3 + i];
-                                if a == b {
-                                    one(a, a)
-                                } else {
-                                    one(a, b) + one(b, a)
-                                }
+                                let one = |a: usize, b: usize| bond.b[o * bond.m + a] * bond.c[b * 3 + i];
+                                if a == b { one(a, a) } else { one(a, b) + one(b, a) }
                             })
                         })
                         .collect()
@@ -265,20 +232,14 @@ impl PlaceResponse<'_> {
                 match minus {
                     Some(minus) if self.scene.split => {
                         let backward = plane(&self.scene.bond(minus));
-                        let first = forward
-                            .iter()
-                            .map(|h| self.electronics.apply(h, Some(&nothing)));
-                        let second = backward
-                            .iter()
-                            .map(|h| self.electronics.apply(&nothing, Some(h)));
+                        let first = forward.iter().map(|h| self.electronics.apply(h, Some(&nothing)));
+                        let second = backward.iter().map(|h| self.electronics.apply(&nothing, Some(h)));
                         first.chain(second).collect()
                     }
                     _ => {
                         let alike = forward.iter().map(|h| self.electronics.apply(h, None));
                         match place {
-                            Place::Apart(_) => alike
-                                .flat_map(|d| [axis_of(&d, 0), axis_of(&d, 1)])
-                                .collect(),
+                            Place::Apart(_) => alike.flat_map(|d| [axis_of(&d, 0), axis_of(&d, 1)]).collect(),
                             _ => alike.collect(),
                         }
                     }
@@ -291,11 +252,5 @@ impl PlaceResponse<'_> {
 
 /// The entries of one axis.
 pub(super) fn axis_of(f: &Square, axis: usize) -> Square {
-    std::array::from_fn(|n| {
-        if n / SIDE % 2 == axis && n % SIDE % 2 == axis {
-            f[n]
-        } else {
-            ZERO
-        }
-    })
+    std::array::from_fn(|n| if n / SIDE % 2 == axis && n % SIDE % 2 == axis { f[n] } else { ZERO })
 }

@@ -75,12 +75,7 @@ impl PlaceResponse<'_> {
             }
             _ => at(&self.plus, x).into_iter().flatten().collect(),
         };
-        PlaceSlopes {
-            response,
-            units,
-            entries,
-            gains,
-        }
+        PlaceSlopes { response, units, entries, gains }
     }
 
     /// What one unit in each entry between sensors and magnets makes of F: of x to x, then, where x and y are coupled,
@@ -111,9 +106,7 @@ impl PlaceResponse<'_> {
             for f in 0..2 {
                 let more = self.carried(at, x, f);
                 let own = &mut all[parameters.groups + f];
-                own.iter_mut()
-                    .zip(more)
-                    .for_each(|(own, more)| *own += more);
+                own.iter_mut().zip(more).for_each(|(own, more)| *own += more);
             }
         }
         all

@@ -82,18 +82,8 @@ pub(crate) struct LawFit<'a> {
 ///
 /// # Errors
 /// [`DiagnoseError`] when the machine cannot be assembled.
-pub(crate) fn lines(
-    case: &Case,
-    fit: &LawFit,
-    mut visit: impl FnMut(Fitted),
-) -> Result<(), DiagnoseError> {
-    let LawFit {
-        place,
-        p,
-        model_error,
-        usage,
-        derivatives,
-    } = *fit;
+pub(crate) fn lines(case: &Case, fit: &LawFit, mut visit: impl FnMut(Fitted)) -> Result<(), DiagnoseError> {
+    let LawFit { place, p, model_error, usage, derivatives } = *fit;
     let layout = &case.model.layout;
     for (s, sweep) in case.evidence.sweeps.iter().enumerate() {
         let scene: OpenedPlace = place.scene(case.model, p, &[], sweep.speed_rad_s, derivatives)?;
@@ -103,11 +93,7 @@ pub(crate) fn lines(
             let rows = sweep.whitening(line, model_error, usage.off_diagonal);
             let gain: [f64; 4] = std::array::from_fn(|i| 1.0 + p[layout.axis(s, i)]);
             let residual = residual(sweep, line, &view.response, &gain, &rows);
-            let white: Vec<[c64; 16]> = view
-                .directions
-                .iter()
-                .map(|d| whitened(d, &gain, &rows))
-                .collect();
+            let white: Vec<[c64; 16]> = view.directions.iter().map(|d| whitened(d, &gain, &rows)).collect();
             let basis = Basis::new(&white);
             let (x, sd) = basis.solve(&residual, white.len());
             let left = basis.beyond(&residual);
@@ -127,17 +113,10 @@ pub(crate) fn lines(
     Ok(())
 }
 
-fn residual(
-    sweep: &SweepEvidence,
-    line: usize,
-    f: &Square,
-    gain: &[f64; 4],
-    rows: &[[c64; 16]; 4],
-) -> [c64; 16] {
+fn residual(sweep: &SweepEvidence, line: usize, f: &Square, gain: &[f64; 4], rows: &[[c64; 16]; 4]) -> [c64; 16] {
     let mut all = [ZERO; 16];
     for i in 0..4 {
-        let mut d: [c64; 4] =
-            std::array::from_fn(|j| sweep.response[line][4 * i + j] - f[SIDE * i + j] * gain[i]);
+        let mut d: [c64; 4] = std::array::from_fn(|j| sweep.response[line][4 * i + j] - f[SIDE * i + j] * gain[i]);
         whiten(&rows[i], &mut d);
         all[4 * i..4 * i + 4].copy_from_slice(&d);
     }
@@ -181,13 +160,7 @@ pub(crate) fn settle(
             let last = step == *steps;
             let mut gram = Mat::zeros(n + 1, n + 1);
             let (mut chi2, mut numbers, mut filled) = (0.0, 0, 0);
-            let fit = LawFit {
-                place,
-                p: &p,
-                model_error: *model_error,
-                usage,
-                derivatives: !last,
-            };
+            let fit = LawFit { place, p: &p, model_error: *model_error, usage, derivatives: !last };
             lines(case, &fit, |line| {
                 chi2 += line.chi2.1;
                 numbers += line.basis.q.len();
@@ -202,11 +175,7 @@ pub(crate) fn settle(
                 }
             })?;
             add_gram(&mut gram, block.subrows(0, filled));
-            let here = Settled {
-                chi2: chi2 + priors.prior(&p),
-                numbers,
-                p: p.clone(),
-            };
+            let here = Settled { chi2: chi2 + priors.prior(&p), numbers, p: p.clone() };
             match &best {
                 // A step that went too far is halved.
                 Some(b) if here.chi2 > b.chi2 && !last => {
@@ -223,9 +192,7 @@ pub(crate) fn settle(
             }
             let pulls: Vec<(f64, f64)> = priors.pull(&p).collect();
             let gram = mirrored(gram);
-            let matrix = Mat::from_fn(n, n, |i, j| {
-                2.0 * gram[(i, j)] + if i == j { pulls[i].0 } else { 0.0 }
-            });
+            let matrix = Mat::from_fn(n, n, |i, j| 2.0 * gram[(i, j)] + if i == j { pulls[i].0 } else { 0.0 });
             let right = Mat::from_fn(n, 1, |i, _| 2.0 * gram[(n, i)] + pulls[i].1);
             let step = solve_normal(&matrix, &right)?;
             for (i, p) in p.iter_mut().enumerate() {
@@ -248,8 +215,7 @@ impl Fitted<'_> {
         let machine = &layout.machine;
         let slopes = self.view.slopes(&self.x, machine);
         let gain: [f64; 4] = std::array::from_fn(|i| 1.0 + p[layout.axis(self.sweep, i)]);
-        let left =
-            |d: &Square, gain: &[f64; 4]| parts(&self.basis.beyond(&whitened(d, gain, &self.rows)));
+        let left = |d: &Square, gain: &[f64; 4]| parts(&self.basis.beyond(&whitened(d, gain, &self.rows)));
         let mut column = |k: usize, values: &[f64; HEIGHT]| {
             block.col_as_slice_mut(k)[first..first + HEIGHT].copy_from_slice(values);
         };
@@ -300,13 +266,7 @@ impl Fitted<'_> {
     /// R x of the triangle that whitens X.
     fn triangle(&self, x: &[c64]) -> Vec<c64> {
         let n = self.basis.kept.len();
-        (0..n)
-            .map(|k| {
-                (k..n).fold(ZERO, |sum, l| {
-                    sum + self.basis.r[l][k] * x[self.basis.kept[l]]
-                })
-            })
-            .collect()
+        (0..n).map(|k| (k..n).fold(ZERO, |sum, l| sum + self.basis.r[l][k] * x[self.basis.kept[l]])).collect()
     }
 
     /// Flexibility of a joint in turning and across, nothing between the two: the flexibilities whose X comes nearest
@@ -337,15 +297,10 @@ impl Fitted<'_> {
                         let mut there = z;
                         there[i] += step;
                         let moved = at(&there);
-                        moved
-                            .iter()
-                            .zip(&here)
-                            .map(|(a, b)| (a - b) / step)
-                            .collect()
+                        moved.iter().zip(&here).map(|(a, b)| (a - b) / step).collect()
                     })
                     .collect();
-                let product =
-                    |a: &[c64], b: &[c64]| a.iter().zip(b).fold(ZERO, |s, (a, b)| s + a.conj() * b);
+                let product = |a: &[c64], b: &[c64]| a.iter().zip(b).fold(ZERO, |s, (a, b)| s + a.conj() * b);
                 let left: Vec<c64> = wanted.iter().zip(&here).map(|(a, b)| a - b).collect();
                 let (a, b, c) = (
                     product(&columns[0], &columns[0]).re,
@@ -357,10 +312,7 @@ impl Fitted<'_> {
                     break;
                 }
                 let (p, q) = (product(&columns[0], &left), product(&columns[1], &left));
-                let mut change = [
-                    (p * c - b * q) / determinant,
-                    (q * a - b.conj() * p) / determinant,
-                ];
+                let mut change = [(p * c - b * q) / determinant, (q * a - b.conj() * p) / determinant];
                 deviations = [(c / determinant).sqrt(), (a / determinant).sqrt()];
                 // Half a step until it is an improvement; six halvings make it small against the deviations.
                 let now = cost(&here);
@@ -381,9 +333,7 @@ impl Fitted<'_> {
             return found.into_iter().map(|v| (v, f64::INFINITY)).collect();
         };
         // Turning first, as in the list of laws.
-        [1, 0]
-            .map(|i| (z[i] * collet[i], deviations[i] * collet[i]))
-            .to_vec()
+        [1, 0].map(|i| (z[i] * collet[i], deviations[i] * collet[i])).to_vec()
     }
 
     /// The law and its standard deviation, in the order of [`Place::laws`].
@@ -401,32 +351,17 @@ impl Fitted<'_> {
             }
             let mut there = self.x.clone();
             there[a] += step;
-            for (v, (a, b)) in variance
-                .iter_mut()
-                .zip(self.view.laws(&there).iter().zip(&here))
-            {
+            for (v, (a, b)) in variance.iter_mut().zip(self.view.laws(&there).iter().zip(&here)) {
                 *v += (a - b).norm_sqr() * 1e4;
             }
         }
         // Where X is noise, 1 + G X is noise too and Δ tends to −1/G, however exact it looks: what a law would be
         // without the numbers that are not significant is within its uncertainty.
-        let sure: Vec<c64> = self
-            .x
-            .iter()
-            .zip(&self.sd)
-            .map(|(x, sd)| {
-                if x.norm() < INSIGNIFICANT * sd {
-                    ZERO
-                } else {
-                    *x
-                }
-            })
-            .collect();
+        let sure: Vec<c64> =
+            self.x.iter().zip(&self.sd).map(|(x, sd)| if x.norm() < INSIGNIFICANT * sd { ZERO } else { *x }).collect();
         let sure = self.view.laws(&sure);
-        let deviations = variance
-            .iter()
-            .zip(here.iter().zip(&sure))
-            .map(|(v, (law, sure))| v.sqrt().max((law - sure).norm()));
+        let deviations =
+            variance.iter().zip(here.iter().zip(&sure)).map(|(v, (law, sure))| v.sqrt().max((law - sure).norm()));
         here.iter().copied().zip(deviations).collect()
     }
 }

@@ -69,24 +69,9 @@ pub struct Law {
 
 impl Law {
     /// Finds the shape of a law.
-    pub fn new(
-        name: &str,
-        unit: Unit,
-        frequency_hz: Vec<f64>,
-        values: Vec<c64>,
-        sd: Vec<f64>,
-    ) -> Self {
+    pub fn new(name: &str, unit: Unit, frequency_hz: Vec<f64>, values: Vec<c64>, sd: Vec<f64>) -> Self {
         let (shape, fitted, carried) = shape(&frequency_hz, &values, &sd, unit);
-        Self {
-            name: name.to_owned(),
-            unit,
-            frequency_hz,
-            values,
-            sd,
-            shape,
-            fitted,
-            carried,
-        }
+        Self { name: name.to_owned(), unit, frequency_hz, values, sd, shape, fitted, carried }
     }
 
     /// Median of |law|.
@@ -108,16 +93,10 @@ impl Law {
                 format!("a constant arm of {:+.2} mm", 1e3 * k)
             }
             Shape::Constant(k) if self.unit == Unit::Flexibility && k != 0.0 => {
-                format!(
-                    "a constant flexibility, a stiffness of {:.3e} N/m",
-                    k.recip()
-                )
+                format!("a constant flexibility, a stiffness of {:.3e} N/m", k.recip())
             }
             Shape::Constant(k) if self.unit == Unit::TurningFlexibility && k != 0.0 => {
-                format!(
-                    "a constant flexibility, a stiffness of {:.3e} N m/rad",
-                    k.recip()
-                )
+                format!("a constant flexibility, a stiffness of {:.3e} N m/rad", k.recip())
             }
             Shape::Constant(k) => format!("a constant stiffness of {k:.3e} {u}"),
             Shape::Mass(m) if self.unit == Unit::Stiffness => {
@@ -128,10 +107,9 @@ impl Law {
                 format!("a delay or fast lag of {:.1} µs (jω)", -1e6 * c)
             }
             Shape::Damper(c) => format!("a damper of {c:.3e} {u} s (jω c)"),
-            Shape::SpringMassDamper(k, m, c) => format!(
-                "spring, mass and damper: {k:.2e} {u}, {:.1} g, {c:.1e} {u} s",
-                1e3 * m
-            ),
+            Shape::SpringMassDamper(k, m, c) => {
+                format!("spring, mass and damper: {k:.2e} {u}, {:.1} g, {c:.1e} {u} s", 1e3 * m)
+            }
             Shape::HalfOrder(a) => format!("half order, {a:.2e} √(jω) (eddy currents)"),
             Shape::Delay(t) => format!("a pure delay of {:.1} µs", 1e6 * t),
             Shape::Lag(b, hz) => format!(
@@ -184,13 +162,7 @@ fn shape(frequency_hz: &[f64], values: &[c64], sd: &[f64], unit: Unit) -> (Shape
         weight: values
             .iter()
             .zip(sd)
-            .map(|(v, s)| {
-                if seen(v, s) && *s > 0.0 {
-                    s.max(model_error).powi(-2)
-                } else {
-                    0.0
-                }
-            })
+            .map(|(v, s)| if seen(v, s) && *s > 0.0 { s.max(model_error).powi(-2) } else { 0.0 })
             .collect(),
     };
     let lines = data.weight.iter().filter(|w| **w > 0.0).count();
@@ -209,11 +181,7 @@ fn shape(frequency_hz: &[f64], values: &[c64], sd: &[f64], unit: Unit) -> (Shape
     };
     let tried = data.tried(unit);
     let carried = |t: &Tried| 1.0 - data.chi2(&t.1) / total;
-    let fewest = tried
-        .iter()
-        .filter(|t| carried(t) > ENOUGH)
-        .map(|t| t.2)
-        .min();
+    let fewest = tried.iter().filter(|t| carried(t) > ENOUGH).map(|t| t.2).min();
     let best = tried
         .into_iter()
         .filter(|t| fewest.is_none_or(|k| t.2 == k && carried(t) > ENOUGH))
@@ -221,11 +189,7 @@ fn shape(frequency_hz: &[f64], values: &[c64], sd: &[f64], unit: Unit) -> (Shape
     match best {
         Some((shape, fitted, _)) => {
             let carried = 1.0 - data.chi2(&fitted) / total;
-            if carried < CARRIED {
-                (Shape::Other, fitted, carried)
-            } else {
-                (shape, fitted, carried)
-            }
+            if carried < CARRIED { (Shape::Other, fitted, carried) } else { (shape, fitted, carried) }
         }
         None => (Shape::Other, vec![ZERO; values.len()], 0.0),
     }
@@ -248,11 +212,7 @@ impl Data<'_> {
         let scale: Vec<f64> = laws
             .iter()
             .map(|l| {
-                let own: f64 = l
-                    .iter()
-                    .zip(&self.weight)
-                    .map(|(l, w)| w * l.norm_sqr())
-                    .sum();
+                let own: f64 = l.iter().zip(&self.weight).map(|(l, w)| w * l.norm_sqr()).sum();
                 if own > 0.0 { own.sqrt().recip() } else { 0.0 }
             })
             .collect();
@@ -280,11 +240,7 @@ impl Data<'_> {
         let relative = unit == Unit::Relative;
         // A constant gain beside the shape of a relative change.
         let beside = |law: Vec<c64>| {
-            if relative {
-                vec![law, one.clone()]
-            } else {
-                vec![law]
-            }
+            if relative { vec![law, one.clone()] } else { vec![law] }
         };
         if let Some((a, fitted)) = self.sum(std::slice::from_ref(&one)) {
             all.push((Shape::Constant(a[0]), fitted, 1));
@@ -292,11 +248,8 @@ impl Data<'_> {
         let square = self.law(|s| s * s);
         let first = self.law(|s| s);
         let half = self.law(|s| s.sqrt());
-        let simple: [(&[c64], fn(f64) -> Shape); 3] = [
-            (&square, Shape::Mass),
-            (&first, Shape::Damper),
-            (&half, Shape::HalfOrder),
-        ];
+        let simple: [(&[c64], fn(f64) -> Shape); 3] =
+            [(&square, Shape::Mass), (&first, Shape::Damper), (&half, Shape::HalfOrder)];
         let stiffness = unit == Unit::Stiffness;
         for (law, shape) in simple.into_iter().filter(|_| stiffness || relative) {
             let laws = beside(law.to_vec());
@@ -334,11 +287,7 @@ impl Data<'_> {
             let turned = self.law(|s| (-s * t).exp());
             // 1 + X is what a factor multiplies.
             let shifted: Vec<c64> = self.values.iter().map(|v| v + 1.0).collect();
-            let data = Data {
-                omega: self.omega.clone(),
-                values: &shifted,
-                weight: self.weight.clone(),
-            };
+            let data = Data { omega: self.omega.clone(), values: &shifted, weight: self.weight.clone() };
             let (_, fitted) = data.sum(&[turned])?;
             Some(fitted.iter().zip(one).map(|(f, one)| f - one).collect())
         };
@@ -346,9 +295,7 @@ impl Data<'_> {
         let (from, to, count) = DELAYS_S;
         let ratio = (to / from).powf(1.0 / count as f64);
         let tried = (0..=count).map(|k| from * ratio.powi(k as i32));
-        let t = tried
-            .flat_map(|t| [t, -t])
-            .min_by(|a, b| cost(*a).total_cmp(&cost(*b)))?;
+        let t = tried.flat_map(|t| [t, -t]).min_by(|a, b| cost(*a).total_cmp(&cost(*b)))?;
         let t = refine(t, ratio, &cost);
         Some((Shape::Delay(t), fitted(t)?, 2))
     }
@@ -380,22 +327,13 @@ impl Data<'_> {
             let weighted = Data {
                 omega: self.omega.clone(),
                 values: self.values,
-                weight: self
-                    .weight
-                    .iter()
-                    .zip(&below)
-                    .map(|(w, d)| w / d.norm_sqr().max(1e-12))
-                    .collect(),
+                weight: self.weight.iter().zip(&below).map(|(w, d)| w / d.norm_sqr().max(1e-12)).collect(),
             };
             let mut laws: Vec<Vec<c64>> = (0..terms).map(|k| self.law(|s| powers(s, k))).collect();
             for k in 1..3 {
                 let power = self.law(|s| powers(s, k));
                 laws.push(
-                    power
-                        .iter()
-                        .zip(self.values)
-                        .map(|(p, v)| -p * if v.re.is_finite() { *v } else { ZERO })
-                        .collect(),
+                    power.iter().zip(self.values).map(|(p, v)| -p * if v.re.is_finite() { *v } else { ZERO }).collect(),
                 );
             }
             numbers = weighted.real(&laws)?;
@@ -408,8 +346,8 @@ impl Data<'_> {
         }
         let own = unit / d2.sqrt();
         let zeta = 0.5 * d1 / d2.sqrt();
-        let inside = self.omega.first().is_some_and(|w| own > 0.5 * w)
-            && self.omega.last().is_some_and(|w| own < 1.5 * w);
+        let inside =
+            self.omega.first().is_some_and(|w| own > 0.5 * w) && self.omega.last().is_some_and(|w| own < 1.5 * w);
         // An overdamped or unstable denominator is no resonance.
         if !(0.0..0.9).contains(&zeta) || !inside {
             return None;

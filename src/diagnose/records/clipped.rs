@@ -36,15 +36,11 @@ pub(crate) fn clippings(measurement: &Measurement, sweep: usize) -> Vec<(Signal,
         let top = sizes.iter().copied().fold(0.0, f64::max);
         let reached = |limit: f64| sizes.iter().filter(|s| **s >= limit).count();
         let limits = SHARES.into_iter().rev().map(|share| share * top);
-        let limits: Vec<f64> = limits
-            .filter(|limit| (least..=most).contains(&reached(*limit)))
-            .collect();
+        let limits: Vec<f64> = limits.filter(|limit| (least..=most).contains(&reached(*limit))).collect();
         all.push((reached(SHARES[0] * top), signal, limits));
     }
     all.sort_by_key(|own| std::cmp::Reverse(own.0));
-    all.into_iter()
-        .map(|(_, signal, limits)| (signal, limits))
-        .collect()
+    all.into_iter().map(|(_, signal, limits)| (signal, limits)).collect()
 }
 
 /// Whether the machine, as fitted to the other lines, has larger signals where a limit was reached than the record

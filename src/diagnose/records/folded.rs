@@ -34,9 +34,7 @@ pub(crate) fn folded(trial: &Trial) -> Result<Vec<Suspect>, DiagnoseError> {
         let (alone, _) = trial.evidence.apart(record);
         let chi2 = |rate: Option<f64>| {
             let evidence = match rate {
-                Some(sample_rate_hz) => {
-                    alone.corrected(record, RecordFault::Alias { sample_rate_hz }, None)
-                }
+                Some(sample_rate_hz) => alone.corrected(record, RecordFault::Alias { sample_rate_hz }, None),
                 None => alone.clone(),
             };
             let mut own = case.problem(&[], Subset::ALL);
@@ -46,19 +44,13 @@ pub(crate) fn folded(trial: &Trial) -> Result<Vec<Suspect>, DiagnoseError> {
         let steps = ((RATES.1 / RATES.0).ln() / STEP) as i32;
         let rates = (0..=steps).map(|k| RATES.0 * (STEP * f64::from(k)).exp() * top / TAU);
         let rates: Vec<f64> = rates.collect();
-        let each: Result<Vec<(f64, f64)>, DiagnoseError> = rates
-            .par_iter()
-            .map(|rate| Ok((chi2(Some(*rate))?, *rate)))
-            .collect();
+        let each: Result<Vec<(f64, f64)>, DiagnoseError> =
+            rates.par_iter().map(|rate| Ok((chi2(Some(*rate))?, *rate))).collect();
         let least = each?.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
         if let Some((value, rate)) = least
             && value < LEAVES * chi2(None)?
         {
-            found.push(Suspect {
-                record,
-                family: Family::Alias,
-                start: rate.ln(),
-            });
+            found.push(Suspect { record, family: Family::Alias, start: rate.ln() });
         }
     }
     Ok(found)

@@ -35,11 +35,7 @@ pub(crate) fn without_gross_faults<'a>(
     for (record, faults) in records.into_iter().zip(each) {
         for fault in faults {
             right = right.corrected(record, fault);
-            found.push(FoundFault {
-                record,
-                fault,
-                name: None,
-            });
+            found.push(FoundFault { record, fault, name: None });
         }
     }
     Ok((found, right))

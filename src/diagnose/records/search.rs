@@ -68,12 +68,7 @@ pub(crate) fn explained<'a>(
     let stride = (trial.evidence.lines() / LINES).max(3);
     let thin = trial.observing(trial.evidence.thinned(stride));
     let (standing, complete) = thin.stands(Subset::ALL)?;
-    let mut here = Explained {
-        faults: vec![],
-        trial: thin,
-        null: standing,
-        complete,
-    };
+    let mut here = Explained { faults: vec![], trial: thin, null: standing, complete };
     for _ in 0..MOST {
         let Some(next) = next(&here, alternatives)? else {
             break;
@@ -120,12 +115,7 @@ fn hidden<'a>(trial: &Trial<'a>, null: &Standing) -> Result<Option<Explained<'a>
     let records: Vec<RecordId> = trial.measurement.records().collect();
     let alone = records.par_iter().map(|record| {
         let (alone, _) = trial.evidence.apart(*record);
-        let problem = Problem {
-            model: &trial.model,
-            evidence: &alone,
-            usage: Subset::ALL,
-            effects: &[],
-        };
+        let problem = Problem { model: &trial.model, evidence: &alone, usage: Subset::ALL, effects: &[] };
         problem.linear(&null.candidate.fit.at, FINAL_MODEL_ERROR)
     });
     let alone: Vec<Linear> = alone.collect::<Result<_, _>>()?;
@@ -137,9 +127,7 @@ fn hidden<'a>(trial: &Trial<'a>, null: &Standing) -> Result<Option<Explained<'a>
         let Some((_, own)) = own else {
             return Ok((*s, 0.0));
         };
-        let fall = with_number(trial, s, |n| {
-            n.predicted_fall(&from(s), FINAL_MODEL_ERROR, (own, &others))
-        })?;
+        let fall = with_number(trial, s, |n| n.predicted_fall(&from(s), FINAL_MODEL_ERROR, (own, &others)))?;
         Ok((*s, fall))
     };
     let worth = tried.par_iter().map(fall);
@@ -176,12 +164,7 @@ pub(crate) fn on_all_lines<'a>(
     alternatives: &Alternatives<'a>,
 ) -> Result<Explained<'a>, DiagnoseError> {
     let tool = thin.faults.iter().find(|f| f.fault == RecordFault::Tool);
-    let tool = tool.and_then(|f| {
-        alternatives
-            .tools
-            .iter()
-            .find(|t| Some(&t.0) == f.name.as_ref())
-    });
+    let tool = tool.and_then(|f| alternatives.tools.iter().find(|t| Some(&t.0) == f.name.as_ref()));
     let mut full = match tool {
         Some((_, machine)) => Trial::new(machine, trial.measurement.clone())?,
         None => trial.observing(trial.evidence.clone()),
@@ -223,10 +206,7 @@ pub(crate) fn on_all_lines<'a>(
 }
 
 /// The fault that brings the records nearest.
-fn next<'a>(
-    here: &Explained<'a>,
-    alternatives: &Alternatives<'a>,
-) -> Result<Option<Explained<'a>>, DiagnoseError> {
+fn next<'a>(here: &Explained<'a>, alternatives: &Alternatives<'a>) -> Result<Option<Explained<'a>>, DiagnoseError> {
     let mut all = with_numbers(here)?;
     all.extend(with_names(here, alternatives)?);
     all.extend(with_limits(here)?);
@@ -346,20 +326,11 @@ fn with_number<T>(trial: &Trial, suspect: &Suspect, of: impl FnOnce(&RecordNumbe
 
 /// Fits a suspect at decreasing model errors until it fails at one beyond the first few, or by far at the last of
 /// those.
-fn lowered(
-    trial: &Trial,
-    suspect: &Suspect,
-    from: &Numbered,
-    errors: &[f64],
-) -> Result<Numbered, DiagnoseError> {
+fn lowered(trial: &Trial, suspect: &Suspect, from: &Numbered, errors: &[f64]) -> Result<Numbered, DiagnoseError> {
     with_number(trial, suspect, |numbered| {
         let mut fit = from.clone();
         for error in errors {
-            let iterations = if *error == FINAL_MODEL_ERROR {
-                2 * ITERATIONS
-            } else {
-                ITERATIONS
-            };
+            let iterations = if *error == FINAL_MODEL_ERROR { 2 * ITERATIONS } else { ITERATIONS };
             fit = numbered.fit(&fit, *error, iterations)?;
             let limit = match error.total_cmp(&MODEL_ERRORS[FIRST - 1]) {
                 Ordering::Less => FAILING_CHI2,
@@ -421,10 +392,7 @@ fn reconciled<'a>(trial: &Trial<'a>) -> Result<Option<Explained<'a>>, DiagnoseEr
 }
 
 /// Other tools and other controllers.
-fn with_names<'a>(
-    here: &Explained<'a>,
-    alternatives: &Alternatives<'a>,
-) -> Result<Vec<Explained<'a>>, DiagnoseError> {
+fn with_names<'a>(here: &Explained<'a>, alternatives: &Alternatives<'a>) -> Result<Vec<Explained<'a>>, DiagnoseError> {
     let (trial, standing) = (&here.trial, &here.null);
     let mut all = vec![];
     let tried = |fault: RecordFault, record: RecordId| {
@@ -435,9 +403,7 @@ fn with_names<'a>(
     let tools = alternatives.tools.par_iter().filter_map(|(name, machine)| {
         let other = trial.of_machine(machine).ok()?;
         let reached = other.reaches(standing.working_error).ok()?;
-        reached
-            .nearer_than(standing)
-            .then_some((name, other, reached))
+        reached.nearer_than(standing).then_some((name, other, reached))
     });
     if !records.iter().any(|r| tried(RecordFault::Tool, *r)) {
         let mut nearer: Vec<(&String, Trial, Standing)> = tools.collect();
@@ -446,9 +412,7 @@ fn with_names<'a>(
             by_error.then(a.2.failure.total_cmp(&b.2.failure))
         });
         if let Some((name, other, _)) = nearer.into_iter().next() {
-            let each = records
-                .iter()
-                .map(|r| (*r, RecordFault::Tool, Some(name.clone())));
+            let each = records.iter().map(|r| (*r, RecordFault::Tool, Some(name.clone())));
             all.push(explanation(other, each.collect())?);
         }
     }
@@ -460,9 +424,7 @@ fn with_names<'a>(
         for (name, controller) in &alternatives.controllers {
             let mut other = trial.under(t, *controller);
             let own: Option<&dyn HeldResponse> = Some(*controller);
-            other.evidence = other
-                .evidence
-                .corrected(record, RecordFault::Controller, own);
+            other.evidence = other.evidence.corrected(record, RecordFault::Controller, own);
             if other.reaches(standing.working_error)?.nearer_than(standing) {
                 let fault = (record, RecordFault::Controller, Some(name.clone()));
                 all.push(explanation(other, vec![fault])?);
@@ -476,15 +438,6 @@ type Named = (RecordId, RecordFault, Option<String>);
 
 fn explanation<'a>(trial: Trial<'a>, faults: Vec<Named>) -> Result<Explained<'a>, DiagnoseError> {
     let (null, complete) = trial.stands(Subset::ALL)?;
-    let faults = faults.into_iter().map(|(record, fault, name)| FoundFault {
-        record,
-        fault,
-        name,
-    });
-    Ok(Explained {
-        faults: faults.collect(),
-        trial,
-        null,
-        complete,
-    })
+    let faults = faults.into_iter().map(|(record, fault, name)| FoundFault { record, fault, name });
+    Ok(Explained { faults: faults.collect(), trial, null, complete })
 }

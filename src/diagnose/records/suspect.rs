@@ -47,18 +47,12 @@ impl Suspect {
         let (family, start) = match fault {
             RecordFault::SpeedLabel { speed_rpm } => (Family::Speed, speed_rpm / SPEED_UNIT_RPM),
             RecordFault::Clock { factor } => (Family::Clock, factor.ln()),
-            RecordFault::Drift {
-                relative_change, ..
-            } => (Family::Drift, relative_change),
+            RecordFault::Drift { relative_change, .. } => (Family::Drift, relative_change),
             RecordFault::HammerCalibration { factor } => (Family::Calibration, factor.ln()),
             RecordFault::Alias { sample_rate_hz } => (Family::Alias, sample_rate_hz.ln()),
             _ => return None,
         };
-        Some(Self {
-            record,
-            family,
-            start,
-        })
+        Some(Self { record, family, start })
     }
 
     /// The number of a record that has no such fault.
@@ -72,23 +66,12 @@ impl Suspect {
     /// The fault for a number.
     pub(crate) fn fault(&self, number: f64) -> RecordFault {
         match self.family {
-            Family::Speed => RecordFault::SpeedLabel {
-                speed_rpm: (SPEED_UNIT_RPM * number).max(0.0),
-            },
-            Family::Clock => RecordFault::Clock {
-                factor: number.exp(),
-            },
+            Family::Speed => RecordFault::SpeedLabel { speed_rpm: (SPEED_UNIT_RPM * number).max(0.0) },
+            Family::Clock => RecordFault::Clock { factor: number.exp() },
             // A signal does not vanish on the way.
-            Family::Drift => RecordFault::Drift {
-                signal: Signal::Displacement,
-                relative_change: number.max(-0.9),
-            },
-            Family::Calibration => RecordFault::HammerCalibration {
-                factor: number.exp(),
-            },
-            Family::Alias => RecordFault::Alias {
-                sample_rate_hz: number.exp(),
-            },
+            Family::Drift => RecordFault::Drift { signal: Signal::Displacement, relative_change: number.max(-0.9) },
+            Family::Calibration => RecordFault::HammerCalibration { factor: number.exp() },
+            Family::Alias => RecordFault::Alias { sample_rate_hz: number.exp() },
         }
     }
 
@@ -134,21 +117,13 @@ impl Suspect {
 }
 
 /// All suspects of a measurement, the starts of one fault behind each other.
-pub(crate) fn suspects(
-    machine: &Machine,
-    evidence: &Evidence,
-    measurement: &Measurement,
-) -> Vec<Suspect> {
+pub(crate) fn suspects(machine: &Machine, evidence: &Evidence, measurement: &Measurement) -> Vec<Suspect> {
     let mut all = vec![];
     let top = machine.spindle.max_rpm / SPEED_UNIT_RPM;
     let turns = machine.effective().gyroscopic_factor != 0.0 && evidence.sweeps.iter().any(turns);
     for record in measurement.records() {
         let mut add = |family, start| {
-            all.push(Suspect {
-                record,
-                family,
-                start,
-            });
+            all.push(Suspect { record, family, start });
         };
         if turns {
             let label = measurement.speed_rpm(record) / SPEED_UNIT_RPM;
@@ -158,9 +133,7 @@ pub(crate) fn suspects(
         }
         match record {
             RecordId::Sweep(_) => {
-                CLOCKS
-                    .into_iter()
-                    .for_each(|start| add(Family::Clock, start));
+                CLOCKS.into_iter().for_each(|start| add(Family::Clock, start));
                 add(Family::Drift, 0.0);
             }
             RecordId::Hammer(_) => {

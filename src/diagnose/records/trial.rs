@@ -43,10 +43,7 @@ impl<'a> Trial<'a> {
     ///
     /// # Errors
     /// [`DiagnoseError`] for records or machines that cannot be used.
-    pub(crate) fn new(
-        machine: &Machine,
-        measurement: Measurement<'a>,
-    ) -> Result<Self, DiagnoseError> {
+    pub(crate) fn new(machine: &Machine, measurement: Measurement<'a>) -> Result<Self, DiagnoseError> {
         let evidence = Evidence::new(&measurement)?;
         Ok(Self {
             model: Model::new(machine, &evidence.axis_gain_sd())?,
@@ -119,17 +116,8 @@ impl<'a> Trial<'a> {
     }
 
     /// The case with a catalogue.
-    pub(crate) fn case<'b>(
-        &'b self,
-        catalogue: &'b [Hypothesis],
-        progress: &'b (dyn Fn(&str) + Sync),
-    ) -> Case<'b> {
-        Case {
-            model: &self.model,
-            evidence: &self.evidence,
-            catalogue,
-            progress,
-        }
+    pub(crate) fn case<'b>(&'b self, catalogue: &'b [Hypothesis], progress: &'b (dyn Fn(&str) + Sync)) -> Case<'b> {
+        Case { model: &self.model, evidence: &self.evidence, catalogue, progress }
     }
 
     /// The fit without effects to a subset, and whether nothing significant is left.

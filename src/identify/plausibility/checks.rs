@@ -48,10 +48,7 @@ pub(crate) struct Measured<'a> {
 ///
 /// # Errors
 /// [`IdentifyError::Machine`] when the machine has no rotor.
-pub(crate) fn checks(
-    measured: &Measured,
-    agreement: Agreement,
-) -> Result<Vec<Check>, IdentifyError> {
+pub(crate) fn checks(measured: &Measured, agreement: Agreement) -> Result<Vec<Check>, IdentifyError> {
     let low = measured.low_band();
     let mut list = vec![];
     list.extend(measured.static_gain(&low));
@@ -121,8 +118,7 @@ impl Measured<'_> {
 
     fn static_gain(&self, band: &[usize]) -> Option<Check> {
         let ratio = |k: usize| {
-            let each =
-                |l: &usize| self.measured(*l, k, k).magnitude - self.model(*l, k, k).magnitude;
+            let each = |l: &usize| self.measured(*l, k, k).magnitude - self.model(*l, k, k).magnitude;
             (k, median(band.iter().map(each)))
         };
         let (k, ratio) = Self::furthest((0..AXES).map(ratio))?;
@@ -142,9 +138,7 @@ impl Measured<'_> {
 
     fn low_frequency_phase(&self, band: &[usize]) -> Option<Check> {
         let off = |k: usize| {
-            let each = |l: &usize| {
-                wrapped(self.measured(*l, k, k).phase - self.model(*l, k, k).phase).abs()
-            };
+            let each = |l: &usize| wrapped(self.measured(*l, k, k).phase - self.model(*l, k, k).phase).abs();
             (k, median(band.iter().map(each)))
         };
         let (k, phase) = Self::furthest((0..AXES).map(off))?;
@@ -196,8 +190,7 @@ impl Measured<'_> {
     fn symmetry(&self) -> Option<Check> {
         let ratio = |plane: usize| {
             let (x, y) = (2 * plane, 2 * plane + 1);
-            let each =
-                |l: usize| self.measured(l, x, x).magnitude - self.measured(l, y, y).magnitude;
+            let each = |l: usize| self.measured(l, x, x).magnitude - self.measured(l, y, y).magnitude;
             (plane, median((0..self.data.entries.len()).map(each)))
         };
         let (plane, ratio) = Self::furthest((0..2).map(ratio))?;
@@ -218,11 +211,8 @@ impl Measured<'_> {
     fn crossed_planes(&self) -> Option<Check> {
         let ratio = |axis: usize| {
             let (f, r) = (axis, axis + 2);
-            let crossed =
-                |at: &dyn Fn(usize, usize) -> Log| at(f, r).magnitude - at(r, f).magnitude;
-            let each = |l: usize| {
-                crossed(&|i, j| self.measured(l, i, j)) - crossed(&|i, j| self.model(l, i, j))
-            };
+            let crossed = |at: &dyn Fn(usize, usize) -> Log| at(f, r).magnitude - at(r, f).magnitude;
+            let each = |l: usize| crossed(&|i, j| self.measured(l, i, j)) - crossed(&|i, j| self.model(l, i, j));
             (axis, median((0..self.data.entries.len()).map(each)))
         };
         let (axis, ratio) = Self::furthest((0..2).map(ratio))?;
@@ -271,20 +261,13 @@ impl Measured<'_> {
         let mass = self.machine.rotor()?.mass_properties().mass_kg;
         let spindle = &self.machine.spindle;
         let corner = ((spindle.front.ks_n_per_m + spindle.rear.ks_n_per_m) / mass).sqrt() / TAU;
-        let (from, to) = (
-            2.0 * corner,
-            self.first_flexible_hz.unwrap_or(f64::INFINITY) / 2.0,
-        );
+        let (from, to) = (2.0 * corner, self.first_flexible_hz.unwrap_or(f64::INFINITY) / 2.0);
         let hz = &self.data.frequency_hz;
-        let band: Vec<usize> = (0..hz.len())
-            .filter(|l| hz[*l] >= from && hz[*l] <= to)
-            .collect();
+        let band: Vec<usize> = (0..hz.len()).filter(|l| hz[*l] >= from && hz[*l] <= to).collect();
         if band.len() < FEWEST {
             return Ok(None);
         }
-        let each = |(l, k): (usize, usize)| {
-            self.measured(l, k, k).magnitude - self.model(l, k, k).magnitude
-        };
+        let each = |(l, k): (usize, usize)| self.measured(l, k, k).magnitude - self.model(l, k, k).magnitude;
         let pairs = band.iter().flat_map(|l| (0..AXES).map(|k| (*l, k)));
         Ok(median(pairs.map(each)).map(|ratio| Check {
             name: "rigid_body_mass",
@@ -321,10 +304,7 @@ impl Measured<'_> {
             return None;
         }
         let entries = |line: &Vec<Log>| {
-            (0..AXES)
-                .map(|k| line[k + AXES * k])
-                .map(|g| g.deviation - g.magnitude)
-                .collect::<Vec<_>>()
+            (0..AXES).map(|k| line[k + AXES * k]).map(|g| g.deviation - g.magnitude).collect::<Vec<_>>()
         };
         let scatter = median(self.data.entries.iter().flat_map(entries))?.exp();
         Some(Check {
@@ -352,9 +332,7 @@ impl Measured<'_> {
             }
             for e in 0..AXES {
                 let other = (e + 2) % AXES;
-                let predicted = (0..AXES)
-                    .map(|j| k[(other, j)] * self.frf.signal[(*l, j, e)])
-                    .sum::<c64>();
+                let predicted = (0..AXES).map(|j| k[(other, j)] * self.frf.signal[(*l, j, e)]).sum::<c64>();
                 let found = Log::of(self.frf.current[(*l, other, e)], 0.0);
                 distances.extend(found.distance(&Log::of(predicted, 0.0)));
             }

@@ -18,21 +18,14 @@ impl RecordFault {
                 exchange(of(&mut right, signal), 1, 3);
             }
             Self::Sign { channel, signal } => scale(of(&mut right, signal), channel, -1.0),
-            Self::Unit {
-                signal,
-                decades,
-                channel,
-            } => scale(of(&mut right, signal), channel, 10f64.powi(-decades)),
+            Self::Unit { signal, decades, channel } => scale(of(&mut right, signal), channel, 10f64.powi(-decades)),
             Self::Conjugate => {
                 right.current.mapv_inplace(|u| u.conj());
                 right.signal.mapv_inplace(|y| y.conj());
             }
             Self::Clock { factor } => right.frequency_hz.iter_mut().for_each(|f| *f /= factor),
             Self::SpeedLabel { speed_rpm } => right.speed_rpm = speed_rpm,
-            Self::Drift {
-                signal,
-                relative_change,
-            } => {
+            Self::Drift { signal, relative_change } => {
                 let last = record.frequency_hz.len().max(2) - 1;
                 for (k, mut line) in of(&mut right, signal).outer_iter_mut().enumerate() {
                     let factor = 1.0 + relative_change * k as f64 / last as f64;
@@ -40,9 +33,8 @@ impl RecordFault {
                 }
             }
             Self::Clipping { limit, signal } => {
-                let lines: Vec<usize> = (0..record.frequency_hz.len())
-                    .filter(|k| largest(record, signal, *k) < limit)
-                    .collect();
+                let lines: Vec<usize> =
+                    (0..record.frequency_hz.len()).filter(|k| largest(record, signal, *k) < limit).collect();
                 right = chosen(record, &lines);
             }
             Self::Alias { sample_rate_hz } => {
@@ -57,11 +49,7 @@ impl RecordFault {
                 }
                 right = ascending(&right);
             }
-            Self::Tool
-            | Self::Controller
-            | Self::HammerCalibration { .. }
-            | Self::Quantity(_)
-            | Self::Disagrees => {}
+            Self::Tool | Self::Controller | Self::HammerCalibration { .. } | Self::Quantity(_) | Self::Disagrees => {}
         }
         right
     }

@@ -165,60 +165,35 @@ impl RecordFault {
     /// What is wrong, as a clause.
     pub(crate) fn words(&self) -> String {
         match *self {
-            Self::ChannelsSwapped { a, b, signal } => format!(
-                "the {}s of {} and {} are swapped",
-                signal.words(),
-                AXIS_NAMES[a],
-                AXIS_NAMES[b]
-            ),
+            Self::ChannelsSwapped { a, b, signal } => {
+                format!("the {}s of {} and {} are swapped", signal.words(), AXIS_NAMES[a], AXIS_NAMES[b])
+            }
             Self::PlanesSwapped { signal } => {
-                format!(
-                    "the {}s of the front and the rear plane are swapped",
-                    signal.words()
-                )
+                format!("the {}s of the front and the rear plane are swapped", signal.words())
             }
             Self::Sign { channel, signal } => match (channel, signal) {
-                (Some(k), _) => format!(
-                    "the sign of the {} of {} is reversed",
-                    signal.words(),
-                    AXIS_NAMES[k]
-                ),
+                (Some(k), _) => format!("the sign of the {} of {} is reversed", signal.words(), AXIS_NAMES[k]),
                 (None, Signal::Compliance) => "the sign of the compliance is reversed".into(),
-                (None, _) => {
-                    "the sign of all sensor signals, or of all currents, is reversed".into()
-                }
+                (None, _) => "the sign of all sensor signals, or of all currents, is reversed".into(),
             },
-            Self::Unit {
-                signal,
-                decades,
-                channel,
-            } => {
+            Self::Unit { signal, decades, channel } => {
                 let what = match (channel, signal) {
                     (Some(k), _) => format!("the {} of {}", signal.words(), AXIS_NAMES[k]),
                     (None, Signal::Compliance) => "the compliance".into(),
                     (None, _) => format!("all {}s", signal.words()),
                 };
-                let verb = if channel.is_none() && signal != Signal::Compliance {
-                    "are"
-                } else {
-                    "is"
-                };
+                let verb = if channel.is_none() && signal != Signal::Compliance { "are" } else { "is" };
                 match unit_name(signal, decades) {
                     Some((found, expected)) => {
                         format!("the unit of {what} looks like {found}, not {expected}")
                     }
-                    None if decades > 0 => format!(
-                        "{what} {verb} too large by a factor of 1e{decades} (unit or scale)"
-                    ),
-                    None => format!(
-                        "{what} {verb} too small by a factor of 1e{} (unit or scale)",
-                        -decades
-                    ),
+                    None if decades > 0 => {
+                        format!("{what} {verb} too large by a factor of 1e{decades} (unit or scale)")
+                    }
+                    None => format!("{what} {verb} too small by a factor of 1e{} (unit or scale)", -decades),
                 }
             }
-            Self::Conjugate => {
-                "the spectra are conjugate: written for e^(-jωt), muspin reads e^(+jωt)".into()
-            }
+            Self::Conjugate => "the spectra are conjugate: written for e^(-jωt), muspin reads e^(+jωt)".into(),
             Self::Clock { factor } => match clock_unit(factor) {
                 Some(unit) => format!("the unit of the frequencies looks like {unit}, not Hz"),
                 None => format!("the frequencies are true frequencies times {factor}"),
@@ -232,14 +207,9 @@ impl RecordFault {
             Self::Tool => "another tool was in the spindle".into(),
             Self::Controller => "another controller levitated the rotor".into(),
             Self::HammerCalibration { factor } => {
-                format!(
-                    "the compliance is {factor:.4} times the true one (calibration of hammer or probe)"
-                )
+                format!("the compliance is {factor:.4} times the true one (calibration of hammer or probe)")
             }
-            Self::Drift {
-                signal,
-                relative_change,
-            } => format!(
+            Self::Drift { signal, relative_change } => format!(
                 "all {}s changed by {:.2} % from the first line to the last",
                 signal.words(),
                 100.0 * relative_change
@@ -253,9 +223,7 @@ impl RecordFault {
                 "the lines above {:.1} Hz are folded at half a sample rate of {sample_rate_hz:.1} Hz",
                 0.5 * sample_rate_hz
             ),
-            Self::Disagrees => {
-                "this record alone contradicts all others, and no known mistake explains it".into()
-            }
+            Self::Disagrees => "this record alone contradicts all others, and no known mistake explains it".into(),
         }
     }
 
@@ -267,32 +235,17 @@ impl RecordFault {
             (_, None) => format!("{0}1_re to {0}4_im", signal.name()),
         };
         match *self {
-            Self::ChannelsSwapped { a, b, signal } => format!(
-                "exchange the columns {0}{1} and {0}{2}, or the cables",
-                signal.name(),
-                a + 1,
-                b + 1
-            ),
-            Self::PlanesSwapped { signal } => format!(
-                "exchange the columns {0}1 with {0}3 and {0}2 with {0}4, or the cables",
-                signal.name()
-            ),
-            Self::Sign { channel, signal } => {
-                format!(
-                    "change the sign of the columns {}",
-                    columns(signal, channel)
-                )
+            Self::ChannelsSwapped { a, b, signal } => {
+                format!("exchange the columns {0}{1} and {0}{2}, or the cables", signal.name(), a + 1, b + 1)
             }
-            Self::Unit {
-                signal,
-                decades,
-                channel,
-            } => {
-                format!(
-                    "multiply the columns {} by 1e{}",
-                    columns(signal, channel),
-                    -decades
-                )
+            Self::PlanesSwapped { signal } => {
+                format!("exchange the columns {0}1 with {0}3 and {0}2 with {0}4, or the cables", signal.name())
+            }
+            Self::Sign { channel, signal } => {
+                format!("change the sign of the columns {}", columns(signal, channel))
+            }
+            Self::Unit { signal, decades, channel } => {
+                format!("multiply the columns {} by 1e{}", columns(signal, channel), -decades)
             }
             Self::Conjugate => "change the sign of all imaginary parts".into(),
             Self::Clock { factor } => match clock_unit(factor) {
@@ -301,24 +254,18 @@ impl RecordFault {
                 _ => format!("divide the column frequency_hz by {factor}"),
             },
             Self::Quantity(Quantity::Mobility) => {
-                "divide the response by jω, or give it as a universal file that says mobility"
-                    .into()
+                "divide the response by jω, or give it as a universal file that says mobility".into()
             }
             Self::Quantity(Quantity::Accelerance) => {
-                "divide the response by -ω², or give it as a universal file that says accelerance"
-                    .into()
+                "divide the response by -ω², or give it as a universal file that says accelerance".into()
             }
             Self::SpeedLabel { speed_rpm } => format!("write speed_rpm: {speed_rpm:.0}"),
             Self::Tool => "name the tool that was in the spindle".into(),
             Self::Controller => "name the controller that levitated the rotor".into(),
             Self::HammerCalibration { factor } => {
-                format!(
-                    "divide the columns h_re and h_im by {factor:.4}, and calibrate hammer and probe"
-                )
+                format!("divide the columns h_re and h_im by {factor:.4}, and calibrate hammer and probe")
             }
-            Self::Drift { .. } => {
-                "let the electronics warm up, and repeat the sweep in the opposite direction".into()
-            }
+            Self::Drift { .. } => "let the electronics warm up, and repeat the sweep in the opposite direction".into(),
             Self::Clipping { .. } => {
                 "leave out the lines that reach the limit, and repeat the record with less excitation".into()
             }

@@ -40,34 +40,20 @@ pub fn hammer_plausibility(
             let h = closed_loop_compliance(&plant, controller, TAU * f, axis);
             vec![Log::of(h, 0.0)]
         };
-        Spectrum {
-            frequency_hz: hz.to_vec(),
-            entries: hz.iter().map(line).collect(),
-        }
+        Spectrum { frequency_hz: hz.to_vec(), entries: hz.iter().map(line).collect() }
     };
-    let comparison = Comparison {
-        data: &data,
-        outputs: 1,
-        compared: &[0],
-        model: &model,
-    };
+    let comparison = Comparison { data: &data, outputs: 1, compared: &[0], model: &model };
     let faults = comparison.faults(&of_hammer());
     Ok(Plausibility {
         record: record.to_owned(),
-        checks: checks(
-            &data,
-            &model(&data.frequency_hz),
-            comparison.agreement().worst,
-        ),
+        checks: checks(&data, &model(&data.frequency_hz), comparison.agreement().worst),
         faults,
     })
 }
 
 fn checks(data: &Spectrum, nominal: &Spectrum, distance: f64) -> Vec<Check> {
-    let pairs: Vec<(&Log, &Log)> = (data.entries.iter().flatten())
-        .zip(nominal.entries.iter().flatten())
-        .take(LOWEST)
-        .collect();
+    let pairs: Vec<(&Log, &Log)> =
+        (data.entries.iter().flatten()).zip(nominal.entries.iter().flatten()).take(LOWEST).collect();
     let mut list = vec![];
     if let Some(ratio) = median(pairs.iter().map(|(d, m)| d.magnitude - m.magnitude)) {
         let level = median(pairs.iter().map(|(d, _)| d.magnitude)).unwrap_or_default();

@@ -17,11 +17,7 @@ const CLOCKS: [f64; 6] = [TAU, 1e-3, 60.0, 1.0 / TAU, 1e3, 1.0 / 60.0];
 /// is listed, and a reversed sign of everything stands under y.
 pub(crate) fn of_sweep() -> Vec<RecordFault> {
     let (u, y) = (Signal::Current, Signal::Displacement);
-    let unit = |signal, decades, channel| RecordFault::Unit {
-        signal,
-        decades,
-        channel,
-    };
+    let unit = |signal, decades, channel| RecordFault::Unit { signal, decades, channel };
     let mut list = vec![];
     list.extend([6, 3, 9, 2, 1].map(|d| unit(y, d, None)));
     list.extend([3, 6, 2, 1].map(|d| unit(u, d, None)));
@@ -30,15 +26,9 @@ pub(crate) fn of_sweep() -> Vec<RecordFault> {
             list.extend([6, 3, 9, 2, 1, -1, -2, -3].map(|d| unit(signal, d, Some(k))));
         }
     }
-    list.push(RecordFault::Sign {
-        channel: None,
-        signal: y,
-    });
+    list.push(RecordFault::Sign { channel: None, signal: y });
     for signal in [y, u] {
-        list.extend((0..AXES).map(|k| RecordFault::Sign {
-            channel: Some(k),
-            signal,
-        }));
+        list.extend((0..AXES).map(|k| RecordFault::Sign { channel: Some(k), signal }));
     }
     list.push(RecordFault::Conjugate);
     list.extend(CLOCKS.map(|factor| RecordFault::Clock { factor }));
@@ -54,16 +44,9 @@ pub(crate) fn of_sweep() -> Vec<RecordFault> {
 /// Candidates for a hammer test.
 pub(crate) fn of_hammer() -> Vec<RecordFault> {
     let signal = Signal::Compliance;
-    let unit = |decades| RecordFault::Unit {
-        signal,
-        decades,
-        channel: None,
-    };
+    let unit = |decades| RecordFault::Unit { signal, decades, channel: None };
     let mut list: Vec<RecordFault> = [6, 3, 9, -3, 1, -1, 2, -2].map(unit).to_vec();
-    list.push(RecordFault::Sign {
-        channel: None,
-        signal,
-    });
+    list.push(RecordFault::Sign { channel: None, signal });
     list.push(RecordFault::Conjugate);
     list.extend(CLOCKS.map(|factor| RecordFault::Clock { factor }));
     list.extend([Quantity::Accelerance, Quantity::Mobility].map(RecordFault::Quantity));
@@ -100,17 +83,9 @@ fn undo(spectrum: &mut Spectrum, outputs: usize, fault: &RecordFault) {
                     RecordFault::Sign { channel, signal } if hit(signal, channel) => {
                         entry.phase += PI;
                     }
-                    RecordFault::Unit {
-                        signal,
-                        decades,
-                        channel,
-                    } if hit(signal, channel) => {
+                    RecordFault::Unit { signal, decades, channel } if hit(signal, channel) => {
                         // G = Y U⁻¹: what multiplies u divides G.
-                        let inverse = if signal == Signal::Current {
-                            decades
-                        } else {
-                            -decades
-                        };
+                        let inverse = if signal == Signal::Current { decades } else { -decades };
                         *entry = entry.scaled(inverse);
                     }
                     RecordFault::Conjugate => entry.phase = -entry.phase,

@@ -59,12 +59,8 @@ impl Plausibility {
             return None;
         }
         if self.faults.is_empty() {
-            let failed: Vec<&str> = self
-                .checks
-                .iter()
-                .filter(|c| c.decides && !c.ok)
-                .map(|c| c.words.as_str())
-                .collect();
+            let failed: Vec<&str> =
+                self.checks.iter().filter(|c| c.decides && !c.ok).map(|c| c.words.as_str()).collect();
             return Some(format!(
                 "{}: the record is implausible and no known mistake explains it: {}; check that spindle and tool \
                  are those that were measured, and the wiring",
@@ -72,9 +68,7 @@ impl Plausibility {
                 failed.join("; ")
             ));
         }
-        let list = |each: &dyn Fn(&RecordFault) -> String| {
-            self.faults.iter().map(each).collect::<Vec<_>>().join("; ")
-        };
+        let list = |each: &dyn Fn(&RecordFault) -> String| self.faults.iter().map(each).collect::<Vec<_>>().join("; ");
         Some(format!(
             "{}: the record is implausible: {}; to correct it, {}",
             self.record,
@@ -86,10 +80,7 @@ impl Plausibility {
     /// Remarks: checks that fail without deciding; none where a mistake was found, which is behind them.
     pub(crate) fn remarks(&self) -> impl Iterator<Item = String> {
         let silent = !self.faults.is_empty();
-        let failed = self
-            .checks
-            .iter()
-            .filter(move |c| !silent && !c.ok && !c.decides);
+        let failed = self.checks.iter().filter(move |c| !silent && !c.ok && !c.decides);
         failed.map(|c| format!("{}: {}", self.record, c.words))
     }
 }

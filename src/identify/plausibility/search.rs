@@ -90,9 +90,7 @@ impl Comparison<'_> {
     /// none is known.
     pub(crate) fn faults(&self, candidates: &[RecordFault]) -> Vec<RecordFault> {
         let lines = &self.data.frequency_hz;
-        let mut models = Models {
-            list: vec![(1.0, (self.model)(lines))],
-        };
+        let mut models = Models { list: vec![(1.0, (self.model)(lines))] };
         let now = self.rated(&self.distances(self.data, &models.list[0].1));
         let clock_is_right = now.mean < CLOCK_IS_RIGHT;
         let known: Vec<RecordFault> = candidates
@@ -127,16 +125,10 @@ impl Comparison<'_> {
     }
 
     /// Of the sets that are accepted the one that leaves least; empty without any.
-    fn best(
-        &self,
-        models: &Models,
-        sets: impl Iterator<Item = Vec<RecordFault>>,
-    ) -> Vec<RecordFault> {
+    fn best(&self, models: &Models, sets: impl Iterator<Item = Vec<RecordFault>>) -> Vec<RecordFault> {
         let mut best = (f64::INFINITY, vec![]);
         for set in sets {
-            let clocks = set
-                .iter()
-                .filter(|f| matches!(f, RecordFault::Clock { .. }));
+            let clocks = set.iter().filter(|f| matches!(f, RecordFault::Clock { .. }));
             if clocks.count() > 1 {
                 continue;
             }
@@ -147,9 +139,8 @@ impl Comparison<'_> {
             if !rated.plausible() || rated.mean > best.0 - 1e-9 {
                 continue;
             }
-            let needed = |rest: &[RecordFault], members: &[RecordFault]| {
-                self.score(models, &set, rest, members, &left) > NEEDED
-            };
+            let needed =
+                |rest: &[RecordFault], members: &[RecordFault]| self.score(models, &set, rest, members, &left) > NEEDED;
             let each = (0..set.len()).all(|k| {
                 let mut rest = set.clone();
                 let member = rest.remove(k);
@@ -195,8 +186,7 @@ impl Comparison<'_> {
     }
 
     fn distances(&self, data: &Spectrum, model: &Spectrum) -> Distances {
-        let line =
-            |(d, m): (&Vec<_>, &Vec<_>)| self.compared.iter().map(|k| distance(d, m, *k)).collect();
+        let line = |(d, m): (&Vec<_>, &Vec<_>)| self.compared.iter().map(|k| distance(d, m, *k)).collect();
         data.entries.iter().zip(&model.entries).map(line).collect()
     }
 
@@ -213,12 +203,7 @@ impl Comparison<'_> {
             }))
         };
         let rows = (0..self.outputs).filter_map(|i| of(&|k| k % self.outputs == i));
-        let inputs = self
-            .compared
-            .iter()
-            .map(|k| k / self.outputs)
-            .max()
-            .unwrap_or(0);
+        let inputs = self.compared.iter().map(|k| k / self.outputs).max().unwrap_or(0);
         let columns = (0..=inputs).filter_map(|j| of(&|k| k / self.outputs == j));
         Agreement {
             mean: if count == 0 { 0.0 } else { sum / count as f64 },
@@ -227,10 +212,6 @@ impl Comparison<'_> {
     }
 }
 
-fn distance(
-    data: &[super::spectrum::Log],
-    model: &[super::spectrum::Log],
-    k: usize,
-) -> Option<f64> {
+fn distance(data: &[super::spectrum::Log], model: &[super::spectrum::Log], k: usize) -> Option<f64> {
     data.get(k)?.distance(model.get(k)?)
 }

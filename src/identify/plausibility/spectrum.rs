@@ -24,21 +24,13 @@ pub(crate) struct Log {
 impl Log {
     /// Of a value with a standard deviation in its unit.
     pub(crate) fn of(value: c64, deviation: f64) -> Self {
-        Self {
-            magnitude: value.norm().ln(),
-            phase: value.im.atan2(value.re),
-            deviation: deviation.ln(),
-        }
+        Self { magnitude: value.norm().ln(), phase: value.im.atan2(value.re), deviation: deviation.ln() }
     }
 
     /// Times 10^`decades`.
     pub(crate) fn scaled(self, decades: i32) -> Self {
         let shift = LN_10 * f64::from(decades);
-        Self {
-            magnitude: self.magnitude + shift,
-            deviation: self.deviation + shift,
-            ..self
-        }
+        Self { magnitude: self.magnitude + shift, deviation: self.deviation + shift, ..self }
     }
 
     /// Times `factor` of phase `phase`.
@@ -64,11 +56,7 @@ impl Log {
         if !magnitude.is_finite() {
             return Some(LARGEST);
         }
-        Some(
-            magnitude
-                .hypot(wrapped(self.phase - model.phase))
-                .min(LARGEST),
-        )
+        Some(magnitude.hypot(wrapped(self.phase - model.phase)).min(LARGEST))
     }
 }
 

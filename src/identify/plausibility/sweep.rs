@@ -36,12 +36,7 @@ pub fn sweep_plausibility(
         entries: lines.iter().map(|l| measured_line(frf, *l)).collect(),
     };
     let model = |hz: &[f64]| modelled(&plant, hz);
-    let comparison = Comparison {
-        data: &data,
-        outputs: AXES,
-        compared: &SAME_AXIS,
-        model: &model,
-    };
+    let comparison = Comparison { data: &data, outputs: AXES, compared: &SAME_AXIS, model: &model };
     let faults = comparison.faults(&of_sweep());
     let nominal = modelled(&plant, &data.frequency_hz);
     let measured = Measured {
@@ -53,11 +48,7 @@ pub fn sweep_plausibility(
         first_flexible_hz: plant.flexible_rad_s().first().map(|w| w / TAU),
         controller,
     };
-    Ok(Plausibility {
-        record: record.to_owned(),
-        checks: checks(&measured, comparison.agreement())?,
-        faults,
-    })
+    Ok(Plausibility { record: record.to_owned(), checks: checks(&measured, comparison.agreement())?, faults })
 }
 
 fn measured_line(frf: &MeasuredFrf, line: usize) -> Vec<Log> {
@@ -74,10 +65,7 @@ fn modelled(plant: &Plant, hz: &[f64]) -> Spectrum {
         let entry = |k: usize| -> c64 { g[(k % AXES, k / AXES)] };
         (0..AXES * AXES).map(|k| Log::of(entry(k), 0.0)).collect()
     };
-    Spectrum {
-        frequency_hz: hz.to_vec(),
-        entries: hz.iter().map(line).collect(),
-    }
+    Spectrum { frequency_hz: hz.to_vec(), entries: hz.iter().map(line).collect() }
 }
 
 /// Indices of at most `most` lines, evenly spaced over the logarithm of frequency, ascending, none twice.
@@ -91,11 +79,7 @@ pub(super) fn spread(frequency_hz: &[f64], most: usize) -> Vec<usize> {
             let above = above.min(frequency_hz.len() - 1);
             let below = above.saturating_sub(1);
             let off = |l: usize| (frequency_hz[l] / wanted).ln().abs();
-            if off(below) < off(above) {
-                below
-            } else {
-                above
-            }
+            if off(below) < off(above) { below } else { above }
         })
         .collect();
     lines.dedup();

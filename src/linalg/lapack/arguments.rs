@@ -18,21 +18,11 @@ pub(super) unsafe fn size(n: *const c_int) -> usize {
     unsafe { usize::try_from(*n).unwrap_or(0) }
 }
 
-pub(super) unsafe fn view<'a>(
-    p: *const f64,
-    rows: usize,
-    cols: usize,
-    ld: usize,
-) -> MatRef<'a, f64> {
+pub(super) unsafe fn view<'a>(p: *const f64, rows: usize, cols: usize, ld: usize) -> MatRef<'a, f64> {
     unsafe { MatRef::from_raw_parts(p, rows, cols, 1, ld as isize) }
 }
 
-pub(super) unsafe fn view_mut<'a>(
-    p: *mut f64,
-    rows: usize,
-    cols: usize,
-    ld: usize,
-) -> MatMut<'a, f64> {
+pub(super) unsafe fn view_mut<'a>(p: *mut f64, rows: usize, cols: usize, ld: usize) -> MatMut<'a, f64> {
     unsafe { MatMut::from_raw_parts_mut(p, rows, cols, 1, ld as isize) }
 }
 
@@ -42,9 +32,7 @@ pub(super) fn words(request: StackReq) -> usize {
 
 /// The caller's WORK array as faer's scratch memory: no allocation per call.
 pub(super) unsafe fn workspace<'a>(work: *mut f64, words: usize) -> &'a mut MemStack {
-    MemStack::new(unsafe {
-        core::slice::from_raw_parts_mut(work.cast::<MaybeUninit<u8>>(), words * 8)
-    })
+    MemStack::new(unsafe { core::slice::from_raw_parts_mut(work.cast::<MaybeUninit<u8>>(), words * 8) })
 }
 
 /// C ← βC on the whole matrix or one triangle, and how the product is to be accumulated on it.
@@ -69,9 +57,5 @@ pub(super) fn prescale(mut c: MatMut<'_, f64>, beta: f64, triangle: Option<u8>) 
 }
 
 pub(super) fn triangle_of(uplo: u8) -> BlockStructure {
-    if uplo == b'U' {
-        BlockStructure::TriangularUpper
-    } else {
-        BlockStructure::TriangularLower
-    }
+    if uplo == b'U' { BlockStructure::TriangularUpper } else { BlockStructure::TriangularLower }
 }

@@ -63,17 +63,7 @@ pub(crate) unsafe extern "C" fn dsyrk_(
         let mut c = view_mut(c, n, n, size(ldc));
         let accumulate = prescale(c.as_mut(), *beta, Some(letter(uplo)));
         let full = BlockStructure::Rectangular;
-        triangular::matmul(
-            c,
-            part,
-            accumulate,
-            a,
-            full,
-            a.transpose(),
-            full,
-            *alpha,
-            PAR,
-        );
+        triangular::matmul(c, part, accumulate, a, full, a.transpose(), full, *alpha, PAR);
     }
 }
 
@@ -104,17 +94,7 @@ pub(crate) unsafe extern "C" fn dsyr2k_(
         let first = prescale(c.as_mut(), *beta, Some(letter(uplo)));
         let full = BlockStructure::Rectangular;
         for (x, y, accumulate) in [(a, b, first), (b, a, Accum::Add)] {
-            triangular::matmul(
-                c.as_mut(),
-                part,
-                accumulate,
-                x,
-                full,
-                y.transpose(),
-                full,
-                *alpha,
-                PAR,
-            );
+            triangular::matmul(c.as_mut(), part, accumulate, x, full, y.transpose(), full, *alpha, PAR);
         }
     }
 }
@@ -130,18 +110,12 @@ unsafe fn matrix_vector(
 ) {
     let (m, n) = shape;
     let start = |stride: isize, len: usize| {
-        if stride < 0 {
-            (1 - len as isize) * stride
-        } else {
-            0
-        }
+        if stride < 0 { (1 - len as isize) * stride } else { 0 }
     };
     let (x0, y0) = (start(incx, n), start(incy, m));
     for i in 0..m {
         unsafe {
-            let sum: f64 = (0..n)
-                .map(|j| entry(i, j) * *x.offset(x0 + j as isize * incx))
-                .sum();
+            let sum: f64 = (0..n).map(|j| entry(i, j) * *x.offset(x0 + j as isize * incx)).sum();
             let target = y.offset(y0 + i as isize * incy);
             let old = if beta == 0.0 { 0.0 } else { beta * *target };
             *target = alpha * sum + old;
@@ -193,11 +167,7 @@ pub(crate) unsafe extern "C" fn dsymv_(
         let upper = letter(uplo) == b'U';
         let a = view(a, n, n, size(lda));
         let entry = |i: usize, j: usize| {
-            if i == j || (i < j) == upper {
-                a[(i, j)]
-            } else {
-                a[(j, i)]
-            }
+            if i == j || (i < j) == upper { a[(i, j)] } else { a[(j, i)] }
         };
         let (x, y) = ((x, *incx as isize), (y, *incy as isize));
         matrix_vector((n, n), *alpha, entry, x, *beta, y);

@@ -9,9 +9,7 @@ use faer::linalg::cholesky::llt;
 use faer::linalg::evd::{self, ComputeEigenvectors};
 use faer::linalg::solvers::Solve;
 use faer::linalg::svd::{self, ComputeSvdVectors};
-use faer::linalg::triangular_solve::{
-    solve_lower_triangular_in_place, solve_upper_triangular_in_place,
-};
+use faer::linalg::triangular_solve::{solve_lower_triangular_in_place, solve_upper_triangular_in_place};
 
 #[unsafe(no_mangle)]
 pub(crate) unsafe extern "C" fn dpotrf_(
@@ -33,8 +31,7 @@ pub(crate) unsafe extern "C" fn dpotrf_(
             a = a.transpose_mut();
         }
         // faer's kernel writes the other triangle too, which the caller reads: factor a copy.
-        let mut factor =
-            faer::Mat::<f64>::from_fn(n, n, |i, j| if i >= j { a[(i, j)] } else { 0.0 });
+        let mut factor = faer::Mat::<f64>::from_fn(n, n, |i, j| if i >= j { a[(i, j)] } else { 0.0 });
         let params = Spec::new(<llt::factor::LltParams as faer::Auto<f64>>::auto());
         let scratch = llt::factor::cholesky_in_place_scratch::<f64>(n, PAR, params);
         let result = llt::factor::cholesky_in_place(
@@ -69,11 +66,7 @@ pub(crate) unsafe extern "C" fn dpotrs_(
     unsafe {
         *info = 0;
         let a = view(a, size(n), size(n), size(lda));
-        let l = if letter(uplo) == b'U' {
-            a.transpose()
-        } else {
-            a
-        };
+        let l = if letter(uplo) == b'U' { a.transpose() } else { a };
         let mut b = view_mut(b, size(n), size(nrhs), size(ldb));
         solve_lower_triangular_in_place(l, b.as_mut(), PAR);
         solve_upper_triangular_in_place(l.transpose(), b, PAR);
@@ -153,11 +146,7 @@ pub(crate) unsafe extern "C" fn dsyevr_(
         *m = n as c_int;
         // faer reads the lower triangle.
         let stored = view(a, n, n, size(lda));
-        let a = if letter(uplo) == b'U' {
-            stored.transpose()
-        } else {
-            stored
-        };
+        let a = if letter(uplo) == b'U' { stored.transpose() } else { stored };
         let values = DiagMut::from_slice_mut(core::slice::from_raw_parts_mut(w, n));
         let u = vectors.then(|| view_mut(z, n, n, size(ldz)));
         let stack = workspace(work, size(lwork));

@@ -7,12 +7,7 @@
 //!
 //! Limits: `dsyevr_` answers range `A` only, `dgesvd_` needs `jobu = jobvt`; both report an invalid argument otherwise.
 //! This is the only folder of the crate with `unsafe`: raw pointers come from clarabel, which owns the buffers.
-#![allow(
-    unsafe_code,
-    clippy::missing_safety_doc,
-    clippy::too_many_arguments,
-    missing_docs
-)]
+#![allow(unsafe_code, clippy::missing_safety_doc, clippy::too_many_arguments, missing_docs)]
 
 mod arguments;
 pub(crate) mod blas;

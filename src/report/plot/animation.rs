@@ -59,10 +59,7 @@ const SOFT: &str = "#7D7D7D";
 
 /// The animation as SVG text, and its frames as CSV text.
 pub(crate) fn animate(motion: &Motion) -> Picture {
-    Picture {
-        svg: svg(motion),
-        csv: csv(motion),
-    }
+    Picture { svg: svg(motion), csv: csv(motion) }
 }
 
 /// Opening tag, title and the scale of time.
@@ -82,23 +79,12 @@ fn header(m: &Motion) -> String {
         "<desc>The shaft in motion, slowed down: from the side with enlarged displacements, and its orbits along the \
          axis.</desc>",
     );
-    line(
-        w,
-        "<style>@media (prefers-reduced-motion: reduce) { .muspin-moving { display: none } }</style>",
-    );
-    line(
-        w,
-        &format!("<rect width=\"{WIDTH}\" height=\"{HEIGHT}\" fill=\"#FFFFFF\"/>"),
-    );
+    line(w, "<style>@media (prefers-reduced-motion: reduce) { .muspin-moving { display: none } }</style>");
+    line(w, &format!("<rect width=\"{WIDTH}\" height=\"{HEIGHT}\" fill=\"#FFFFFF\"/>"));
     text(w, (16.0, 26.0), Style::start(16.0, INK).bold(), &m.title);
     let span_ms = 1e3 * (m.time_s.last().unwrap_or(&0.0) - m.time_s.first().unwrap_or(&0.0));
     let slower = m.seconds / (1e-3 * span_ms).max(1e-9);
-    text(
-        w,
-        (16.0, 46.0),
-        Style::start(12.0, SOFT),
-        &format!("{span_ms:.3} ms, slowed down {slower:.0} times"),
-    );
+    text(w, (16.0, 46.0), Style::start(12.0, SOFT), &format!("{span_ms:.3} ms, slowed down {slower:.0} times"));
     out
 }
 
@@ -106,17 +92,9 @@ fn svg(m: &Motion) -> String {
     let largest = largest(m);
     // A round scale of the side view: so many px for that many µm.
     let gain = SWING / round_up(largest.max(1e-12));
-    let (from, to) = (
-        m.position_m.first().copied().unwrap_or(0.0),
-        m.position_m.last().copied().unwrap_or(1.0),
-    );
+    let (from, to) = (m.position_m.first().copied().unwrap_or(0.0), m.position_m.last().copied().unwrap_or(1.0));
     let along = |z: f64| SIDE.0 + (SIDE.1 - SIDE.0) * (z - from) / (to - from).max(1e-9);
-    let point = |z: f64, x: f64, y: f64| {
-        (
-            along(z) + gain * y * OBLIQUE.0,
-            SIDE.2 - gain * (x + y * OBLIQUE.1),
-        )
-    };
+    let point = |z: f64, x: f64, y: f64| (along(z) + gain * y * OBLIQUE.0, SIDE.2 - gain * (x + y * OBLIQUE.1));
     let mut out = header(m);
     let w = &mut out;
     // Side view: axis at rest, backup bearings, orbits, shaft.
@@ -125,26 +103,11 @@ fn svg(m: &Motion) -> String {
     let scale_m = round_up(largest.max(1e-12));
     let ruler = [(26.0, SIDE.2), (26.0, SIDE.2 - SWING)];
     polyline(w, &ruler, INK, 1.4, "");
-    text(
-        w,
-        (26.0, SIDE.2 - SWING - 7.0),
-        Style::middle(11.5, INK),
-        &length(scale_m),
-    );
-    text(
-        w,
-        (38.0, SIDE.2 - 0.5 * SWING),
-        Style::start(11.5, INK),
-        "x",
-    );
+    text(w, (26.0, SIDE.2 - SWING - 7.0), Style::middle(11.5, INK), &length(scale_m));
+    text(w, (38.0, SIDE.2 - 0.5 * SWING), Style::start(11.5, INK), "x");
     let y_tip = (26.0 + SWING * OBLIQUE.0, SIDE.2 - SWING * OBLIQUE.1);
     polyline(w, &[(26.0, SIDE.2), y_tip], INK, 1.4, "");
-    text(
-        w,
-        (y_tip.0 + 4.0, y_tip.1 + 4.0),
-        Style::start(11.5, INK),
-        "y",
-    );
+    text(w, (y_tip.0 + 4.0, y_tip.1 + 4.0), Style::start(11.5, INK), "y");
     for (k, plane) in m.planes.iter().enumerate() {
         let color = COLORS[k % COLORS.len()];
         if plane.in_bearing && m.clearance_m <= 1.6 * scale_m {
@@ -156,22 +119,13 @@ fn svg(m: &Motion) -> String {
                 .collect();
             polyline(w, &circle, SOFT, 1.0, "stroke-dasharray=\"3 3\"");
         }
-        let orbit: Vec<(f64, f64)> = plane
-            .x_m
-            .iter()
-            .zip(&plane.y_m)
-            .map(|(x, y)| point(plane.position_m, *x, *y))
-            .collect();
+        let orbit: Vec<(f64, f64)> =
+            plane.x_m.iter().zip(&plane.y_m).map(|(x, y)| point(plane.position_m, *x, *y)).collect();
         polyline(w, &orbit, color, 0.9, "stroke-opacity=\"0.55\"");
         let at = along(plane.position_m);
         // Names of neighbouring planes stand on two lines.
         let drop = if k % 2 == 0 { 0.0 } else { 16.0 };
-        text(
-            w,
-            (at, SIDE.2 + SWING + 52.0 + drop),
-            Style::middle(12.0, color),
-            &plane.name,
-        );
+        text(w, (at, SIDE.2 + SWING + 52.0 + drop), Style::middle(12.0, color), &plane.name);
     }
     let shaft: Vec<Vec<(f64, f64)>> = m
         .frames
@@ -183,12 +137,8 @@ fn svg(m: &Motion) -> String {
         .collect();
     moving_line(w, &shaft, m.seconds);
     for (k, plane) in m.planes.iter().enumerate() {
-        let at: Vec<(f64, f64)> = plane
-            .x_m
-            .iter()
-            .zip(&plane.y_m)
-            .map(|(x, y)| point(plane.position_m, *x, *y))
-            .collect();
+        let at: Vec<(f64, f64)> =
+            plane.x_m.iter().zip(&plane.y_m).map(|(x, y)| point(plane.position_m, *x, *y)).collect();
         moving_dot(w, &at, COLORS[k % COLORS.len()], m.seconds);
     }
     for (k, plane) in m.planes.iter().enumerate() {
@@ -202,17 +152,9 @@ fn svg(m: &Motion) -> String {
 fn end_view(w: &mut String, m: &Motion, plane: &OrbitPlane, k: usize) {
     let color = COLORS[k % COLORS.len()];
     let centre = (COLUMN, 78.0 + 122.0 * k as f64);
-    let own = plane
-        .x_m
-        .iter()
-        .zip(&plane.y_m)
-        .map(|(x, y)| x.hypot(*y))
-        .fold(0.0, f64::max);
-    let radius_m = if plane.in_bearing && own > 0.2 * m.clearance_m {
-        m.clearance_m.max(own)
-    } else {
-        round_up(own.max(1e-12))
-    };
+    let own = plane.x_m.iter().zip(&plane.y_m).map(|(x, y)| x.hypot(*y)).fold(0.0, f64::max);
+    let radius_m =
+        if plane.in_bearing && own > 0.2 * m.clearance_m { m.clearance_m.max(own) } else { round_up(own.max(1e-12)) };
     let gain = ORBIT / radius_m;
     line(
         w,
@@ -224,35 +166,12 @@ fn end_view(w: &mut String, m: &Motion, plane: &OrbitPlane, k: usize) {
         ),
     );
     let is_clearance = plane.in_bearing && radius_m == m.clearance_m;
-    let circle = if is_clearance {
-        "backup clearance"
-    } else {
-        "circle"
-    };
-    text(
-        w,
-        (centre.0 + ORBIT + 12.0, centre.1 - 8.0),
-        Style::start(12.0, color).bold(),
-        &plane.name,
-    );
-    text(
-        w,
-        (centre.0 + ORBIT + 12.0, centre.1 + 9.0),
-        Style::start(11.0, SOFT),
-        circle,
-    );
-    text(
-        w,
-        (centre.0 + ORBIT + 12.0, centre.1 + 24.0),
-        Style::start(11.0, SOFT),
-        &length(radius_m),
-    );
-    let at: Vec<(f64, f64)> = plane
-        .x_m
-        .iter()
-        .zip(&plane.y_m)
-        .map(|(x, y)| (centre.0 + gain * y, centre.1 - gain * x))
-        .collect();
+    let circle = if is_clearance { "backup clearance" } else { "circle" };
+    text(w, (centre.0 + ORBIT + 12.0, centre.1 - 8.0), Style::start(12.0, color).bold(), &plane.name);
+    text(w, (centre.0 + ORBIT + 12.0, centre.1 + 9.0), Style::start(11.0, SOFT), circle);
+    text(w, (centre.0 + ORBIT + 12.0, centre.1 + 24.0), Style::start(11.0, SOFT), &length(radius_m));
+    let at: Vec<(f64, f64)> =
+        plane.x_m.iter().zip(&plane.y_m).map(|(x, y)| (centre.0 + gain * y, centre.1 - gain * x)).collect();
     polyline(w, &at, color, 1.0, "stroke-opacity=\"0.6\"");
     moving_dot(w, &at, color, m.seconds);
 }
@@ -277,12 +196,7 @@ fn moving_line(w: &mut String, frames: &[Vec<(f64, f64)>], seconds: f64) {
 
 fn moving_dot(w: &mut String, at: &[(f64, f64)], color: &str, seconds: f64) {
     let Some(first) = at.first() else { return };
-    let list = |f: fn(&(f64, f64)) -> f64| {
-        at.iter()
-            .map(|p| short(f(p)))
-            .collect::<Vec<String>>()
-            .join(";")
-    };
+    let list = |f: fn(&(f64, f64)) -> f64| at.iter().map(|p| short(f(p))).collect::<Vec<String>>().join(";");
     let animate = |name: &str, values: String| {
         format!(
             "<animate attributeName=\"{name}\" dur=\"{}s\" repeatCount=\"indefinite\" values=\"{values}\"/>",
@@ -323,19 +237,11 @@ struct Style<'a> {
 
 impl<'a> Style<'a> {
     fn start(size: f64, color: &'a str) -> Self {
-        Self {
-            size,
-            color,
-            anchor: "start",
-            bold: false,
-        }
+        Self { size, color, anchor: "start", bold: false }
     }
 
     fn middle(size: f64, color: &'a str) -> Self {
-        Self {
-            anchor: "middle",
-            ..Self::start(size, color)
-        }
+        Self { anchor: "middle", ..Self::start(size, color) }
     }
 
     fn bold(self) -> Self {
@@ -344,12 +250,7 @@ impl<'a> Style<'a> {
 }
 
 fn text(w: &mut String, at: (f64, f64), style: Style, words: &str) {
-    let Style {
-        size,
-        color,
-        anchor,
-        bold,
-    } = style;
+    let Style { size, color, anchor, bold } = style;
     let weight = if bold { " font-weight=\"bold\"" } else { "" };
     line(
         w,
@@ -364,10 +265,7 @@ fn text(w: &mut String, at: (f64, f64), style: Style, words: &str) {
 }
 
 fn points(at: &[(f64, f64)]) -> String {
-    let pairs: Vec<String> = at
-        .iter()
-        .map(|p| format!("{},{}", short(p.0), short(p.1)))
-        .collect();
+    let pairs: Vec<String> = at.iter().map(|p| format!("{},{}", short(p.0), short(p.1))).collect();
     pairs.join(" ")
 }
 
@@ -375,11 +273,7 @@ fn points(at: &[(f64, f64)]) -> String {
 fn short(x: f64) -> String {
     let text = format!("{x:.1}");
     let text = text.strip_suffix(".0").unwrap_or(&text);
-    if text == "-0" {
-        "0".to_owned()
-    } else {
-        text.to_owned()
-    }
+    if text == "-0" { "0".to_owned() } else { text.to_owned() }
 }
 
 fn line(w: &mut String, words: &str) {
@@ -388,10 +282,7 @@ fn line(w: &mut String, words: &str) {
 }
 
 fn escape(words: &str) -> String {
-    words
-        .replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('>', "&gt;")
+    words.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 
 /// 1, 2 or 5 times a power of ten, not below x > 0.
@@ -430,10 +321,7 @@ fn csv(m: &Motion) -> String {
     }
     let mut table = crate::report::tables::Table::new(header);
     for (k, time) in m.time_s.iter().enumerate() {
-        let values = m
-            .planes
-            .iter()
-            .flat_map(|p| [p.x_m.get(k), p.y_m.get(k)].map(|v| v.copied().unwrap_or(f64::NAN)));
+        let values = m.planes.iter().flat_map(|p| [p.x_m.get(k), p.y_m.get(k)].map(|v| v.copied().unwrap_or(f64::NAN)));
         let row: Vec<f64> = std::iter::once(*time).chain(values).collect();
         table.push_numbers(&row);
     }

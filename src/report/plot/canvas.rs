@@ -8,8 +8,7 @@ use super::PlotError;
 use super::style::{Color, Dash, Marker};
 use plotters::coord::Shift;
 use plotters::prelude::{
-    Circle, DrawingArea, IntoDrawingArea, IntoFont, PathElement, Polygon, RGBAColor, SVGBackend,
-    Text, TextStyle,
+    Circle, DrawingArea, IntoDrawingArea, IntoFont, PathElement, Polygon, RGBAColor, SVGBackend, Text, TextStyle,
 };
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{Color as _, FontStyle, FontTransform, ShapeStyle};
@@ -31,20 +30,14 @@ pub(super) struct Ink {
 
 impl From<Color> for Ink {
     fn from(color: Color) -> Self {
-        Self {
-            rgb: color.rgb(),
-            opacity: 1.0,
-        }
+        Self { rgb: color.rgb(), opacity: 1.0 }
     }
 }
 
 impl Ink {
     /// An opaque grey, 0 black to 255 white.
     pub(super) fn grey(level: u8) -> Self {
-        Self {
-            rgb: (level, level, level),
-            opacity: 1.0,
-        }
+        Self { rgb: (level, level, level), opacity: 1.0 }
     }
 
     fn style(self, fill: bool, width_px: f64) -> ShapeStyle {
@@ -91,36 +84,20 @@ impl<'a> Canvas<'a> {
     ///
     /// # Errors
     /// [`PlotError::Drawing`] when the embedded font or the backend fails.
-    pub(super) fn new(
-        buffer: &'a mut String,
-        width_px: f64,
-        height_px: f64,
-    ) -> Result<Self, PlotError> {
-        let faces = [
-            (FontStyle::Normal, dejavu::sans::regular()),
-            (FontStyle::Bold, dejavu::sans::bold()),
-        ];
+    pub(super) fn new(buffer: &'a mut String, width_px: f64, height_px: f64) -> Result<Self, PlotError> {
+        let faces = [(FontStyle::Normal, dejavu::sans::regular()), (FontStyle::Bold, dejavu::sans::bold())];
         for (style, bytes) in faces {
             plotters::style::register_font(FONT, style, bytes)
                 .map_err(|_| PlotError::Drawing("the embedded font cannot be read".to_owned()))?;
         }
-        let size = (
-            (width_px * FINE).round() as u32,
-            (height_px * FINE).round() as u32,
-        );
+        let size = ((width_px * FINE).round() as u32, (height_px * FINE).round() as u32);
         let area = SVGBackend::with_string(buffer, size).into_drawing_area();
         area.fill(&plotters::style::WHITE).map_err(drawing)?;
         Ok(Self { area })
     }
 
     /// A polyline.
-    pub(super) fn line(
-        &self,
-        points: &[(f64, f64)],
-        ink: Ink,
-        dash: Dash,
-        width_px: f64,
-    ) -> Result<(), PlotError> {
+    pub(super) fn line(&self, points: &[(f64, f64)], ink: Ink, dash: Dash, width_px: f64) -> Result<(), PlotError> {
         let mut path: Vec<(i32, i32)> = points.iter().map(|p| fine(*p)).collect();
         // Points closer than the subdivision do not show and would only make the file larger.
         path.dedup();
@@ -129,45 +106,25 @@ impl<'a> Canvas<'a> {
         }
         let opacity = reserved_opacity(dash).unwrap_or(ink.opacity);
         let style = Ink { opacity, ..ink }.style(false, width_px);
-        self.area
-            .draw(&PathElement::new(path, style))
-            .map_err(drawing)
+        self.area.draw(&PathElement::new(path, style)).map_err(drawing)
     }
 
     /// A filled polygon.
     pub(super) fn area(&self, corners: &[(f64, f64)], ink: Ink) -> Result<(), PlotError> {
         let mut path: Vec<(i32, i32)> = corners.iter().map(|p| fine(*p)).collect();
         path.dedup();
-        self.area
-            .draw(&Polygon::new(path, ink.style(true, 1.0)))
-            .map_err(drawing)
+        self.area.draw(&Polygon::new(path, ink.style(true, 1.0))).map_err(drawing)
     }
 
     /// A filled rectangle between two corners.
-    pub(super) fn rectangle(
-        &self,
-        a: (f64, f64),
-        b: (f64, f64),
-        ink: Ink,
-    ) -> Result<(), PlotError> {
+    pub(super) fn rectangle(&self, a: (f64, f64), b: (f64, f64), ink: Ink) -> Result<(), PlotError> {
         let ((x0, y0), (x1, y1)) = (fine(a), fine(b));
         let corners = [(x0.min(x1), y0.min(y1)), (x0.max(x1), y0.max(y1))];
-        self.area
-            .draw(&plotters::prelude::Rectangle::new(
-                corners,
-                ink.style(true, 1.0),
-            ))
-            .map_err(drawing)
+        self.area.draw(&plotters::prelude::Rectangle::new(corners, ink.style(true, 1.0))).map_err(drawing)
     }
 
     /// A marker centred at `at`, with this half size.
-    pub(super) fn marker(
-        &self,
-        at: (f64, f64),
-        marker: Marker,
-        ink: Ink,
-        half_px: f64,
-    ) -> Result<(), PlotError> {
+    pub(super) fn marker(&self, at: (f64, f64), marker: Marker, ink: Ink, half_px: f64) -> Result<(), PlotError> {
         let (x, y) = at;
         let h = half_px;
         let stroke = 1.3;
@@ -179,13 +136,7 @@ impl<'a> Canvas<'a> {
                 self.area.draw(&circle).map_err(drawing)
             }
             Marker::Square => self.line(
-                &[
-                    (x - h, y - h),
-                    (x + h, y - h),
-                    (x + h, y + h),
-                    (x - h, y + h),
-                    (x - h, y - h),
-                ],
+                &[(x - h, y - h), (x + h, y - h), (x + h, y + h), (x - h, y + h), (x - h, y - h)],
                 ink,
                 Dash::Solid,
                 stroke,
@@ -203,13 +154,7 @@ impl<'a> Canvas<'a> {
     }
 
     /// A text, vertically centred on its point.
-    pub(super) fn text(
-        &self,
-        text: &str,
-        at: (f64, f64),
-        anchor: Anchor,
-        face: Type,
-    ) -> Result<(), PlotError> {
+    pub(super) fn text(&self, text: &str, at: (f64, f64), anchor: Anchor, face: Type) -> Result<(), PlotError> {
         let horizontal = match anchor {
             Anchor::Left => HPos::Left,
             Anchor::Middle => HPos::Center,
@@ -218,30 +163,15 @@ impl<'a> Canvas<'a> {
         // Centred by hand: a viewer's reading of half an "ex" differs from font to font, the baseline does not.
         let drop = 0.36 * face.size_px;
         let (x, y) = at;
-        let (at, vertical) = if face.upright {
-            ((x + drop, y), VPos::Bottom)
-        } else {
-            ((x, y + drop), VPos::Bottom)
-        };
-        let transform = if face.upright {
-            FontTransform::Rotate270
-        } else {
-            FontTransform::None
-        };
-        let style = style(face)
-            .transform(transform)
-            .pos(Pos::new(horizontal, vertical));
-        self.area
-            .draw(&Text::new(text.to_owned(), fine(at), style))
-            .map_err(drawing)
+        let (at, vertical) = if face.upright { ((x + drop, y), VPos::Bottom) } else { ((x, y + drop), VPos::Bottom) };
+        let transform = if face.upright { FontTransform::Rotate270 } else { FontTransform::None };
+        let style = style(face).transform(transform).pos(Pos::new(horizontal, vertical));
+        self.area.draw(&Text::new(text.to_owned(), fine(at), style)).map_err(drawing)
     }
 
     /// Width of a text, px at report size, from the metrics of the embedded font.
     pub(super) fn text_width(&self, text: &str, face: Type) -> Result<f64, PlotError> {
-        let (width, _) = self
-            .area
-            .estimate_text_size(text, &style(face))
-            .map_err(drawing)?;
+        let (width, _) = self.area.estimate_text_size(text, &style(face)).map_err(drawing)?;
         Ok(f64::from(width) / FINE)
     }
 
@@ -252,13 +182,7 @@ impl<'a> Canvas<'a> {
 }
 
 /// Report-size header, title and description for readers without the picture, dash patterns, exact baselines.
-pub(super) fn finish(
-    svg: &str,
-    width_px: f64,
-    height_px: f64,
-    title: &str,
-    description: &str,
-) -> String {
+pub(super) fn finish(svg: &str, width_px: f64, height_px: f64, title: &str, description: &str) -> String {
     let (fine_width, fine_height) = ((width_px * FINE).round(), (height_px * FINE).round());
     let header = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" role=\"img\" width=\"{width_px}\" height=\"{height_px}\" \
@@ -270,15 +194,10 @@ pub(super) fn finish(
     let mut text = header + body;
     for dash in [Dash::Dashed, Dash::Dotted, Dash::DashDot] {
         if let (Some(opacity), Some(pattern)) = (reserved_opacity(dash), pattern(dash)) {
-            text = text.replace(
-                &format!("opacity=\"{opacity}\""),
-                &format!("stroke-dasharray=\"{pattern}\""),
-            );
+            text = text.replace(&format!("opacity=\"{opacity}\""), &format!("stroke-dasharray=\"{pattern}\""));
         }
     }
-    text.replace("opacity=\"1\" ", "")
-        .replace(" dy=\"-0.5ex\"", "")
-        .replace(" \"/>", "\"/>")
+    text.replace("opacity=\"1\" ", "").replace(" dy=\"-0.5ex\"", "").replace(" \"/>", "\"/>")
 }
 
 /// Opacities no ink uses, exact in binary, that stand for a dash pattern until [`finish`].
@@ -306,31 +225,18 @@ fn fine((x, y): (f64, f64)) -> (i32, i32) {
 }
 
 pub(super) fn escape(text: &str) -> String {
-    text.replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('>', "&gt;")
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 
-fn drawing<E: std::error::Error + Send + Sync>(
-    error: plotters::drawing::DrawingAreaErrorKind<E>,
-) -> PlotError {
+fn drawing<E: std::error::Error + Send + Sync>(error: plotters::drawing::DrawingAreaErrorKind<E>) -> PlotError {
     PlotError::Drawing(error.to_string())
 }
 
 /// Font, size and colour of a text.
 fn style(face: Type) -> TextStyle<'static> {
     let (r, g, b) = face.ink.rgb;
-    let weight = if face.bold {
-        FontStyle::Bold
-    } else {
-        FontStyle::Normal
-    };
-    let font = (FONT, face.size_px * LINE_PER_EM * FINE)
-        .into_font()
-        .style(weight);
+    let weight = if face.bold { FontStyle::Bold } else { FontStyle::Normal };
+    let font = (FONT, face.size_px * LINE_PER_EM * FINE).into_font().style(weight);
     let color = RGBAColor(r, g, b, face.ink.opacity).to_backend_color();
-    TextStyle {
-        color,
-        ..TextStyle::from(font)
-    }
+    TextStyle { color, ..TextStyle::from(font) }
 }

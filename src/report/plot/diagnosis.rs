@@ -12,22 +12,14 @@ const MAP_COLUMNS: usize = 160;
 /// Residual before and after in units of σ, one panel a channel, two a row.
 pub fn residual(title: &str, panels: &[(&str, Vec<Curve>)]) -> Figure {
     let drawn = panels.iter().map(|(name, curves)| {
-        let mut panel = Panel::new(
-            name,
-            Axis::log("Frequency", "Hz"),
-            Axis::log("Residual", "σ"),
-        );
+        let mut panel = Panel::new(name, Axis::log("Frequency", "Hz"), Axis::log("Residual", "σ"));
         panel.series = curves.iter().map(Curve::series).collect();
         panel.level(1.0, "1 σ");
         panel.height_px = 215;
         panel
     });
-    Figure::new(
-        title,
-        "Difference of measurement and model in standard deviations over frequency.",
-        drawn.collect(),
-    )
-    .with_columns(if panels.len() > 1 { 2 } else { 1 })
+    Figure::new(title, "Difference of measurement and model in standard deviations over frequency.", drawn.collect())
+        .with_columns(if panels.len() > 1 { 2 } else { 1 })
 }
 
 /// One channel: measured, before, after in magnitude and phase, and the residuals before and after in σ.
@@ -41,9 +33,7 @@ pub fn channel(
 ) -> Figure {
     let axis = || Axis::log("Frequency", "Hz");
     let mut magnitude = Panel::new("", axis().unlabelled(), Axis::log(quantity, unit));
-    let angle = Axis::linear("Phase", "°")
-        .with_range(-180.0, 180.0)
-        .with_step(90.0);
+    let angle = Axis::linear("Phase", "°").with_range(-180.0, 180.0).with_step(90.0);
     let mut phase = Panel::new("", axis().unlabelled(), angle);
     let mut sigma = Panel::new("", axis(), Axis::log("Residual", "σ"));
     for (name, response, look) in [
@@ -55,13 +45,10 @@ pub fn channel(
         magnitude.series.push(size);
         phase.series.push(angle);
     }
-    for (name, values, role) in [
-        ("model before", residuals[0], Role::Nominal),
-        ("model after", residuals[1], Role::Updated),
-    ] {
-        sigma
-            .series
-            .push(Series::curve(name, frequency_hz, values, role.look()));
+    for (name, values, role) in
+        [("model before", residuals[0], Role::Nominal), ("model after", residuals[1], Role::Updated)]
+    {
+        sigma.series.push(Series::curve(name, frequency_hz, values, role.look()));
     }
     sigma.level(1.0, "1 σ");
     magnitude.height_px = 215;
@@ -92,83 +79,42 @@ pub(crate) fn localisation_left(
         panel.series.clear();
     }
     figure.description =
-        "What a free law at each place leaves unexplained, over frequency; light is explained."
-            .to_owned();
+        "What a free law at each place leaves unexplained, over frequency; light is explained.".to_owned();
     figure
 }
 
 /// Localisation map: score of every port over frequency. `scores[port][line]` belong to `frequency_hz[line]`.
 /// The port and line with the largest score carry a diamond.
-pub fn localisation(
-    title: &str,
-    ports: &[String],
-    frequency_hz: &[f64],
-    scores: &[Vec<f64>],
-    label: &str,
-) -> Figure {
+pub fn localisation(title: &str, ports: &[String], frequency_hz: &[f64], scores: &[Vec<f64>], label: &str) -> Figure {
     let group = frequency_hz.len().div_ceil(MAP_COLUMNS).max(1);
     let groups: Vec<&[f64]> = frequency_hz.chunks(group).collect();
-    let centres: Vec<f64> = groups
-        .iter()
-        .map(|g| g.iter().sum::<f64>() / g.len() as f64)
-        .collect();
+    let centres: Vec<f64> = groups.iter().map(|g| g.iter().sum::<f64>() / g.len() as f64).collect();
     let pooled: Vec<Vec<f64>> = scores
         .iter()
-        .map(|row| {
-            row.chunks(group)
-                .map(|g| g.iter().copied().fold(f64::NEG_INFINITY, f64::max))
-                .collect()
-        })
+        .map(|row| row.chunks(group).map(|g| g.iter().copied().fold(f64::NEG_INFINITY, f64::max)).collect())
         .collect();
     // Edges half way (in the logarithm) between the columns.
-    let mut edges: Vec<f64> = centres
-        .windows(2)
-        .map(|w| w.iter().product::<f64>().sqrt())
-        .collect();
+    let mut edges: Vec<f64> = centres.windows(2).map(|w| w.iter().product::<f64>().sqrt()).collect();
     edges.insert(0, frequency_hz.first().copied().unwrap_or(1.0));
     edges.push(frequency_hz.last().copied().unwrap_or(10.0));
-    let cells = || {
-        pooled
-            .iter()
-            .enumerate()
-            .flat_map(|(row, v)| v.iter().enumerate().map(move |(k, s)| (row, k, *s)))
-    };
+    let cells = || pooled.iter().enumerate().flat_map(|(row, v)| v.iter().enumerate().map(move |(k, s)| (row, k, *s)));
     let (low, high) = cells()
         .map(|c| c.2)
         .filter(|s| s.is_finite())
-        .fold((0.0f64, f64::NEG_INFINITY), |(low, high), s| {
-            (low.min(s), high.max(s))
-        });
+        .fold((0.0f64, f64::NEG_INFINITY), |(low, high), s| (low.min(s), high.max(s)));
     let high = if high > low { high } else { low + 1.0 };
-    let mut panel = Panel::new(
-        "",
-        Axis::log("Frequency", "Hz"),
-        Axis::categories("", ports.to_vec()),
-    );
-    let best =
-        cells()
-            .filter(|c| c.2.is_finite())
-            .fold(None, |best: Option<(usize, usize, f64)>, c| match best {
-                Some(b) if b.2 >= c.2 => Some(b),
-                _ => Some(c),
-            });
+    let mut panel = Panel::new("", Axis::log("Frequency", "Hz"), Axis::categories("", ports.to_vec()));
+    let best = cells().filter(|c| c.2.is_finite()).fold(None, |best: Option<(usize, usize, f64)>, c| match best {
+        Some(b) if b.2 >= c.2 => Some(b),
+        _ => Some(c),
+    });
     if let Some((row, column, _)) = best {
         let x = centres.get(column).copied().unwrap_or(f64::NAN);
         let look = Look::points(Color::Orange, Marker::Diamond);
-        let name = format!(
-            "largest score: {}",
-            ports.get(row).map_or("", String::as_str)
-        );
-        panel
-            .series
-            .push(Series::curve(&name, &[x], &[row as f64], look));
+        let name = format!("largest score: {}", ports.get(row).map_or("", String::as_str));
+        panel.series.push(Series::curve(&name, &[x], &[row as f64], look));
     }
-    panel.heat = Some(HeatMap {
-        x_edges: edges,
-        values: pooled,
-        label: label.to_owned(),
-        range: [low, high],
-    });
+    panel.heat = Some(HeatMap { x_edges: edges, values: pooled, label: label.to_owned(), range: [low, high] });
     panel.height_px = 70 + 22 * ports.len().clamp(4, 40) as u32;
     Figure::new(
         title,
@@ -186,27 +132,13 @@ pub fn impedance(
     fitted: &[c64],
     shape: &str,
 ) -> Figure {
-    let mut magnitude = Panel::new(
-        "",
-        Axis::log("Frequency", "Hz").unlabelled(),
-        Axis::log("Magnitude", unit),
-    );
-    let phase_axis = Axis::linear("Phase", "°")
-        .with_range(-180.0, 180.0)
-        .with_step(90.0);
+    let mut magnitude = Panel::new("", Axis::log("Frequency", "Hz").unlabelled(), Axis::log("Magnitude", unit));
+    let phase_axis = Axis::linear("Phase", "°").with_range(-180.0, 180.0).with_step(90.0);
     let mut phase = Panel::new("", Axis::log("Frequency", "Hz"), phase_axis);
     let fitted_name = format!("fitted: {shape}");
     let both = [
-        (
-            "recovered from the data",
-            recovered,
-            data_look(frequency_hz.len()),
-        ),
-        (
-            fitted_name.as_str(),
-            fitted,
-            Look::line(Color::Blue, Dash::Solid),
-        ),
+        ("recovered from the data", recovered, data_look(frequency_hz.len())),
+        (fitted_name.as_str(), fitted, Look::line(Color::Blue, Dash::Solid)),
     ];
     for (name, values, look) in both.into_iter().filter(|b| b.1.len() == frequency_hz.len()) {
         let (size, angle) = polar(name, frequency_hz, values, look);
@@ -226,20 +158,13 @@ pub fn impedance(
 fn polar(name: &str, frequency_hz: &[f64], values: &[c64], look: Look) -> (Series, Series) {
     let size: Vec<f64> = values.iter().map(|z| z.norm()).collect();
     let angle: Vec<f64> = values.iter().map(|z| z.arg().to_degrees()).collect();
-    let phase = Series {
-        break_at_jump: Some(180.0),
-        ..Series::curve(name, frequency_hz, &angle, look)
-    };
+    let phase = Series { break_at_jump: Some(180.0), ..Series::curve(name, frequency_hz, &angle, look) };
     (Series::curve(name, frequency_hz, &size, look), phase)
 }
 
 /// Data as open circles, or as a dotted line where circles would run into each other.
 fn data_look(points: usize) -> Look {
-    if points <= 120 {
-        Look::points(Color::Black, Marker::Circle)
-    } else {
-        Role::Measured.look()
-    }
+    if points <= 120 { Look::points(Color::Black, Marker::Circle) } else { Role::Measured.look() }
 }
 
 /// Ranking of hypotheses: the larger the score the better. Best first; drawn from the top.
@@ -249,15 +174,7 @@ pub fn ranking(title: &str, names: &[String], scores: &[f64], label: &str) -> Fi
     let y: Vec<f64> = (0..x.len()).map(|k| k as f64).collect();
     let mut panel = Panel::new("", Axis::linear(label, ""), Axis::categories("", reversed));
     let look = Look::line(Color::Sky, Dash::Solid);
-    panel.series.push(
-        Series::curve(label, &x, &y, look)
-            .shaped(Shape::LyingBars { height: 0.6 })
-            .unlisted(),
-    );
+    panel.series.push(Series::curve(label, &x, &y, look).shaped(Shape::LyingBars { height: 0.6 }).unlisted());
     panel.height_px = 60 + 22 * names.len().clamp(3, 40) as u32;
-    Figure::new(
-        title,
-        "Hypotheses in order of how well they explain the difference.",
-        vec![panel],
-    )
+    Figure::new(title, "Hypotheses in order of how well they explain the difference.", vec![panel])
 }

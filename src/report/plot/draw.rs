@@ -22,28 +22,18 @@ pub(super) fn series(canvas: &Canvas, frame: &Frame, series: &Series) -> Result<
         Shape::Curve => curve(canvas, frame, series, ink),
         Shape::Band { lower } => band(canvas, frame, series, lower, ink),
         Shape::Bars { width } => {
-            let zero = frame
-                .clamp((frame.rect.left, frame.py(0.0).min(frame.rect.bottom)))
-                .1;
+            let zero = frame.clamp((frame.rect.left, frame.py(0.0).min(frame.rect.bottom))).1;
             for (x, y) in series.x.iter().zip(&series.y) {
-                if let (Some(a), Some(b)) = (
-                    frame.point(x - 0.5 * width, *y),
-                    frame.point(x + 0.5 * width, *y),
-                ) {
+                if let (Some(a), Some(b)) = (frame.point(x - 0.5 * width, *y), frame.point(x + 0.5 * width, *y)) {
                     canvas.rectangle(frame.clamp(a), frame.clamp((b.0, zero)), ink)?;
                 }
             }
             error_bars(canvas, frame, series)
         }
         Shape::LyingBars { height } => {
-            let zero = frame
-                .clamp((frame.px(0.0).max(frame.rect.left), frame.rect.top))
-                .0;
+            let zero = frame.clamp((frame.px(0.0).max(frame.rect.left), frame.rect.top)).0;
             for (x, y) in series.x.iter().zip(&series.y) {
-                if let (Some(a), Some(b)) = (
-                    frame.point(*x, y - 0.5 * height),
-                    frame.point(*x, y + 0.5 * height),
-                ) {
+                if let (Some(a), Some(b)) = (frame.point(*x, y - 0.5 * height), frame.point(*x, y + 0.5 * height)) {
                     canvas.rectangle(frame.clamp(a), frame.clamp((zero, b.1)), ink)?;
                 }
             }
@@ -57,10 +47,7 @@ fn curve(canvas: &Canvas, frame: &Frame, series: &Series, ink: Ink) -> Result<()
         let mut path: Vec<Option<(f64, f64)>> = Vec::with_capacity(series.x.len());
         let mut last = f64::NAN;
         for (x, y) in series.x.iter().zip(&series.y) {
-            if series
-                .break_at_jump
-                .is_some_and(|jump| (y - last).abs() > jump)
-            {
+            if series.break_at_jump.is_some_and(|jump| (y - last).abs() > jump) {
                 path.push(None);
             }
             path.push(frame.point(*x, *y));
@@ -72,12 +59,7 @@ fn curve(canvas: &Canvas, frame: &Frame, series: &Series, ink: Ink) -> Result<()
     }
     error_bars(canvas, frame, series)?;
     if let Some(marker) = series.look.marker {
-        for at in series
-            .x
-            .iter()
-            .zip(&series.y)
-            .filter_map(|(x, y)| frame.point(*x, *y))
-        {
+        for at in series.x.iter().zip(&series.y).filter_map(|(x, y)| frame.point(*x, *y)) {
             if frame.contains(at) {
                 canvas.marker(at, marker, ink, MARKER)?;
             }
@@ -96,39 +78,21 @@ fn error_bars(canvas: &Canvas, frame: &Frame, series: &Series) -> Result<(), Plo
             let ink = Ink::grey(40);
             canvas.line(&[low, high], ink, Dash::Solid, 1.1)?;
             for end in [low, high] {
-                canvas.line(
-                    &[(end.0 - 3.0, end.1), (end.0 + 3.0, end.1)],
-                    ink,
-                    Dash::Solid,
-                    1.1,
-                )?;
+                canvas.line(&[(end.0 - 3.0, end.1), (end.0 + 3.0, end.1)], ink, Dash::Solid, 1.1)?;
             }
         }
     }
     Ok(())
 }
 
-fn band(
-    canvas: &Canvas,
-    frame: &Frame,
-    series: &Series,
-    lower: &[f64],
-    ink: Ink,
-) -> Result<(), PlotError> {
-    let ink = Ink {
-        opacity: BAND,
-        ..ink
-    };
+fn band(canvas: &Canvas, frame: &Frame, series: &Series, lower: &[f64], ink: Ink) -> Result<(), PlotError> {
+    let ink = Ink { opacity: BAND, ..ink };
     // A gap in either edge splits the area.
     let mut upper_edge: Vec<(f64, f64)> = Vec::new();
     let mut lower_edge: Vec<(f64, f64)> = Vec::new();
     let flush = |upper: &mut Vec<(f64, f64)>, lower: &mut Vec<(f64, f64)>| {
         let corners: Vec<(f64, f64)> = upper.drain(..).chain(lower.drain(..).rev()).collect();
-        if corners.len() >= 4 {
-            canvas.area(&corners, ink)
-        } else {
-            Ok(())
-        }
+        if corners.len() >= 4 { canvas.area(&corners, ink) } else { Ok(()) }
     };
     for ((x, y), low) in series.x.iter().zip(&series.y).zip(lower) {
         match (frame.point(*x, *y), frame.point(*x, *low)) {
@@ -144,13 +108,8 @@ fn band(
 
 /// Light to dark in one hue: order survives printing in grey and every kind of colour vision.
 fn shade(fraction: f64) -> Ink {
-    const STOPS: [(f64, f64, f64); 5] = [
-        (247.0, 250.0, 253.0),
-        (198.0, 219.0, 239.0),
-        (107.0, 174.0, 214.0),
-        (33.0, 113.0, 181.0),
-        (8.0, 38.0, 87.0),
-    ];
+    const STOPS: [(f64, f64, f64); 5] =
+        [(247.0, 250.0, 253.0), (198.0, 219.0, 239.0), (107.0, 174.0, 214.0), (33.0, 113.0, 181.0), (8.0, 38.0, 87.0)];
     if fraction.is_nan() {
         return Ink::grey(255);
     }
@@ -160,10 +119,7 @@ fn shade(fraction: f64) -> Ink {
         return Ink::grey(255);
     };
     let mix = |a: f64, b: f64| (a + (place - k as f64) * (b - a)).round() as u8;
-    Ink {
-        rgb: (mix(a.0, b.0), mix(a.1, b.1), mix(a.2, b.2)),
-        opacity: 1.0,
-    }
+    Ink { rgb: (mix(a.0, b.0), mix(a.1, b.1), mix(a.2, b.2)), opacity: 1.0 }
 }
 
 /// Draws the map and its colour bar. Neighbours of one shade become one rectangle.
@@ -171,36 +127,23 @@ pub(super) fn heat_map(canvas: &Canvas, frame: &Frame, heat: &HeatMap) -> Result
     // Steps of the shade the eye cannot tell apart keep the file small.
     const SHADES: f64 = 48.0;
     let [low, high] = heat.range;
-    let quantise = |v: f64| {
-        ((v - low) / (high - low) * SHADES)
-            .round()
-            .clamp(0.0, SHADES)
-            / SHADES
-    };
+    let quantise = |v: f64| ((v - low) / (high - low) * SHADES).round().clamp(0.0, SHADES) / SHADES;
     for (row, values) in heat.values.iter().enumerate() {
         let (top, bottom) = (frame.py(row as f64 + 0.5), frame.py(row as f64 - 0.5));
         let mut cells = values.iter().zip(heat.x_edges.windows(2)).peekable();
         while let Some((value, edges)) = cells.next() {
-            let (shade_here, start) =
-                (quantise(*value), edges.first().copied().unwrap_or(f64::NAN));
+            let (shade_here, start) = (quantise(*value), edges.first().copied().unwrap_or(f64::NAN));
             let mut end = edges.last().copied().unwrap_or(f64::NAN);
             while let Some((_, more)) = cells.next_if(|(v, _)| quantise(**v) == shade_here) {
                 end = more.last().copied().unwrap_or(end);
             }
             // Half a pixel of overlap hides the seams that anti-aliasing would show between neighbours.
-            let (a, b) = (
-                frame.clamp((frame.px(start), top)),
-                frame.clamp((frame.px(end) + 0.5, bottom + 0.5)),
-            );
+            let (a, b) = (frame.clamp((frame.px(start), top)), frame.clamp((frame.px(end) + 0.5, bottom + 0.5)));
             canvas.rectangle(a, b, shade(shade_here))?;
         }
     }
     let r = frame.rect;
-    let bar = Rect {
-        left: r.right + 16.0,
-        right: r.right + 28.0,
-        ..r
-    };
+    let bar = Rect { left: r.right + 16.0, right: r.right + 28.0, ..r };
     let height = (bar.bottom - bar.top) / SHADES;
     for k in 0..SHADES as usize {
         let bottom = bar.bottom - height * k as f64;
@@ -210,29 +153,11 @@ pub(super) fn heat_map(canvas: &Canvas, frame: &Frame, heat: &HeatMap) -> Result
     let room = ((r.bottom - r.top) / 30.0).clamp(2.0, 8.0) as usize;
     for (value, text) in ticks(super::figure::Scale::Linear, heat.range, room, None).major {
         let y = bar.bottom - (value - low) / (high - low) * (bar.bottom - bar.top);
-        canvas.line(
-            &[(bar.right, y), (bar.right + 4.0, y)],
-            Ink::grey(90),
-            Dash::Solid,
-            1.0,
-        )?;
-        canvas.text(
-            &text,
-            (bar.right + 7.0, y),
-            Anchor::Left,
-            face(11.0, false, 60),
-        )?;
+        canvas.line(&[(bar.right, y), (bar.right + 4.0, y)], Ink::grey(90), Dash::Solid, 1.0)?;
+        canvas.text(&text, (bar.right + 7.0, y), Anchor::Left, face(11.0, false, 60))?;
     }
-    let upright = super::canvas::Type {
-        upright: true,
-        ..face(12.0, false, 25)
-    };
-    canvas.text(
-        &heat.label,
-        (r.right + 80.0, 0.5 * (r.top + r.bottom)),
-        Anchor::Middle,
-        upright,
-    )
+    let upright = super::canvas::Type { upright: true, ..face(12.0, false, 25) };
+    canvas.text(&heat.label, (r.right + 80.0, 0.5 * (r.top + r.bottom)), Anchor::Middle, upright)
 }
 
 /// A line of the legend: what the sample shows, and its name.
@@ -252,10 +177,7 @@ pub(super) fn legend_entries(figure: &Figure) -> Vec<Entry> {
     let mut entries: Vec<Entry> = Vec::new();
     let mut add = |name: &str, sample: Sample| {
         if !name.is_empty() && entries.iter().all(|e| e.name != name) {
-            entries.push(Entry {
-                name: name.to_owned(),
-                sample,
-            });
+            entries.push(Entry { name: name.to_owned(), sample });
         }
     };
     for panel in &figure.panels {
@@ -275,11 +197,7 @@ pub(super) fn legend_entries(figure: &Figure) -> Vec<Entry> {
 }
 
 /// The legend broken into rows no wider than `width`: for each row, entries with their offsets.
-pub(super) fn legend_rows(
-    canvas: &Canvas,
-    entries: &[Entry],
-    width: f64,
-) -> Result<Vec<Vec<(usize, f64)>>, PlotError> {
+pub(super) fn legend_rows(canvas: &Canvas, entries: &[Entry], width: f64) -> Result<Vec<Vec<(usize, f64)>>, PlotError> {
     let mut rows: Vec<Vec<(usize, f64)>> = Vec::new();
     let mut at = f64::INFINITY;
     for (k, entry) in entries.iter().enumerate() {
@@ -312,40 +230,22 @@ pub(super) fn legend_row(
         match entry.sample {
             Sample::Curve(look) => {
                 if let Some(dash) = look.line {
-                    canvas.line(
-                        &[(start, y), (end, y)],
-                        look.color.into(),
-                        dash,
-                        look.width_px,
-                    )?;
+                    canvas.line(&[(start, y), (end, y)], look.color.into(), dash, look.width_px)?;
                 }
                 if let Some(marker) = look.marker {
                     canvas.marker((0.5 * (start + end), y), marker, look.color.into(), MARKER)?;
                 }
             }
             Sample::Area(color, opacity) => {
-                let ink = Ink {
-                    opacity,
-                    ..color.into()
-                };
+                let ink = Ink { opacity, ..color.into() };
                 canvas.rectangle((start + 6.0, y - 5.0), (end - 2.0, y + 5.0), ink)?;
             }
             Sample::Upright(color, dash) => {
                 let middle = 0.5 * (start + end);
-                canvas.line(
-                    &[(middle, y - 8.0), (middle, y + 8.0)],
-                    color.into(),
-                    dash,
-                    1.3,
-                )?;
+                canvas.line(&[(middle, y - 8.0), (middle, y + 8.0)], color.into(), dash, 1.3)?;
             }
         }
-        canvas.text(
-            &entry.name,
-            (end + 6.0, y),
-            Anchor::Left,
-            face(12.5, false, 25),
-        )?;
+        canvas.text(&entry.name, (end + 6.0, y), Anchor::Left, face(12.5, false, 25))?;
     }
     Ok(())
 }

@@ -59,44 +59,27 @@ impl Axis {
     /// A linear axis whose positions 0, 1, 2, … carry names.
     pub(crate) fn categories(label: &str, names: Vec<String>) -> Self {
         let last = names.len() as f64 - 0.5;
-        Self {
-            categories: names,
-            range: Some([-0.5, last]),
-            ..Self::linear(label, "")
-        }
+        Self { categories: names, range: Some([-0.5, last]), ..Self::linear(label, "") }
     }
 
     /// The same axis with a fixed range.
     pub(crate) fn with_range(self, low: f64, high: f64) -> Self {
-        Self {
-            range: Some([low, high]),
-            ..self
-        }
+        Self { range: Some([low, high]), ..self }
     }
 
     /// The same axis with a fixed tick distance.
     pub(crate) fn with_step(self, step: f64) -> Self {
-        Self {
-            tick_step: Some(step),
-            ..self
-        }
+        Self { tick_step: Some(step), ..self }
     }
 
     /// The same axis without numbers and label.
     pub(crate) fn unlabelled(self) -> Self {
-        Self {
-            labelled: false,
-            ..self
-        }
+        Self { labelled: false, ..self }
     }
 
     /// Label with its unit, as printed beside the axis.
     pub(crate) fn caption(&self) -> String {
-        if self.unit.is_empty() {
-            self.label.clone()
-        } else {
-            format!("{} ({})", self.label, self.unit)
-        }
+        if self.unit.is_empty() { self.label.clone() } else { format!("{} ({})", self.label, self.unit) }
     }
 }
 
@@ -165,10 +148,7 @@ impl Series {
 
     /// The same series, left out of the legend.
     pub(crate) fn unlisted(self) -> Self {
-        Self {
-            in_legend: false,
-            ..self
-        }
+        Self { in_legend: false, ..self }
     }
 }
 
@@ -201,13 +181,7 @@ pub struct Mark {
 impl Mark {
     /// The top speed on an axis of speed or frequency.
     pub(crate) fn top_speed(value: f64) -> Self {
-        Self {
-            value,
-            label: "top speed".to_owned(),
-            color: Color::Grey,
-            dash: Dash::Dotted,
-            legend: String::new(),
-        }
+        Self { value, label: "top speed".to_owned(), color: Color::Grey, dash: Dash::Dotted, legend: String::new() }
     }
 }
 
@@ -265,11 +239,7 @@ impl Panel {
 
     /// Adds a dashed reference line.
     pub(crate) fn level(&mut self, value: f64, label: impl Into<String>) {
-        self.levels.push(Level {
-            value,
-            label: label.into(),
-            dash: Dash::Dashed,
-        });
+        self.levels.push(Level { value, label: label.into(), dash: Dash::Dashed });
     }
 }
 
@@ -291,20 +261,11 @@ pub struct Figure {
 impl Figure {
     /// Panels below each other at the width of the report.
     pub fn new(title: &str, description: &str, panels: Vec<Panel>) -> Self {
-        Self {
-            title: title.to_owned(),
-            description: description.to_owned(),
-            panels,
-            columns: 1,
-            width_px: 900,
-        }
+        Self { title: title.to_owned(), description: description.to_owned(), panels, columns: 1, width_px: 900 }
     }
 
     /// The same figure with that many panels a row.
     pub(crate) fn with_columns(self, columns: usize) -> Self {
-        Self {
-            columns: columns.max(1),
-            ..self
-        }
+        Self { columns: columns.max(1), ..self }
     }
 }

@@ -58,10 +58,7 @@ impl Frame {
     }
 
     /// The pieces of the polyline through `points` that lie in the plot area. `None` is a gap.
-    pub(super) fn clipped(
-        &self,
-        points: impl IntoIterator<Item = Option<(f64, f64)>>,
-    ) -> Vec<Vec<(f64, f64)>> {
+    pub(super) fn clipped(&self, points: impl IntoIterator<Item = Option<(f64, f64)>>) -> Vec<Vec<(f64, f64)>> {
         let mut pieces: Vec<Vec<(f64, f64)>> = Vec::new();
         let mut previous: Option<(f64, f64)> = None;
         for point in points {
@@ -91,12 +88,7 @@ fn fraction((scale, [low, high]): (Scale, [f64; 2]), value: f64) -> f64 {
 fn clip_segment(r: Rect, a: (f64, f64), b: (f64, f64)) -> Option<((f64, f64), (f64, f64))> {
     let (dx, dy) = (b.0 - a.0, b.1 - a.1);
     let (mut t0, mut t1) = (0.0f64, 1.0f64);
-    let sides = [
-        (-dx, a.0 - r.left),
-        (dx, r.right - a.0),
-        (-dy, a.1 - r.top),
-        (dy, r.bottom - a.1),
-    ];
+    let sides = [(-dx, a.0 - r.left), (dx, r.right - a.0), (-dy, a.1 - r.top), (dy, r.bottom - a.1)];
     for (p, q) in sides {
         if p == 0.0 {
             if q < 0.0 {
@@ -143,21 +135,13 @@ pub(super) fn axis_range(panel: &Panel, direction: Direction) -> Result<[f64; 2]
         return if low.is_finite() && high.is_finite() && low < high && positive {
             Ok([low, high])
         } else {
-            Err(PlotError::Range {
-                axis: axis.caption(),
-                low,
-                high,
-            })
+            Err(PlotError::Range { axis: axis.caption(), low, high })
         };
     }
     let (low, high) = extent(panel, direction, axis);
     if !(low.is_finite() && high.is_finite()) {
         // Nothing to show: an empty panel with some axis is better than no report.
-        return Ok(if axis.scale == Scale::Log {
-            [1.0, 10.0]
-        } else {
-            [0.0, 1.0]
-        });
+        return Ok(if axis.scale == Scale::Log { [1.0, 10.0] } else { [0.0, 1.0] });
     }
     let flat = high - low <= 1e-12 * low.abs().max(high.abs());
     let (low, high) = match (flat, axis.scale) {
@@ -171,10 +155,7 @@ pub(super) fn axis_range(panel: &Panel, direction: Direction) -> Result<[f64; 2]
     // Abscissae that are lines, not bars, fill the width: no white strip before the first and after the last frequency.
     let tight = direction == Direction::Across
         && !panel.equal_aspect
-        && panel
-            .series
-            .iter()
-            .all(|s| !matches!(s.shape, Shape::Bars { .. } | Shape::LyingBars { .. }));
+        && panel.series.iter().all(|s| !matches!(s.shape, Shape::Bars { .. } | Shape::LyingBars { .. }));
     if tight {
         return Ok([low, high]);
     }
@@ -184,10 +165,7 @@ pub(super) fn axis_range(panel: &Panel, direction: Direction) -> Result<[f64; 2]
         Scale::Log => round_range(Scale::Log, [low / 1.05, high * 1.05]),
         Scale::Linear => round_range(
             Scale::Linear,
-            [
-                if low == 0.0 { 0.0 } else { low - air },
-                if high == 0.0 { 0.0 } else { high + air },
-            ],
+            [if low == 0.0 { 0.0 } else { low - air }, if high == 0.0 { 0.0 } else { high + air }],
         ),
     })
 }
@@ -201,13 +179,7 @@ fn extent(panel: &Panel, direction: Direction, axis: &Axis) -> (f64, f64) {
             Direction::Up => {
                 values.extend(&series.y);
                 if let Some(error) = &series.y_error {
-                    let pairs = || {
-                        series
-                            .y
-                            .iter()
-                            .zip(error)
-                            .filter(|(y, e)| y.is_finite() && e.is_finite())
-                    };
+                    let pairs = || series.y.iter().zip(error).filter(|(y, e)| y.is_finite() && e.is_finite());
                     values.extend(pairs().map(|(y, e)| y - e));
                     values.extend(pairs().map(|(y, e)| y + e));
                 }
@@ -216,20 +188,10 @@ fn extent(panel: &Panel, direction: Direction, axis: &Axis) -> (f64, f64) {
         match (&series.shape, direction) {
             (Shape::Band { lower }, Direction::Up) => values.extend(lower),
             (Shape::Bars { width }, Direction::Across) => {
-                values.extend(
-                    series
-                        .x
-                        .iter()
-                        .flat_map(|x| [x - 0.6 * width, x + 0.6 * width]),
-                );
+                values.extend(series.x.iter().flat_map(|x| [x - 0.6 * width, x + 0.6 * width]));
             }
             (Shape::LyingBars { height }, Direction::Up) => {
-                values.extend(
-                    series
-                        .y
-                        .iter()
-                        .flat_map(|y| [y - 0.6 * height, y + 0.6 * height]),
-                );
+                values.extend(series.y.iter().flat_map(|y| [y - 0.6 * height, y + 0.6 * height]));
             }
             (Shape::Bars { .. }, Direction::Up) | (Shape::LyingBars { .. }, Direction::Across) => {
                 values.push(0.0);
@@ -246,9 +208,7 @@ fn extent(panel: &Panel, direction: Direction, axis: &Axis) -> (f64, f64) {
     values
         .into_iter()
         .filter(|v| v.is_finite() && (axis.scale == Scale::Linear || *v > 0.0))
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
-            (low.min(v), high.max(v))
-        })
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)))
 }
 
 /// Positions nearest to `wanted` (least squares) at which items of these `sizes` do not overlap, within `[low, high]`
@@ -268,10 +228,7 @@ pub(super) fn spread(wanted: &[f64], sizes: &[f64], [low, high]: [f64; 2]) -> Ve
         let mut pool = (w - o, 1usize);
         while let Some(&(mean, count)) = pools.last().filter(|p| p.0 > pool.0) {
             let total = count + pool.1;
-            pool = (
-                (mean * count as f64 + pool.0 * pool.1 as f64) / total as f64,
-                total,
-            );
+            pool = ((mean * count as f64 + pool.0 * pool.1 as f64) / total as f64, total);
             pools.pop();
         }
         pools.push(pool);

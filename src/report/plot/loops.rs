@@ -38,42 +38,22 @@ pub struct MarkedFrequency {
 
 /// Bode diagram, magnitude over phase. `quantity` and `unit` name the magnitude (`|sensor / current|`, `m/A`);
 /// marked frequencies stand above it.
-pub fn bode(
-    title: &str,
-    quantity: &str,
-    unit: &str,
-    curves: &[ResponseCurve],
-    marked: &[MarkedFrequency],
-) -> Figure {
+pub fn bode(title: &str, quantity: &str, unit: &str, curves: &[ResponseCurve], marked: &[MarkedFrequency]) -> Figure {
     let axis = || Axis::log("Frequency", "Hz");
     let mut magnitude = Panel::new("", axis().unlabelled(), Axis::log(quantity, unit));
-    let mut phase = Panel::new(
-        "",
-        axis(),
-        Axis::linear("Phase", "°")
-            .with_range(-180.0, 180.0)
-            .with_step(90.0),
-    );
+    let mut phase = Panel::new("", axis(), Axis::linear("Phase", "°").with_range(-180.0, 180.0).with_step(90.0));
     phase.height_px = 215;
     for c in curves {
         let look = c.role.look();
         let size: Vec<f64> = c.response.iter().map(|h| h.norm()).collect();
         let angle: Vec<f64> = c.response.iter().map(|h| h.arg().to_degrees()).collect();
-        magnitude
-            .series
-            .push(Series::curve(c.name, c.frequency_hz, &size, look));
-        phase.series.push(Series {
-            break_at_jump: Some(180.0),
-            ..Series::curve(c.name, c.frequency_hz, &angle, look)
-        });
+        magnitude.series.push(Series::curve(c.name, c.frequency_hz, &size, look));
+        phase.series.push(Series { break_at_jump: Some(180.0), ..Series::curve(c.name, c.frequency_hz, &angle, look) });
     }
     magnitude.marks = marks(marked, true);
     phase.marks = marks(marked, false);
     let names: Vec<&str> = curves.iter().map(|c| c.name).collect();
-    let words = format!(
-        "Magnitude and phase over frequency of {}.",
-        names.join(", ")
-    );
+    let words = format!("Magnitude and phase over frequency of {}.", names.join(", "));
     Figure::new(title, &words, vec![magnitude, phase])
 }
 
@@ -86,29 +66,15 @@ fn marks(marked: &[MarkedFrequency], labelled: bool) -> Vec<Mark> {
                 Peak::Resonance => (Color::Vermillion, Dash::Dashed, "published resonance"),
                 Peak::Antiresonance => (Color::Green, Dash::Dotted, "published antiresonance"),
             };
-            let label = if labelled {
-                format!("{:.0}", m.frequency_hz)
-            } else {
-                String::new()
-            };
-            Mark {
-                value: m.frequency_hz,
-                label,
-                color,
-                dash,
-                legend: legend.to_owned(),
-            }
+            let label = if labelled { format!("{:.0}", m.frequency_hz) } else { String::new() };
+            Mark { value: m.frequency_hz, label, color, dash, legend: legend.to_owned() }
         })
         .collect()
 }
 
 /// Dynamic stiffness at the tool, one panel an axis. Curves are in N/m over Hz; the picture is in N/µm.
 /// `marked_hz` are frequencies of interest (the spindle frequency) with their labels.
-pub fn dynamic_stiffness(
-    title: &str,
-    panels: &[(&str, Vec<Curve>)],
-    marked_hz: &[(f64, &str)],
-) -> Figure {
+pub fn dynamic_stiffness(title: &str, panels: &[(&str, Vec<Curve>)], marked_hz: &[(f64, &str)]) -> Figure {
     const MICRO: f64 = 1e-6;
     let last = panels.len().saturating_sub(1);
     let drawn = panels.iter().enumerate().map(|(k, (name, curves))| {
@@ -120,11 +86,7 @@ pub fn dynamic_stiffness(
             .iter()
             .map(|(value, label)| Mark {
                 value: *value,
-                label: if k == 0 {
-                    (*label).to_owned()
-                } else {
-                    String::new()
-                },
+                label: if k == 0 { (*label).to_owned() } else { String::new() },
                 color: Color::Grey,
                 dash: Dash::Dotted,
                 legend: String::new(),
@@ -142,16 +104,8 @@ pub fn dynamic_stiffness(
 
 /// Zone limits of ISO 14839-3, dB.
 pub(super) fn zone_limits() -> Vec<Level> {
-    let limits = [
-        (9.5, "A | B  9.5"),
-        (12.0, "B | C  12"),
-        (14.0, "C | D  14"),
-    ];
-    let level = |(value, label): (f64, &str)| Level {
-        value,
-        label: label.to_owned(),
-        dash: Dash::Dashed,
-    };
+    let limits = [(9.5, "A | B  9.5"), (12.0, "B | C  12"), (14.0, "C | D  14")];
+    let level = |(value, label): (f64, &str)| Level { value, label: label.to_owned(), dash: Dash::Dashed };
     limits.into_iter().map(level).collect()
 }
 
@@ -207,35 +161,17 @@ pub fn nyquist(title: &str, loops: &[ResponseCurve], largest_sensitivity: f64) -
     );
     panel.equal_aspect = true;
     panel.height_px = 520;
-    let angles: Vec<f64> = (0..=120)
-        .map(|k| f64::from(k) * 3f64.to_radians())
-        .collect();
+    let angles: Vec<f64> = (0..=120).map(|k| f64::from(k) * 3f64.to_radians()).collect();
     let radius = 1.0 / largest_sensitivity;
     let circle_x: Vec<f64> = angles.iter().map(|a| -1.0 + radius * a.cos()).collect();
     let circle_y: Vec<f64> = angles.iter().map(|a| radius * a.sin()).collect();
     let name = format!("|S| = {:.1} dB", 20.0 * largest_sensitivity.log10());
-    panel.series.push(Series::curve(
-        &name,
-        &circle_x,
-        &circle_y,
-        Role::Limit.look(),
-    ));
-    panel.series.push(Series::curve(
-        "critical point",
-        &[-1.0],
-        &[0.0],
-        Look::points(Color::Black, Marker::Cross),
-    ));
+    panel.series.push(Series::curve(&name, &circle_x, &circle_y, Role::Limit.look()));
+    panel.series.push(Series::curve("critical point", &[-1.0], &[0.0], Look::points(Color::Black, Marker::Cross)));
     for l in loops {
         let re: Vec<f64> = l.response.iter().map(|h| h.re).collect();
         let im: Vec<f64> = l.response.iter().map(|h| h.im).collect();
-        panel
-            .series
-            .push(Series::curve(l.name, &re, &im, l.role.look()));
+        panel.series.push(Series::curve(l.name, &re, &im, l.role.look()));
     }
-    Figure::new(
-        title,
-        "Open loops in the complex plane near the critical point.",
-        vec![panel],
-    )
+    Figure::new(title, "Open loops in the complex plane near the critical point.", vec![panel])
 }

@@ -6,30 +6,18 @@ use super::style::{Color, Dash, Look};
 
 /// Stability lobes: limiting depth of cut (m) over spindle speed (rpm), drawn in mm; below a curve cutting is stable.
 pub fn chatter_lobes(title: &str, curves: &[Curve], max_rpm: f64) -> Figure {
-    let mut panel = Panel::new(
-        "",
-        Axis::linear("Spindle speed", "rpm"),
-        Axis::linear("Depth of cut", "mm"),
-    );
+    let mut panel = Panel::new("", Axis::linear("Spindle speed", "rpm"), Axis::linear("Depth of cut", "mm"));
     panel.series = curves.iter().map(|c| c.scaled(1e3)).collect();
     panel.height_px = 380;
-    let mut depths: Vec<f64> = panel
-        .series
-        .iter()
-        .flat_map(|s| s.y.iter().copied())
-        .filter(|y| y.is_finite())
-        .collect();
+    let mut depths: Vec<f64> =
+        panel.series.iter().flat_map(|s| s.y.iter().copied()).filter(|y| y.is_finite()).collect();
     depths.sort_by(f64::total_cmp);
     // The peaks between lobes go to infinity: the picture ends where nine tenths of the curve are shown.
     if let Some(top) = depths.get(depths.len() * 9 / 10).filter(|t| **t > 0.0) {
         panel.y.range = Some([0.0, 1.4 * top]);
     }
     panel.x.range = Some([0.0, max_rpm]);
-    Figure::new(
-        title,
-        "Largest stable depth of cut over spindle speed.",
-        vec![panel],
-    )
+    Figure::new(title, "Largest stable depth of cut over spindle speed.", vec![panel])
 }
 
 /// One bar a tool and quantity: `quantities` are heading, unit, reference line and for each controller its values.
@@ -68,27 +56,17 @@ pub fn tools(title: &str, tools: &[String], quantities: &[ToolQuantity]) -> Figu
             let centre = (k as f64 + 0.5) * width - 0.38;
             let x: Vec<f64> = (0..values.len()).map(|t| t as f64 + centre).collect();
             let look = Look::line(color, Dash::Solid);
-            panel.series.push(
-                Series::curve(name, &x, values, look).shaped(Shape::Bars { width: 0.9 * width }),
-            );
+            panel.series.push(Series::curve(name, &x, values, look).shaped(Shape::Bars { width: 0.9 * width }));
         }
         panel.levels = q
             .references
             .iter()
-            .map(|(value, name)| Level {
-                value: *value,
-                label: (*name).to_owned(),
-                dash: Dash::Dashed,
-            })
+            .map(|(value, name)| Level { value: *value, label: (*name).to_owned(), dash: Dash::Dashed })
             .collect();
         panel.height_px = if row == last { 215 } else { 175 };
         panel
     });
-    let mut figure = Figure::new(
-        title,
-        "Designs for each tool side by side.",
-        panels.collect(),
-    );
+    let mut figure = Figure::new(title, "Designs for each tool side by side.", panels.collect());
     // Every name of a tool is to be read: a name takes up to 110 px.
     figure.width_px = figure.width_px.max(110 * tools.len() as u32 + 120);
     figure
@@ -131,9 +109,5 @@ pub(crate) fn tool_stiffness(title: &str, panels: &[(&str, Vec<Curve>)], marked_
         panel.height_px = 330;
         panel
     });
-    Figure::new(
-        title,
-        "Dynamic stiffness at the tool with each tool of the batch; higher is stiffer.",
-        drawn.collect(),
-    )
+    Figure::new(title, "Dynamic stiffness at the tool with each tool of the batch; higher is stiffer.", drawn.collect())
 }

@@ -37,9 +37,7 @@ pub enum PlotError {
         title: String,
     },
     /// Lists of one series differ in length.
-    #[error(
-        "series '{series}': {x} abscissae, {y} ordinates; lower edge and error bars need as many"
-    )]
+    #[error("series '{series}': {x} abscissae, {y} ordinates; lower edge and error bars need as many")]
     Lengths {
         /// Name of the series.
         series: String,
@@ -49,9 +47,7 @@ pub enum PlotError {
         y: usize,
     },
     /// An impossible axis range.
-    #[error(
-        "axis '{axis}': range {low} to {high} must be finite, ascending, and positive on a log axis"
-    )]
+    #[error("axis '{axis}': range {low} to {high} must be finite, ascending, and positive on a log axis")]
     Range {
         /// Label of the axis.
         axis: String,
@@ -79,10 +75,7 @@ pub struct Picture {
 /// # Errors
 /// [`PlotError`] when the figure is inconsistent or the backend fails.
 pub fn picture(figure: &Figure) -> Result<Picture, PlotError> {
-    Ok(Picture {
-        svg: render::svg(figure)?,
-        csv: table::csv(figure),
-    })
+    Ok(Picture { svg: render::svg(figure)?, csv: table::csv(figure) })
 }
 
 /// One named curve as builders take it.
@@ -116,9 +109,7 @@ impl Figure {
     /// [`PlotError::Empty`], [`PlotError::Lengths`].
     pub(crate) fn check(&self) -> Result<(), PlotError> {
         if self.panels.is_empty() {
-            return Err(PlotError::Empty {
-                title: self.title.clone(),
-            });
+            return Err(PlotError::Empty { title: self.title.clone() });
         }
         for s in self.panels.iter().flat_map(|p| &p.series) {
             let lower = match &s.shape {
@@ -127,11 +118,7 @@ impl Figure {
             };
             let error = s.y_error.as_ref().map_or(s.y.len(), Vec::len);
             if s.x.len() != s.y.len() || lower != s.y.len() || error != s.y.len() {
-                return Err(PlotError::Lengths {
-                    series: s.name.clone(),
-                    x: s.x.len(),
-                    y: s.y.len(),
-                });
+                return Err(PlotError::Lengths { series: s.name.clone(), x: s.x.len(), y: s.y.len() });
             }
         }
         Ok(())

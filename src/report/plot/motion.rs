@@ -24,11 +24,7 @@ pub fn time_responses(title: &str, panels: &[TimePanel]) -> Figure {
     let last = panels.len().saturating_sub(1);
     let drawn = panels.iter().enumerate().map(|(k, p)| {
         let x = Axis::linear("Time", "ms");
-        let mut panel = Panel::new(
-            p.title,
-            if k == last { x } else { x.unlabelled() },
-            Axis::linear(p.label, p.unit),
-        );
+        let mut panel = Panel::new(p.title, if k == last { x } else { x.unlabelled() }, Axis::linear(p.label, p.unit));
         panel.series = p
             .curves
             .iter()
@@ -40,29 +36,19 @@ pub fn time_responses(title: &str, panels: &[TimePanel]) -> Figure {
         panel.levels = p
             .limits
             .iter()
-            .map(|(value, name)| Level {
-                value: *value,
-                label: (*name).to_owned(),
-                dash: Dash::DashDot,
-            })
+            .map(|(value, name)| Level { value: *value, label: (*name).to_owned(), dash: Dash::DashDot })
             .collect();
         panel.height_px = if k == last { 225 } else { 190 };
         panel
     });
-    Figure::new(
-        title,
-        "Responses over time with their limits.",
-        drawn.collect(),
-    )
+    Figure::new(title, "Responses over time with their limits.", drawn.collect())
 }
 
 /// Orbits, one panel a plane: name, x and y in m; drawn in µm within the backup clearance (m).
 pub fn orbits(title: &str, planes: &[(&str, &[f64], &[f64])], clearance_m: f64) -> Figure {
     const MICRO: f64 = 1e6;
     let circle = |radius: f64, f: fn(f64) -> f64| -> Vec<f64> {
-        (0..=120)
-            .map(|k| radius * MICRO * f(f64::from(k) * 3f64.to_radians()))
-            .collect()
+        (0..=120).map(|k| radius * MICRO * f(f64::from(k) * 3f64.to_radians())).collect()
     };
     let panels = planes.iter().map(|(name, x, y)| {
         let axis = |label: &str| Axis::linear(label, "µm");
@@ -72,26 +58,12 @@ pub fn orbits(title: &str, planes: &[(&str, &[f64], &[f64])], clearance_m: f64) 
         let micro = |v: &[f64]| v.iter().map(|m| MICRO * m).collect::<Vec<f64>>();
         let clearance = (circle(clearance_m, f64::cos), circle(clearance_m, f64::sin));
         panel.series = vec![
-            Series::curve(
-                "backup bearing",
-                &clearance.0,
-                &clearance.1,
-                Role::Limit.look(),
-            ),
-            Series::curve(
-                "orbit",
-                &micro(x),
-                &micro(y),
-                Look::line(Color::Blue, Dash::Solid).with_width(1.2),
-            ),
+            Series::curve("backup bearing", &clearance.0, &clearance.1, Role::Limit.look()),
+            Series::curve("orbit", &micro(x), &micro(y), Look::line(Color::Blue, Dash::Solid).with_width(1.2)),
         ];
         panel
     });
     let columns = if planes.len() > 1 { 2 } else { 1 };
-    Figure::new(
-        title,
-        "Orbits of the rotor in each plane within the circle of the backup bearing.",
-        panels.collect(),
-    )
-    .with_columns(columns)
+    Figure::new(title, "Orbits of the rotor in each plane within the circle of the backup bearing.", panels.collect())
+        .with_columns(columns)
 }

@@ -42,31 +42,17 @@ pub(super) fn svg(figure: &Figure) -> Result<String, PlotError> {
     let ruler = Canvas::new(&mut scratch, 10.0, 10.0)?;
     let entries = draw::legend_entries(figure);
     let legend_rows = draw::legend_rows(&ruler, &entries, width - 40.0)?;
-    let prepared: Vec<Prepared> = figure
-        .panels
-        .iter()
-        .map(|p| prepare(&ruler, p))
-        .collect::<Result<_, _>>()?;
+    let prepared: Vec<Prepared> = figure.panels.iter().map(|p| prepare(&ruler, p)).collect::<Result<_, _>>()?;
     let rows: Vec<f64> = prepared
         .chunks(columns)
-        .map(|row| {
-            row.iter()
-                .map(|p| f64::from(p.panel.height_px))
-                .fold(0.0, f64::max)
-        })
+        .map(|row| row.iter().map(|p| f64::from(p.panel.height_px)).fold(0.0, f64::max))
         .collect();
-    let head =
-        34.0 + LINE * legend_rows.len() as f64 + if legend_rows.is_empty() { 0.0 } else { 6.0 };
+    let head = 34.0 + LINE * legend_rows.len() as f64 + if legend_rows.is_empty() { 0.0 } else { 6.0 };
     let height = head + rows.iter().sum::<f64>() + 8.0;
 
     let mut buffer = String::new();
     let canvas = Canvas::new(&mut buffer, width, height)?;
-    canvas.text(
-        &figure.title,
-        (16.0, 20.0),
-        Anchor::Left,
-        face(TITLE, true, 25),
-    )?;
+    canvas.text(&figure.title, (16.0, 20.0), Anchor::Left, face(TITLE, true, 25))?;
     for (k, row) in legend_rows.iter().enumerate() {
         draw::legend_row(&canvas, &entries, row, 16.0, 34.0 + LINE * (k as f64 + 0.5))?;
     }
@@ -76,14 +62,8 @@ pub(super) fn svg(figure: &Figure) -> Result<String, PlotError> {
     for (row, row_height) in prepared.chunks(columns).zip(&rows) {
         for (column, panel) in row.iter().enumerate() {
             // The plot areas of one column line up.
-            let side = |f: fn(&Prepared) -> f64| {
-                prepared
-                    .iter()
-                    .skip(column)
-                    .step_by(columns)
-                    .map(f)
-                    .fold(0.0, f64::max)
-            };
+            let side =
+                |f: fn(&Prepared) -> f64| prepared.iter().skip(column).step_by(columns).map(f).fold(0.0, f64::max);
             let left = 8.0 + cell * column as f64;
             let rect = Rect {
                 left: left + side(|p| p.left),
@@ -125,8 +105,7 @@ fn prepare<'a>(ruler: &Canvas, panel: &'a Panel) -> Result<Prepared<'a>, PlotErr
         y_ticks,
         left: widest + 12.0 + if panel.y.label.is_empty() { 4.0 } else { 22.0 },
         right,
-        top: if panel.title.is_empty() { 8.0 } else { 24.0 }
-            + if has_mark_labels { 30.0 } else { 0.0 },
+        top: if panel.title.is_empty() { 8.0 } else { 24.0 } + if has_mark_labels { 30.0 } else { 0.0 },
         bottom: match (panel.x.labelled, panel.x.caption().is_empty()) {
             (false, _) => 10.0,
             (true, true) => 26.0,
@@ -139,25 +118,11 @@ fn axis_ticks(axis: &super::figure::Axis, range: [f64; 2], room: usize) -> Ticks
     if axis.categories.is_empty() {
         return ticks(axis.scale, range, room, axis.tick_step);
     }
-    let named = axis
-        .categories
-        .iter()
-        .enumerate()
-        .map(|(k, name)| (k as f64, name.clone()));
-    Ticks {
-        major: named
-            .filter(|(k, _)| *k >= range[0] && *k <= range[1])
-            .collect(),
-        minor: Vec::new(),
-    }
+    let named = axis.categories.iter().enumerate().map(|(k, name)| (k as f64, name.clone()));
+    Ticks { major: named.filter(|(k, _)| *k >= range[0] && *k <= range[1]).collect(), minor: Vec::new() }
 }
 
-fn draw_panel(
-    canvas: &Canvas,
-    prepared: &Prepared,
-    rect: Rect,
-    left: f64,
-) -> Result<String, PlotError> {
+fn draw_panel(canvas: &Canvas, prepared: &Prepared, rect: Rect, left: f64) -> Result<String, PlotError> {
     let panel = prepared.panel;
     let (mut x, mut y) = (prepared.x, prepared.y);
     let mut y_ticks = prepared.y_ticks.clone();
@@ -165,11 +130,7 @@ fn draw_panel(
         (x, y) = equal_aspect(rect, x, y);
         y_ticks = axis_ticks(&panel.y, y, ((rect.bottom - rect.top) / 30.0) as usize);
     }
-    let frame = Frame {
-        rect,
-        x: (panel.x.scale, x),
-        y: (panel.y.scale, y),
-    };
+    let frame = Frame { rect, x: (panel.x.scale, x), y: (panel.y.scale, y) };
     let room = ((rect.right - rect.left) / 58.0).max(2.0) as usize;
     let x_ticks = axis_ticks(&panel.x, x, room);
 
@@ -181,23 +142,13 @@ fn draw_panel(
     for mark in &panel.marks {
         let at = frame.px(mark.value);
         if frame.contains((at, rect.top)) {
-            canvas.line(
-                &[(at, rect.top), (at, rect.bottom)],
-                mark.color.into(),
-                mark.dash,
-                1.0,
-            )?;
+            canvas.line(&[(at, rect.top), (at, rect.bottom)], mark.color.into(), mark.dash, 1.0)?;
         }
     }
     for level in &panel.levels {
         let at = frame.py(level.value);
         if frame.contains((rect.left, at)) {
-            canvas.line(
-                &[(rect.left, at), (rect.right, at)],
-                Ink::grey(40),
-                level.dash,
-                1.2,
-            )?;
+            canvas.line(&[(rect.left, at), (rect.right, at)], Ink::grey(40), level.dash, 1.2)?;
         }
     }
     for series in &panel.series {
@@ -220,32 +171,20 @@ fn draw_panel(
 /// The axes of a panel as JSON: plot area in units of the picture, scale, range and caption of x and y.
 fn axes_of(panel: &Panel, frame: &Frame) -> String {
     let r = frame.rect;
-    let area: Vec<String> = [r.left, r.top, r.right, r.bottom]
-        .iter()
-        .map(|px| format!("{:.0}", px * FINE))
-        .collect();
+    let area: Vec<String> = [r.left, r.top, r.right, r.bottom].iter().map(|px| format!("{:.0}", px * FINE)).collect();
     let axis = |(scale, [low, high]): (Scale, [f64; 2]), axis: &Axis| {
         let log = u8::from(scale == Scale::Log);
         let plain = |text: &str| text.replace(['"', '\\'], "'");
         let (label, unit) = (plain(&axis.label), plain(&axis.unit));
         format!("[{log},{low:e},{high:e},\"{label}\",\"{unit}\"]")
     };
-    format!(
-        "{{\"r\":[{}],\"x\":{},\"y\":{}}}",
-        area.join(","),
-        axis(frame.x, &panel.x),
-        axis(frame.y, &panel.y)
-    )
+    format!("{{\"r\":[{}],\"x\":{},\"y\":{}}}", area.join(","), axis(frame.x, &panel.x), axis(frame.y, &panel.y))
 }
 
 /// The picture with the axes of its panels as metadata, from which a page reads values at the pointer.
 fn with_axes(svg: &str, axes: &[String]) -> String {
     let text = escape(&format!("[{}]", axes.join(",")));
-    svg.replacen(
-        "</desc>\n",
-        &format!("</desc>\n<metadata>{text}</metadata>\n"),
-        1,
-    )
+    svg.replacen("</desc>\n", &format!("</desc>\n<metadata>{text}</metadata>\n"), 1)
 }
 
 /// Ranges widened so that a unit is as long across as up.
@@ -276,14 +215,7 @@ fn grid(canvas: &Canvas, frame: &Frame, x: &Ticks, y: &Ticks) -> Result<(), Plot
     Ok(())
 }
 
-fn labels(
-    canvas: &Canvas,
-    panel: &Panel,
-    frame: &Frame,
-    x: &Ticks,
-    y: &Ticks,
-    left: f64,
-) -> Result<(), PlotError> {
+fn labels(canvas: &Canvas, panel: &Panel, frame: &Frame, x: &Ticks, y: &Ticks, left: f64) -> Result<(), PlotError> {
     let r = frame.rect;
     let number = face(SMALL, false, 60);
     let caption = face(SMALL + 1.0, false, 25);
@@ -302,49 +234,24 @@ fn labels(
     }
     if panel.y.labelled {
         for (value, text) in &y.major {
-            canvas.text(
-                text,
-                (r.left - 6.0, frame.py(*value)),
-                Anchor::Right,
-                number,
-            )?;
+            canvas.text(text, (r.left - 6.0, frame.py(*value)), Anchor::Right, number)?;
         }
     }
-    let upright = Type {
-        upright: true,
-        ..caption
-    };
-    canvas.text(
-        &panel.y.caption(),
-        (left + 10.0, 0.5 * (r.top + r.bottom)),
-        Anchor::Middle,
-        upright,
-    )?;
+    let upright = Type { upright: true, ..caption };
+    canvas.text(&panel.y.caption(), (left + 10.0, 0.5 * (r.top + r.bottom)), Anchor::Middle, upright)?;
     if panel.title.is_empty() {
         return Ok(());
     }
-    let strip = if panel.marks.iter().any(|m| !m.label.is_empty()) {
-        30.0
-    } else {
-        0.0
-    };
-    canvas.text(
-        &panel.title,
-        (r.left, r.top - strip - 11.0),
-        Anchor::Left,
-        face(SMALL + 1.0, true, 40),
-    )
+    let strip = if panel.marks.iter().any(|m| !m.label.is_empty()) { 30.0 } else { 0.0 };
+    canvas.text(&panel.title, (r.left, r.top - strip - 11.0), Anchor::Left, face(SMALL + 1.0, true, 40))
 }
 
 /// Labels of vertical marks: spread along a strip above the panel, each led to its line.
 fn mark_labels(canvas: &Canvas, panel: &Panel, frame: &Frame) -> Result<(), PlotError> {
     let r = frame.rect;
     let small = face(SMALL - 1.0, false, 40);
-    let mut marks: Vec<_> = panel
-        .marks
-        .iter()
-        .filter(|m| !m.label.is_empty() && frame.contains((frame.px(m.value), r.top)))
-        .collect();
+    let mut marks: Vec<_> =
+        panel.marks.iter().filter(|m| !m.label.is_empty() && frame.contains((frame.px(m.value), r.top))).collect();
     marks.sort_by(|a, b| a.value.total_cmp(&b.value));
     let wanted: Vec<f64> = marks.iter().map(|m| frame.px(m.value)).collect();
     let mut sizes = Vec::new();
@@ -354,18 +261,8 @@ fn mark_labels(canvas: &Canvas, panel: &Panel, frame: &Frame) -> Result<(), Plot
     let places = spread(&wanted, &sizes, [r.left - 20.0, r.right + 16.0]);
     for ((mark, from), to) in marks.iter().zip(&wanted).zip(&places) {
         let ink: Ink = mark.color.into();
-        canvas.line(
-            &[(*from, r.top), (*to, r.top - 13.0)],
-            ink,
-            Dash::Solid,
-            0.8,
-        )?;
-        canvas.text(
-            &mark.label,
-            (*to, r.top - 21.0),
-            Anchor::Middle,
-            Type { ink, ..small },
-        )?;
+        canvas.line(&[(*from, r.top), (*to, r.top - 13.0)], ink, Dash::Solid, 0.8)?;
+        canvas.text(&mark.label, (*to, r.top - 21.0), Anchor::Middle, Type { ink, ..small })?;
     }
     Ok(())
 }
@@ -373,31 +270,13 @@ fn mark_labels(canvas: &Canvas, panel: &Panel, frame: &Frame) -> Result<(), Plot
 /// Labels of levels: in the right margin, spread upwards and downwards.
 fn level_labels(canvas: &Canvas, panel: &Panel, frame: &Frame) -> Result<(), PlotError> {
     let r = frame.rect;
-    let mut levels: Vec<_> = panel
-        .levels
-        .iter()
-        .filter(|l| frame.contains((r.left, frame.py(l.value))))
-        .collect();
+    let mut levels: Vec<_> = panel.levels.iter().filter(|l| frame.contains((r.left, frame.py(l.value)))).collect();
     levels.sort_by(|a, b| b.value.total_cmp(&a.value));
     let wanted: Vec<f64> = levels.iter().map(|l| frame.py(l.value)).collect();
-    let places = spread(
-        &wanted,
-        &vec![13.0; levels.len()],
-        [r.top - 6.0, r.bottom + 6.0],
-    );
+    let places = spread(&wanted, &vec![13.0; levels.len()], [r.top - 6.0, r.bottom + 6.0]);
     for ((level, from), to) in levels.iter().zip(&wanted).zip(&places) {
-        canvas.line(
-            &[(r.right, *from), (r.right + 7.0, *to)],
-            Ink::grey(90),
-            Dash::Solid,
-            0.8,
-        )?;
-        canvas.text(
-            &level.label,
-            (r.right + 10.0, *to),
-            Anchor::Left,
-            face(SMALL - 1.0, false, 40),
-        )?;
+        canvas.line(&[(r.right, *from), (r.right + 7.0, *to)], Ink::grey(90), Dash::Solid, 0.8)?;
+        canvas.text(&level.label, (r.right + 10.0, *to), Anchor::Left, face(SMALL - 1.0, false, 40))?;
     }
     Ok(())
 }

@@ -70,30 +70,18 @@ pub fn mode_shapes(
     if !(low.is_finite() && high > low) {
         (low, high) = (0.0, 1.0);
     }
-    let x = || {
-        Axis::linear("Axial position from the nose face", "mm").with_range(low - 5.0, high + 5.0)
-    };
+    let x = || Axis::linear("Axial position from the nose face", "mm").with_range(low - 5.0, high + 5.0);
 
     let mut panels = Vec::new();
     if !outline.is_empty() {
         let mut shaft = Panel::new("", x().unlabelled(), Axis::linear("Radius", "mm"));
-        let z: Vec<f64> = outline
-            .iter()
-            .flat_map(|p| [p.from_m * MILLI, p.to_m * MILLI])
-            .collect();
-        let r: Vec<f64> = outline
-            .iter()
-            .flat_map(|p| [0.5 * p.diameter_m * MILLI; 2])
-            .collect();
+        let z: Vec<f64> = outline.iter().flat_map(|p| [p.from_m * MILLI, p.to_m * MILLI]).collect();
+        let r: Vec<f64> = outline.iter().flat_map(|p| [0.5 * p.diameter_m * MILLI; 2]).collect();
         let lower: Vec<f64> = r.iter().map(|r| -r).collect();
         let look = Look::line(Color::Black, Dash::Solid).with_width(1.0);
         let edge = |name: &str, y: &[f64]| Series::curve(name, &z, y, look).unlisted();
         shaft.series = vec![
-            Series::curve("outline", &z, &r, look)
-                .shaped(Shape::Band {
-                    lower: lower.clone(),
-                })
-                .unlisted(),
+            Series::curve("outline", &z, &r, look).shaped(Shape::Band { lower: lower.clone() }).unlisted(),
             edge("outline, upper edge", &r),
             edge("outline, lower edge", &lower),
         ];
@@ -104,18 +92,12 @@ pub fn mode_shapes(
     let last = modes.len().saturating_sub(1);
     for (k, (heading, curves)) in modes.iter().enumerate() {
         let axis = if k == last { x() } else { x().unlabelled() };
-        let y = Axis::linear("Amplitude", "")
-            .with_range(-1.15, 1.15)
-            .with_step(1.0);
+        let y = Axis::linear("Amplitude", "").with_range(-1.15, 1.15).with_step(1.0);
         let mut panel = Panel::new(heading, axis, y);
         let reference = curves.first().copied();
         for c in curves {
             let sign = reference.map_or(1.0, |r| agreement(&r, c));
-            let largest = c
-                .amplitude
-                .iter()
-                .fold(0.0, |a: f64, b| a.max(b.abs()))
-                .max(f64::MIN_POSITIVE);
+            let largest = c.amplitude.iter().fold(0.0, |a: f64, b| a.max(b.abs())).max(f64::MIN_POSITIVE);
             let z: Vec<f64> = c.position_m.iter().map(|z| z * MILLI).collect();
             let y: Vec<f64> = c.amplitude.iter().map(|a| sign * a / largest).collect();
             let look = match c.role {
@@ -146,11 +128,7 @@ fn station_marks(stations: &[Station], labelled: bool) -> Vec<Mark> {
             };
             Mark {
                 value: 1e3 * s.position_m,
-                label: if labelled {
-                    s.name.to_owned()
-                } else {
-                    String::new()
-                },
+                label: if labelled { s.name.to_owned() } else { String::new() },
                 color,
                 dash,
                 legend: legend.to_owned(),
@@ -161,29 +139,19 @@ fn station_marks(stations: &[Station], labelled: bool) -> Vec<Mark> {
 
 /// +1 or −1: whether a curve points the way of the reference, by their product at the curve's positions.
 fn agreement(reference: &ShapeCurve, curve: &ShapeCurve) -> f64 {
-    let mut points: Vec<(f64, f64)> = reference
-        .position_m
-        .iter()
-        .copied()
-        .zip(reference.amplitude.iter().copied())
-        .collect();
+    let mut points: Vec<(f64, f64)> =
+        reference.position_m.iter().copied().zip(reference.amplitude.iter().copied()).collect();
     points.sort_by(|a, b| a.0.total_cmp(&b.0));
     let interpolated = |z: f64| {
-        let segment = points
-            .windows(2)
-            .find(|w| w.first().is_some_and(|a| a.0 <= z) && w.last().is_some_and(|b| z <= b.0));
+        let segment =
+            points.windows(2).find(|w| w.first().is_some_and(|a| a.0 <= z) && w.last().is_some_and(|b| z <= b.0));
         match segment {
             Some([a, b]) if b.0 > a.0 => a.1 + (b.1 - a.1) * (z - a.0) / (b.0 - a.0),
             Some([a, ..]) => a.1,
             _ => 0.0,
         }
     };
-    let product: f64 = curve
-        .position_m
-        .iter()
-        .zip(curve.amplitude)
-        .map(|(z, a)| a * interpolated(*z))
-        .sum();
+    let product: f64 = curve.position_m.iter().zip(curve.amplitude).map(|(z, a)| a * interpolated(*z)).sum();
     if product < 0.0 { -1.0 } else { 1.0 }
 }
 
@@ -200,62 +168,25 @@ pub struct CampbellLine {
 
 /// Campbell diagram with the lines of `orders` times the speed.
 pub fn campbell(title: &str, lines: &[CampbellLine], orders: &[f64]) -> Figure {
-    let mut panel = Panel::new(
-        "",
-        Axis::linear("Speed", "rpm"),
-        Axis::linear("Natural frequency", "Hz"),
-    );
+    let mut panel = Panel::new("", Axis::linear("Speed", "rpm"), Axis::linear("Natural frequency", "Hz"));
     panel.height_px = 420;
     for line in lines {
         let (name, look) = match line.whirl {
-            w if w > 0 => (
-                "forward whirl",
-                Look::line(Color::Blue, Dash::Solid).with_marker(Marker::Triangle),
-            ),
-            w if w < 0 => (
-                "backward whirl",
-                Look::line(Color::Vermillion, Dash::Dashed).with_marker(Marker::Circle),
-            ),
-            _ => (
-                "planar",
-                Look::line(Color::Grey, Dash::Solid).with_marker(Marker::Square),
-            ),
+            w if w > 0 => ("forward whirl", Look::line(Color::Blue, Dash::Solid).with_marker(Marker::Triangle)),
+            w if w < 0 => ("backward whirl", Look::line(Color::Vermillion, Dash::Dashed).with_marker(Marker::Circle)),
+            _ => ("planar", Look::line(Color::Grey, Dash::Solid).with_marker(Marker::Square)),
         };
-        panel.series.push(Series::curve(
-            name,
-            &line.speed_rpm,
-            &line.frequency_hz,
-            look,
-        ));
+        panel.series.push(Series::curve(name, &line.speed_rpm, &line.frequency_hz, look));
     }
-    let top = lines
-        .iter()
-        .flat_map(|l| &l.frequency_hz)
-        .fold(0.0, |a: f64, b| a.max(*b));
-    let last = lines
-        .iter()
-        .flat_map(|l| &l.speed_rpm)
-        .fold(0.0, |a: f64, b| a.max(*b));
-    for (order, dash) in orders.iter().zip(
-        [Dash::DashDot, Dash::Dotted, Dash::Dashed]
-            .into_iter()
-            .cycle(),
-    ) {
+    let top = lines.iter().flat_map(|l| &l.frequency_hz).fold(0.0, |a: f64, b| a.max(*b));
+    let last = lines.iter().flat_map(|l| &l.speed_rpm).fold(0.0, |a: f64, b| a.max(*b));
+    for (order, dash) in orders.iter().zip([Dash::DashDot, Dash::Dotted, Dash::Dashed].into_iter().cycle()) {
         let name = format!("{order}× speed");
         let y = [0.0, order * last / 60.0];
-        panel.series.push(Series::curve(
-            &name,
-            &[0.0, last],
-            &y,
-            Look::line(Color::Black, dash).with_width(1.2),
-        ));
+        panel.series.push(Series::curve(&name, &[0.0, last], &y, Look::line(Color::Black, dash).with_width(1.2)));
     }
     if top > 0.0 {
         panel.y.range = Some([0.0, (top * 1.05 / 500.0).ceil() * 500.0]);
     }
-    Figure::new(
-        title,
-        "Natural frequencies of the free rotor over speed, forward and backward whirl.",
-        vec![panel],
-    )
+    Figure::new(title, "Natural frequencies of the free rotor over speed, forward and backward whirl.", vec![panel])
 }

@@ -19,23 +19,15 @@ pub(crate) fn stability_over_speed(title: &str, centres: &[Proven], max_rpm: f64
     let speed = || Axis::linear("Speed", "rpm");
     let mut reach = Panel::new("", speed(), Axis::linear("Proven beyond", "rpm"));
     for (k, c) in centres.iter().filter(|c| c.radius_rpm > 0.0).enumerate() {
-        let x = [
-            c.centre_rpm - c.radius_rpm,
-            c.centre_rpm,
-            c.centre_rpm + c.radius_rpm,
-        ];
+        let x = [c.centre_rpm - c.radius_rpm, c.centre_rpm, c.centre_rpm + c.radius_rpm];
         let tent = Series::curve(
             "distance to the end of the proof",
             &x,
             &[0.0, c.radius_rpm, 0.0],
             Look::line(Color::Blue, Dash::Solid),
         )
-        .shaped(Shape::Band {
-            lower: vec![0.0; 3],
-        });
-        reach
-            .series
-            .push(if k == 0 { tent } else { tent.unlisted() });
+        .shaped(Shape::Band { lower: vec![0.0; 3] });
+        reach.series.push(if k == 0 { tent } else { tent.unlisted() });
     }
     let mut growth = Panel::new("", speed(), Axis::linear("Growth rate", "1/s"));
     let x: Vec<f64> = centres.iter().map(|c| c.centre_rpm).collect();
@@ -47,10 +39,7 @@ pub(crate) fn stability_over_speed(title: &str, centres: &[Proven], max_rpm: f64
         Look::line(Color::Vermillion, Dash::Solid).with_marker(Marker::Circle),
     ));
     growth.level(0.0, "unstable above");
-    let last = centres
-        .iter()
-        .map(|c| c.centre_rpm + c.radius_rpm)
-        .fold(max_rpm, f64::max);
+    let last = centres.iter().map(|c| c.centre_rpm + c.radius_rpm).fold(max_rpm, f64::max);
     for panel in [&mut reach, &mut growth] {
         panel.height_px = 230;
         panel.x.range = Some([0.0, last]);
@@ -65,11 +54,7 @@ pub(crate) fn stability_over_speed(title: &str, centres: &[Proven], max_rpm: f64
 
 /// μ of the specification over speed; values that are not finite (unstable loops) are gaps.
 pub(crate) fn mu_over_speed(title: &str, speed_rpm: &[f64], mu: &[f64]) -> Figure {
-    let mut panel = Panel::new(
-        "",
-        Axis::linear("Speed", "rpm"),
-        Axis::linear("Peak of µ", ""),
-    );
+    let mut panel = Panel::new("", Axis::linear("Speed", "rpm"), Axis::linear("Peak of µ", ""));
     panel.series.push(Series::curve(
         "specification as written, true gyroscopics",
         speed_rpm,
@@ -77,15 +62,8 @@ pub(crate) fn mu_over_speed(title: &str, speed_rpm: &[f64], mu: &[f64]) -> Figur
         Look::line(Color::Blue, Dash::Solid).with_marker(Marker::Disc),
     ));
     panel.level(1.0, "µ = 1");
-    let top = mu
-        .iter()
-        .filter(|m| m.is_finite())
-        .fold(1.0, |a: f64, b| a.max(*b));
+    let top = mu.iter().filter(|m| m.is_finite()).fold(1.0, |a: f64, b| a.max(*b));
     panel.y.range = Some([0.0, (top * 1.1 * 5.0).ceil() / 5.0]);
     panel.height_px = 260;
-    Figure::new(
-        title,
-        "Peak of µ of the specification over speed with the gyroscopic plant.",
-        vec![panel],
-    )
+    Figure::new(title, "Peak of µ of the specification over speed with the gyroscopic plant.", vec![panel])
 }

@@ -87,30 +87,17 @@ pub struct Look {
 impl Look {
     /// A line without markers.
     pub fn line(color: Color, dash: Dash) -> Self {
-        Self {
-            color,
-            line: Some(dash),
-            width_px: 1.7,
-            marker: None,
-        }
+        Self { color, line: Some(dash), width_px: 1.7, marker: None }
     }
 
     /// Markers without a line.
     pub(crate) fn points(color: Color, marker: Marker) -> Self {
-        Self {
-            color,
-            line: None,
-            width_px: 1.3,
-            marker: Some(marker),
-        }
+        Self { color, line: None, width_px: 1.3, marker: Some(marker) }
     }
 
     /// The same look with markers.
     pub(crate) fn with_marker(self, marker: Marker) -> Self {
-        Self {
-            marker: Some(marker),
-            ..self
-        }
+        Self { marker: Some(marker), ..self }
     }
 
     /// The same look with another line width.
@@ -158,14 +145,8 @@ impl Role {
     }
 
     fn numbered(k: usize) -> Look {
-        const COLORS: [Color; 6] = [
-            Color::Blue,
-            Color::Vermillion,
-            Color::Green,
-            Color::Purple,
-            Color::Orange,
-            Color::Sky,
-        ];
+        const COLORS: [Color; 6] =
+            [Color::Blue, Color::Vermillion, Color::Green, Color::Purple, Color::Orange, Color::Sky];
         const DASHES: [Dash; 4] = [Dash::Solid, Dash::Dashed, Dash::DashDot, Dash::Dotted];
         let pick = |n: usize| k.checked_rem(n).unwrap_or(0);
         let color = COLORS.get(pick(COLORS.len())).copied();

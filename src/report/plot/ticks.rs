@@ -32,10 +32,7 @@ pub(super) fn round_range(scale: Scale, [low, high]: [f64; 2]) -> [f64; 2] {
         Scale::Linear => {
             let step = nice_step(high - low, 10);
             let snap = |x: f64| if x.abs() < EDGE * step { 0.0 } else { x };
-            [
-                snap((low / step + EDGE).floor() * step),
-                snap((high / step - EDGE).ceil() * step),
-            ]
+            [snap((low / step + EDGE).floor() * step), snap((high / step - EDGE).ceil() * step)]
         }
         Scale::Log => {
             let down = |x: f64| {
@@ -77,11 +74,7 @@ fn nice_step(span: f64, parts: usize) -> f64 {
     }
     let decade = 10f64.powf(raw.log10().floor());
     let digit = raw / decade * (1.0 - EDGE);
-    decade
-        * [1.0, 2.0, 2.5, 5.0]
-            .into_iter()
-            .find(|d| *d >= digit)
-            .unwrap_or(10.0)
+    decade * [1.0, 2.0, 2.5, 5.0].into_iter().find(|d| *d >= digit).unwrap_or(10.0)
 }
 
 fn linear(low: f64, high: f64, room: usize, step: Option<f64>) -> Ticks {
@@ -109,13 +102,8 @@ fn linear(low: f64, high: f64, room: usize, step: Option<f64>) -> Ticks {
     let major: Vec<f64> = positions(step).collect();
     let largest = low.abs().max(high.abs());
     Ticks {
-        minor: positions(step / parts)
-            .filter(|x| major.iter().all(|m| (m - x).abs() > 0.01 * step))
-            .collect(),
-        major: major
-            .iter()
-            .map(|x| (*x, linear_label(*x, step, largest)))
-            .collect(),
+        minor: positions(step / parts).filter(|x| major.iter().all(|m| (m - x).abs() > 0.01 * step)).collect(),
+        major: major.iter().map(|x| (*x, linear_label(*x, step, largest))).collect(),
     }
 }
 
@@ -128,9 +116,7 @@ fn logarithmic(low: f64, high: f64, room: usize) -> Ticks {
     let first = (low.log10() - EDGE).floor() as i32;
     let last = (high.log10() + EDGE).ceil() as i32;
     let digits_of = |digits: &'static [i32]| {
-        (first..=last)
-            .flat_map(move |e| digits.iter().map(move |d| power(*d, e)))
-            .filter(within)
+        (first..=last).flat_map(move |e| digits.iter().map(move |d| power(*d, e))).filter(within)
     };
     const ALL: &[i32] = &[1, 2, 3, 4, 5, 6, 7, 8, 9];
     let mut labelled: Vec<f64> = [ALL, &[1, 2, 5], &[1, 3]]
@@ -140,23 +126,12 @@ fn logarithmic(low: f64, high: f64, room: usize) -> Ticks {
         .unwrap_or_default();
     if labelled.is_empty() {
         let every = (decades / room.max(2) as f64).ceil().max(1.0) as i32;
-        labelled = (first..=last)
-            .filter(|e| e.rem_euclid(every) == 0)
-            .map(|e| power(1, e))
-            .filter(within)
-            .collect();
+        labelled = (first..=last).filter(|e| e.rem_euclid(every) == 0).map(|e| power(1, e)).filter(within).collect();
     }
     // Beyond a dozen decades the single digits would be a grey area.
-    let minor = if decades <= 12.0 {
-        digits_of(ALL).collect()
-    } else {
-        Vec::new()
-    };
+    let minor = if decades <= 12.0 { digits_of(ALL).collect() } else { Vec::new() };
     Ticks {
-        minor: minor
-            .into_iter()
-            .filter(|x: &f64| !labelled.contains(x))
-            .collect(),
+        minor: minor.into_iter().filter(|x: &f64| !labelled.contains(x)).collect(),
         major: labelled.iter().map(|x| (*x, log_label(*x))).collect(),
     }
 }
@@ -181,11 +156,7 @@ fn linear_label(x: f64, step: f64, largest: f64) -> String {
 }
 
 fn log_label(x: f64) -> String {
-    if (0.0099..=20_001.0).contains(&x) {
-        format!("{x}")
-    } else {
-        scientific(x)
-    }
+    if (0.0099..=20_001.0).contains(&x) { format!("{x}") } else { scientific(x) }
 }
 
 /// `2.5×10⁻⁷`, `10⁶`.

@@ -54,20 +54,12 @@ pub(crate) fn worst_sensitivity(title: &str, panels: &[WorstPanel]) -> Figure {
     .with_columns(2)
 }
 
-fn panel(
-    name: &str,
-    y: Axis,
-    bands: &[WorstBand],
-    unit: impl Fn(f64) -> f64,
-    height_px: u32,
-) -> Panel {
+fn panel(name: &str, y: Axis, bands: &[WorstBand], unit: impl Fn(f64) -> f64, height_px: u32) -> Panel {
     let mut panel = Panel::new(name, Axis::log("Frequency", "Hz"), y);
     let convert = |v: &[f64]| v.iter().map(|x| unit(*x)).collect::<Vec<f64>>();
     for band in bands {
         let look = band.role.look();
-        let shape = Shape::Band {
-            lower: convert(&band.bound),
-        };
+        let shape = Shape::Band { lower: convert(&band.bound) };
         let name = format!("{}, worst case", band.name);
         let area = Series::curve(&name, &band.frequency_hz, &convert(&band.nominal), look);
         panel.series.push(area.shaped(shape));
@@ -75,20 +67,11 @@ fn panel(
     for band in bands {
         let look = band.role.look();
         let line = |name: &str, values: &[f64], width: f64| {
-            Series::curve(
-                name,
-                &band.frequency_hz,
-                &convert(values),
-                look.with_width(width),
-            )
+            Series::curve(name, &band.frequency_hz, &convert(values), look.with_width(width))
         };
-        panel
-            .series
-            .push(line(&band.name, &band.nominal, look.width_px));
+        panel.series.push(line(&band.name, &band.nominal, look.width_px));
         let attained = format!("{}, attained", band.name);
-        panel
-            .series
-            .push(line(&attained, &band.attained, 0.7).unlisted());
+        panel.series.push(line(&attained, &band.attained, 0.7).unlisted());
     }
     panel.height_px = height_px;
     panel

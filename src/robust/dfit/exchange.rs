@@ -129,20 +129,13 @@ mod tests {
         let rows = |sign: f64| {
             let row = |k: i32| {
                 let x = f64::from(k) / 1000.0;
-                Row {
-                    terms: vec![(0, sign), (1, sign * x), (2, -1.0)],
-                    bound: sign * x.powi(4),
-                }
+                Row { terms: vec![(0, sign), (1, sign * x), (2, -1.0)], bound: sign * x.powi(4) }
             };
             (0..=1000).map(row).collect::<Vec<Row>>()
         };
         let touch = 0.25f64.cbrt();
         let e = 0.5 * (touch - touch.powi(4));
-        let exchange = Exchange {
-            objective: vec![0.0, 0.0, 1.0],
-            always: vec![],
-            curves: vec![rows(1.0), rows(-1.0)],
-        };
+        let exchange = Exchange { objective: vec![0.0, 0.0, 1.0], always: vec![], curves: vec![rows(1.0), rows(-1.0)] };
         let (mut end, mut binding, mut settled) = exchange.solve(&vec![]).expect("bounded");
         // A part of the rows promises too much, and three more programmes are enough.
         assert!(end.x[2] < e - 1e-3 && !settled, "{}", end.x[2]);

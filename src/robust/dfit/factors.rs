@@ -52,11 +52,7 @@ impl Factor {
                 let along = damped - 2.0 * u2 * (1.0 - u2);
                 let bent = along + 2.0 * u2 * u2;
                 let square = 2.0 / (q * q);
-                [
-                    square * (bent * q - along * along),
-                    -square * damped * (q - along),
-                    square * damped * (q - damped),
-                ]
+                [square * (bent * q - along * along), -square * damped * (q - along), square * damped * (q - damped)]
             }
         }
     }
@@ -85,11 +81,7 @@ pub struct Factors {
 impl Factors {
     /// A constant.
     pub fn constant(ln_gain: f64) -> Self {
-        Self {
-            ln_gain,
-            zeros: vec![],
-            poles: vec![],
-        }
+        Self { ln_gain, zeros: vec![], poles: vec![] }
     }
 
     /// Order of the rational function.
@@ -105,17 +97,12 @@ impl Factors {
 
     /// 1/d.
     pub fn inverse(&self) -> Self {
-        Self {
-            ln_gain: -self.ln_gain,
-            zeros: self.poles.clone(),
-            poles: self.zeros.clone(),
-        }
+        Self { ln_gain: -self.ln_gain, zeros: self.poles.clone(), poles: self.zeros.clone() }
     }
 
     /// ln|d(jω)|.
     pub(crate) fn ln_magnitude(&self, omega_rad_s: f64) -> f64 {
-        let sum =
-            |list: &[Factor]| -> f64 { list.iter().map(|f| f.log_magnitude(omega_rad_s).0).sum() };
+        let sum = |list: &[Factor]| -> f64 { list.iter().map(|f| f.log_magnitude(omega_rad_s).0).sum() };
         self.ln_gain + sum(&self.zeros) - sum(&self.poles)
     }
 
@@ -190,10 +177,7 @@ impl Factors {
                     let other = list.remove(k).ln_omega;
                     list.push(joined(other, ln_omega));
                 }
-                None => list.push(Factor {
-                    ln_omega,
-                    ln_damping: None,
-                }),
+                None => list.push(Factor { ln_omega, ln_damping: None }),
             }
         };
         join(&mut next.zeros, ln_zero);
@@ -225,10 +209,7 @@ impl Factors {
 
 /// (1 + s/a)(1 + s/b) as one second-order factor.
 pub(crate) fn joined(ln_a: f64, ln_b: f64) -> Factor {
-    Factor {
-        ln_omega: 0.5 * (ln_a + ln_b),
-        ln_damping: Some((0.5 * (ln_a - ln_b)).cosh().ln()),
-    }
+    Factor { ln_omega: 0.5 * (ln_a + ln_b), ln_damping: Some((0.5 * (ln_a - ln_b)).cosh().ln()) }
 }
 
 fn section(zero: &Factor, pole: &Factor) -> Result<StateSpace<Continuous>, NumericError> {
@@ -251,13 +232,7 @@ fn section(zero: &Factor, pole: &Factor) -> Result<StateSpace<Continuous>, Numer
         _ => {
             let k = wp / wz;
             let one = |v: f64| Mat::from_fn(1, 1, |_, _| v);
-            StateSpace::new(
-                one(-wp),
-                one(wp),
-                one(k * (wz / wp - 1.0)),
-                one(k),
-                Continuous,
-            )
+            StateSpace::new(one(-wp), one(wp), one(k * (wz / wp - 1.0)), one(k), Continuous)
         }
     }
 }
@@ -268,19 +243,13 @@ mod tests {
 
     #[test]
     fn second_derivatives_are_differences_of_the_gradient() {
-        let factor = |ln_omega: f64, ln_damping: Option<f64>| Factor {
-            ln_omega,
-            ln_damping,
-        };
+        let factor = |ln_omega: f64, ln_damping: Option<f64>| Factor { ln_omega, ln_damping };
         let function = Factors {
             ln_gain: 0.3,
             zeros: vec![factor(0.2, Some(-0.7)), factor(-0.4, None)],
             poles: vec![factor(-0.1, Some(0.9)), factor(0.5, None)],
         };
-        let limits = Limits {
-            ln_omega: (-9.0, 9.0),
-            ln_damping: (-9.0, 9.0),
-        };
+        let limits = Limits { ln_omega: (-9.0, 9.0), ln_damping: (-9.0, 9.0) };
         let x = function.parameters();
         let step = 1e-5;
         for omega in [0.05, 0.8, 1.3, 20.0] {

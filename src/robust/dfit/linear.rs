@@ -107,12 +107,7 @@ struct State {
 
 impl State {
     fn new((n, m): (Vec<f64>, Vec<f64>), squared: &[f64]) -> Self {
-        Self {
-            above: ln_level(&n, &m, squared),
-            n,
-            m,
-            best: None,
-        }
+        Self { above: ln_level(&n, &m, squared), n, m, best: None }
     }
 
     /// Takes coefficients of a lower level; false for others.
@@ -121,12 +116,7 @@ impl State {
         let level = ln_level(&n, &m, &problem.squared);
         let lower = level < self.above;
         if lower {
-            *self = Self {
-                n,
-                m,
-                above: level,
-                best: Some((a.to_vec(), b.to_vec())),
-            };
+            *self = Self { n, m, above: level, best: Some((a.to_vec(), b.to_vec())) };
         }
         lower
     }
@@ -140,14 +130,10 @@ impl Problem {
         let hi = data.omega_rad_s.iter().rev().find(positive)?.ln();
         // Half a step inside the ends: every basis function bends within the data.
         let step = (hi - lo) / order as f64;
-        let corners: Vec<f64> = (0..order)
-            .map(|k| (2.0 * (lo + (k as f64 + 0.5) * step)).exp())
-            .collect();
+        let corners: Vec<f64> = (0..order).map(|k| (2.0 * (lo + (k as f64 + 0.5) * step)).exp()).collect();
         let basis = |omega: f64| -> Vec<f64> {
             let x = omega * omega;
-            std::iter::once(1.0)
-                .chain(corners.iter().map(|p| 1.0 / (1.0 + x / p)))
-                .collect()
+            std::iter::once(1.0).chain(corners.iter().map(|p| 1.0 / (1.0 + x / p))).collect()
         };
         let fine = positivity_grid(lo, hi, 3 * data.omega_rad_s.len());
         Some(Self {
@@ -165,17 +151,8 @@ impl Problem {
 
     /// N and M of a fit on the data, over the denominator of the basis.
     fn values_of(&self, data: &Magnitudes, fit: &Factors, units: Units) -> (Vec<f64>, Vec<f64>) {
-        let poles = Factors {
-            ln_gain: 0.0,
-            zeros: fit.poles.clone(),
-            poles: vec![],
-        };
-        let basis = |w: f64| {
-            self.corners
-                .iter()
-                .map(|p| (w * w / p).ln_1p())
-                .sum::<f64>()
-        };
+        let poles = Factors { ln_gain: 0.0, zeros: fit.poles.clone(), poles: vec![] };
+        let basis = |w: f64| self.corners.iter().map(|p| (w * w / p).ln_1p()).sum::<f64>();
         let unit = |w: &f64| match units {
             Units::Flat => 1.0,
             Units::Start => (2.0 * poles.ln_magnitude(*w) - basis(*w)).exp(),
@@ -247,9 +224,7 @@ impl Problem {
         Exchange {
             objective,
             always: match present {
-                true => (0..size)
-                    .flat_map(|j| between(&[(size + j, 1.0)], -1.0))
-                    .collect(),
+                true => (0..size).flat_map(|j| between(&[(size + j, 1.0)], -1.0)).collect(),
                 false => between(&self.mean(&now.m), 0.5).into(),
             },
             curves: vec![above, below, of_n, of_m],
@@ -269,17 +244,11 @@ impl Problem {
 
     /// Poles and zeros of N/M with the gain that centres the log error.
     fn realised(&self, data: &Magnitudes, a: &[f64], b: &[f64]) -> Option<Factors> {
-        let mut found = Factors {
-            ln_gain: 0.0,
-            zeros: factors(a, &self.corners)?,
-            poles: factors(b, &self.corners)?,
-        };
+        let mut found = Factors { ln_gain: 0.0, zeros: factors(a, &self.corners)?, poles: factors(b, &self.corners)? };
         let errors = data.omega_rad_s.iter().zip(&data.magnitude);
         let (low, high) = errors
             .map(|(w, m)| found.ln_magnitude(*w) - m.ln())
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), e| {
-                (l.min(e), h.max(e))
-            });
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), e| (l.min(e), h.max(e)));
         found.ln_gain = -0.5 * (low + high);
         found.ln_gain.is_finite().then_some(found)
     }
@@ -287,10 +256,8 @@ impl Problem {
 
 /// `least` ≤ aᵀx ≤ 1.
 fn between(terms: &[(usize, f64)], least: f64) -> [Row; 2] {
-    [(1.0, 1.0), (-1.0, -least)].map(|(sign, bound)| Row {
-        terms: terms.iter().map(|(k, v)| (*k, sign * v)).collect(),
-        bound,
-    })
+    [(1.0, 1.0), (-1.0, -least)]
+        .map(|(sign, bound)| Row { terms: terms.iter().map(|(k, v)| (*k, sign * v)).collect(), bound })
 }
 
 /// Values of a function on the data.
@@ -307,10 +274,7 @@ fn ln_level(n: &[f64], m: &[f64], squared: &[f64]) -> f64 {
             true => (n / (m * s)).ln().abs(),
             false => f64::INFINITY,
         })
-        .fold(
-            0.0,
-            |a, b| if b.is_nan() { f64::INFINITY } else { a.max(b) },
-        )
+        .fold(0.0, |a, b| if b.is_nan() { f64::INFINITY } else { a.max(b) })
 }
 
 /// Zero, points between and three decades beyond the data.
@@ -326,11 +290,7 @@ fn factors(a: &[f64], corners: &[f64]) -> Option<Vec<Factor>> {
     let k = corners.len();
     let largest = a.iter().fold(0.0f64, |m, v| m.max(v.abs()));
     // A vanishing value at infinity is a root far beyond the data.
-    let direct = if a[0].abs() > 1e-10 * largest {
-        a[0]
-    } else {
-        1e-10 * largest
-    };
+    let direct = if a[0].abs() > 1e-10 * largest { a[0] } else { 1e-10 * largest };
     let companion = Mat::from_fn(k, k, |i, j| {
         let own = if i == j { -corners[i] } else { 0.0 };
         own - a[j + 1] * corners[j] / direct
@@ -343,20 +303,14 @@ fn factors(a: &[f64], corners: &[f64]) -> Option<Vec<Factor>> {
             reals.push(0.5 * r.re.abs().max(1e-300).ln());
         } else if r.im > 0.0 {
             let damping2 = (0.5 * (1.0 - r.re / r.norm())).max(1e-8);
-            list.push(Factor {
-                ln_omega: 0.5 * r.norm().ln(),
-                ln_damping: Some(0.5 * damping2.ln()),
-            });
+            list.push(Factor { ln_omega: 0.5 * r.norm().ln(), ln_damping: Some(0.5 * damping2.ln()) });
         }
     }
     reals.sort_by(f64::total_cmp);
     for pair in reals.chunks(2) {
         list.push(match pair {
             [a, b] => joined(*a, *b),
-            [a] => Factor {
-                ln_omega: *a,
-                ln_damping: None,
-            },
+            [a] => Factor { ln_omega: *a, ln_damping: None },
             _ => return None,
         });
     }

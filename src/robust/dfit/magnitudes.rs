@@ -8,9 +8,7 @@ use thiserror::Error;
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum DfitError {
     /// Lists of different or zero length.
-    #[error(
-        "omega, magnitude and weight need the same length of at least 2, found {omega}, {magnitude} and {weight}"
-    )]
+    #[error("omega, magnitude and weight need the same length of at least 2, found {omega}, {magnitude} and {weight}")]
     Lengths {
         /// Number of frequencies.
         omega: usize,
@@ -57,8 +55,7 @@ impl Magnitudes {
     /// Frequency, magnitude and weight of every point.
     pub fn points(&self) -> impl Iterator<Item = (f64, f64, f64)> {
         let both = self.omega_rad_s.iter().zip(&self.magnitude);
-        both.zip(&self.weight)
-            .map(|((w, m), weight)| (*w, *m, *weight))
+        both.zip(&self.weight).map(|((w, m), weight)| (*w, *m, *weight))
     }
 
     /// Checked data.
@@ -68,57 +65,27 @@ impl Magnitudes {
     pub fn new(omega: Vec<f64>, magnitude: Vec<f64>, weight: Vec<f64>) -> Result<Self, DfitError> {
         let lengths = (omega.len(), magnitude.len(), weight.len());
         if lengths.0 != lengths.1 || lengths.0 != lengths.2 || lengths.0 < 2 {
-            return Err(DfitError::Lengths {
-                omega: lengths.0,
-                magnitude: lengths.1,
-                weight: lengths.2,
-            });
+            return Err(DfitError::Lengths { omega: lengths.0, magnitude: lengths.1, weight: lengths.2 });
         }
         let check = |field, list: &[f64], rule, good: &dyn Fn(usize, f64) -> bool| {
             let bad = list.iter().enumerate().find(|(k, v)| !good(*k, **v));
             match bad {
                 None => Ok(()),
-                Some((index, value)) => Err(DfitError::Value {
-                    field,
-                    index,
-                    value: *value,
-                    rule,
-                }),
+                Some((index, value)) => Err(DfitError::Value { field, index, value: *value, rule }),
             }
         };
         let ascending = |k: usize, v: f64| {
-            v.is_finite()
-                && v >= 0.0
-                && (k == 0 || v > omega[k - 1])
-                && (k + 1 < lengths.0 || v > 0.0)
+            v.is_finite() && v >= 0.0 && (k == 0 || v > omega[k - 1]) && (k + 1 < lengths.0 || v > 0.0)
         };
-        check(
-            "omega",
-            &omega,
-            "frequencies must be finite, not negative and ascending",
-            &ascending,
-        )?;
-        check(
-            "magnitude",
-            &magnitude,
-            "must be finite and positive",
-            &|_, v| v.is_finite() && v > 0.0,
-        )?;
-        check(
-            "weight",
-            &weight,
-            "must be finite and not negative",
-            &|_, v| v.is_finite() && v >= 0.0,
-        )?;
+        check("omega", &omega, "frequencies must be finite, not negative and ascending", &ascending)?;
+        check("magnitude", &magnitude, "must be finite and positive", &|_, v| v.is_finite() && v > 0.0)?;
+        check("weight", &weight, "must be finite and not negative", &|_, v| v.is_finite() && v >= 0.0)?;
         let (lo, hi) = corner_range(&omega);
         Ok(Self {
             omega_rad_s: omega,
             magnitude,
             weight,
-            limits: Limits {
-                ln_omega: (lo - BEYOND, hi + BEYOND),
-                ln_damping: LN_DAMPING,
-            },
+            limits: Limits { ln_omega: (lo - BEYOND, hi + BEYOND), ln_damping: LN_DAMPING },
         })
     }
 }

@@ -47,11 +47,6 @@ impl Metric {
         let n = matrix.nrows();
         let (values, vectors) = symmetric_eigen(&matrix).ok()?;
         let whitening = Mat::from_fn(n, n, |i, k| vectors[(i, k)] / values[k].sqrt());
-        Some(Self {
-            matrix,
-            values,
-            vectors,
-            whitening,
-        })
+        Some(Self { matrix, values, vectors, whitening })
     }
 }

@@ -72,11 +72,7 @@ pub fn fit_quick(data: &Magnitudes, order: usize) -> Factors {
     match start.or_else(|| linear::fit(data, &best, Units::Start)) {
         Some(start) => {
             let trial = polish(data, start, 40);
-            if weighted_error(data, &trial) < weighted_error(data, &best) {
-                trial
-            } else {
-                best
-            }
+            if weighted_error(data, &trial) < weighted_error(data, &best) { trial } else { best }
         }
         None => polish(data, best, 20),
     }
@@ -117,19 +113,12 @@ pub fn realised(data: &Magnitudes, factors: Factors) -> Result<DFit, DfitError> 
         plain = plain.max(error);
         weighted = weighted.max(error * weight);
     }
-    Ok(DFit {
-        factors,
-        max_abs_ln_error: plain,
-        max_weighted_ln_error: weighted,
-        system,
-    })
+    Ok(DFit { factors, max_abs_ln_error: plain, max_weighted_ln_error: weighted, system })
 }
 
 /// The constant with the smallest weighted error.
 fn constant(data: &Magnitudes) -> Factors {
     let logs = data.magnitude.iter().map(|m| m.ln());
-    let (lo, hi) = logs.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| {
-        (l.min(v), h.max(v))
-    });
+    let (lo, hi) = logs.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
     polish(data, Factors::constant(0.5 * (lo + hi)), 3)
 }

@@ -19,10 +19,7 @@ use crate::robust::minimax::step::{CurvedProgramme, LinearValue, MinimaxStep, St
 pub(crate) fn weighted_error(data: &Magnitudes, fit: &Factors) -> f64 {
     data.points()
         .map(|(w, m, weight)| weight * (fit.ln_magnitude(w) - m.ln()).abs())
-        .fold(
-            0.0,
-            |a, b| if b.is_nan() { f64::INFINITY } else { a.max(b) },
-        )
+        .fold(0.0, |a, b| if b.is_nan() { f64::INFINITY } else { a.max(b) })
 }
 
 /// A step that promises less than this share of the error ends a polish: what is left is far below what the shape of a
@@ -135,20 +132,12 @@ fn scaled_programme(
         gradient: row.gradient.iter().map(|g| g / root).collect(),
     };
     let scaled: Vec<LinearValue> = rows.iter().map(scaled).collect();
-    let rule = StepRule {
-        limits: 0,
-        penalty: 0.0,
-        proximal: weight,
-    };
+    let rule = StepRule { limits: 0, penalty: 0.0, proximal: weight };
     CurvedProgramme::new(&scaled, shape, &rule)
 }
 
 /// The step of a [`scaled_programme`] and the error that the linear model predicts.
-fn scaled_step(
-    programme: &CurvedProgramme,
-    error: f64,
-    binding: &[(usize, f64)],
-) -> Option<(MinimaxStep, f64)> {
+fn scaled_step(programme: &CurvedProgramme, error: f64, binding: &[(usize, f64)]) -> Option<(MinimaxStep, f64)> {
     let likely: Vec<usize> = binding.iter().map(|(k, _)| *k).collect();
     let mut found = programme.step(&likely)?;
     let root = error.sqrt();
@@ -171,12 +160,7 @@ fn metric_of(data: &Magnitudes, fit: &Factors) -> Option<Metric> {
 
 /// Curvature of the Lagrangian of the errors that bound at the step before, without its negative part; none before the
 /// first step. `None` when eigenvalues fail.
-fn curvature(
-    data: &Magnitudes,
-    fit: &Factors,
-    binding: &[(usize, f64)],
-    metric: &Metric,
-) -> Option<Curvature> {
+fn curvature(data: &Magnitudes, fit: &Factors, binding: &[(usize, f64)], metric: &Metric) -> Option<Curvature> {
     if binding.is_empty() {
         return Some(Curvature::default());
     }

@@ -63,11 +63,7 @@ const POINTS: usize = 60;
 impl Descent<'_> {
     /// ln γ_opt, near enough to tell scales apart; infinite when the synthesis fails.
     pub(crate) fn ln_level(&self, scales: &DScales, hint: Option<f64>) -> f64 {
-        let settings = HinfSettings {
-            rel_tol: 1e-5,
-            hint,
-            ..HinfSettings::default()
-        };
+        let settings = HinfSettings { rel_tol: 1e-5, hint, ..HinfSettings::default() };
         let scaled = scales.scaled_plant(self.plant, self.structure);
         let found = scaled.map(|plant| optimal_level_with_slopes(&plant, &settings));
         match found {
@@ -117,11 +113,7 @@ impl Descent<'_> {
             return false;
         }
         let metric = self.metric(&course.scales);
-        let rule = StepRule {
-            limits: 0,
-            penalty: 0.0,
-            proximal: course.weight,
-        };
+        let rule = StepRule { limits: 0, penalty: 0.0, proximal: course.weight };
         let seen: Vec<LinearValue> = [course.levels.as_slice(), &course.cuts].concat();
         let found = curved_step(&seen, &[], (&metric, &course.curvature), &rule);
         let trial = found.and_then(|step| {
@@ -162,16 +154,8 @@ impl Descent<'_> {
     }
 
     /// ln γ_opt of scales of the same kinds with parameters `x`, and the levels that bind there with their derivatives.
-    fn levels(
-        &self,
-        (scales, x): (&DScales, &[f64]),
-        hint: Option<f64>,
-    ) -> Option<(f64, Vec<LinearValue>)> {
-        let settings = HinfSettings {
-            rel_tol: TOLERANCE,
-            hint,
-            ..HinfSettings::default()
-        };
+    fn levels(&self, (scales, x): (&DScales, &[f64]), hint: Option<f64>) -> Option<(f64, Vec<LinearValue>)> {
+        let settings = HinfSettings { rel_tol: TOLERANCE, hint, ..HinfSettings::default() };
         let plant = |x: &[f64]| {
             let scales = scales.with_parameters(x, &self.limits);
             scales.scaled_plant(self.plant, self.structure).ok()
@@ -185,12 +169,8 @@ impl Descent<'_> {
             };
             let (up, down) = (moved(DIFFERENCE)?, moved(-DIFFERENCE)?);
             let change = |up: &Mat<f64>, down: &Mat<f64>| (up - down) * (0.5 / DIFFERENCE);
-            let changes = [
-                change(&up.a, &down.a),
-                change(&up.b, &down.b),
-                change(&up.c, &down.c),
-                change(&up.d, &down.d),
-            ];
+            let changes =
+                [change(&up.a, &down.a), change(&up.b, &down.b), change(&up.c, &down.c), change(&up.d, &down.d)];
             Some(binding.iter().map(|b| b.slope.along(&changes)).collect())
         };
         let slopes: Option<Vec<Vec<f64>>> = (0..x.len()).into_par_iter().map(along).collect();
@@ -215,10 +195,7 @@ impl Descent<'_> {
 /// A level found after a step as a linear function from before it, which is at most `top` there: a level that bends
 /// downwards would forbid the place where it was not found.
 fn back(level: LinearValue, step: &[f64], top: f64) -> LinearValue {
-    LinearValue {
-        value: (level.value - dot(&level.gradient, step)).min(top),
-        ..level
-    }
+    LinearValue { value: (level.value - dot(&level.gradient, step)).min(top), ..level }
 }
 
 /// Slope of the Lagrangian after a step less that before it. Levels have no names: each goes on as that of the nearest

@@ -37,18 +37,8 @@ pub fn iterate(
     progress: &mut dyn FnMut(&DkStep),
 ) -> Result<DkOutcome, DkError> {
     let blocks = full_blocks(plant)?;
-    let mut run = Run {
-        plant,
-        structure: Structure::new(&blocks)?,
-        blocks,
-        settings,
-        hint: None,
-        full_order: None,
-    };
-    let mut log = Log {
-        steps: vec![],
-        progress,
-    };
+    let mut run = Run { plant, structure: Structure::new(&blocks)?, blocks, settings, hint: None, full_order: None };
+    let mut log = Log { steps: vec![], progress };
     let first = run.attempt(&DScales::identity(run.blocks.len()));
     let mut best = log.enter(&DScales::identity(run.blocks.len()), first)?;
     // Scales of higher order lower γ towards the peak of μ: where that is as high there is nothing to gain.
@@ -73,25 +63,14 @@ pub fn iterate(
 fn full_blocks(plant: &GeneralizedPlant) -> Result<Vec<Block>, DkError> {
     let (disturbances, errors) = (plant.disturbances(), plant.errors());
     if plant.blocks.is_empty() {
-        return Ok(vec![Block::ComplexFull {
-            rows: disturbances,
-            cols: errors,
-        }]);
+        return Ok(vec![Block::ComplexFull { rows: disturbances, cols: errors }]);
     }
     let rows = plant.blocks.iter().map(Block::rows).sum();
     let cols = plant.blocks.iter().map(Block::cols).sum();
     if (rows, cols) != (disturbances, errors) {
-        return Err(DkError::Blocks {
-            rows,
-            cols,
-            disturbances,
-            errors,
-        });
+        return Err(DkError::Blocks { rows, cols, disturbances, errors });
     }
-    let full = plant.blocks.iter().map(|b| Block::ComplexFull {
-        rows: b.rows(),
-        cols: b.cols(),
-    });
+    let full = plant.blocks.iter().map(|b| Block::ComplexFull { rows: b.rows(), cols: b.cols() });
     Ok(full.collect())
 }
 
@@ -114,11 +93,7 @@ struct Log<'a> {
 
 impl Log<'_> {
     /// Records an attempt and numbers it.
-    fn enter(
-        &mut self,
-        scales: &DScales,
-        attempt: Result<Iterate, DkError>,
-    ) -> Result<Iterate, DkError> {
+    fn enter(&mut self, scales: &DScales, attempt: Result<Iterate, DkError>) -> Result<Iterate, DkError> {
         let iteration = self.steps.len();
         let step = record(iteration, scales, &attempt);
         (self.progress)(&step);
@@ -194,19 +169,11 @@ impl Run<'_> {
             // The norm is a certificate, too, if a wider one.
             Err(MuError::NotCovered { .. }) if norm.is_finite() => {
                 let bounds = best.analysis.bounds(best.peak_omega_rad_s)?;
-                return Ok(Certified {
-                    upper: norm,
-                    lower: bounds.lower,
-                    omega_rad_s: best.peak_omega_rad_s,
-                });
+                return Ok(Certified { upper: norm, lower: bounds.lower, omega_rad_s: best.peak_omega_rad_s });
             }
             other => other?,
         };
-        Ok(Certified {
-            upper: peak.upper,
-            lower: peak.bounds.lower,
-            omega_rad_s: peak.omega_rad_s,
-        })
+        Ok(Certified { upper: peak.upper, lower: peak.bounds.lower, omega_rad_s: peak.omega_rad_s })
     }
 
     fn reached(&self, best: &Iterate) -> bool {
@@ -218,10 +185,7 @@ impl Run<'_> {
         let mut idle = 0;
         let mut next = self.next_scales(best);
         while let Some(scales) = next.take() {
-            if self.reached(best)
-                || idle >= self.settings.patience
-                || log.steps.len() >= self.settings.max_iterations
-            {
+            if self.reached(best) || idle >= self.settings.patience || log.steps.len() >= self.settings.max_iterations {
                 return;
             }
             match log.enter(&scales, self.attempt(&scales)) {
@@ -245,11 +209,7 @@ impl Run<'_> {
     /// Descent on γ from the best scales, in stages that each end in a controller.
     fn descend(&mut self, best: &mut Iterate, log: &mut Log) {
         let structure = self.structure.clone();
-        let descent = Descent {
-            plant: self.plant,
-            structure: &structure,
-            limits: self.limits(),
-        };
+        let descent = Descent { plant: self.plant, structure: &structure, limits: self.limits() };
         let mut steps = self.settings.descent_steps;
         if steps == 0 || self.reached(best) {
             return;
@@ -257,9 +217,7 @@ impl Run<'_> {
         // γ has several valleys, and which is the deepest shows late.
         let enough = self.settings.target_mu.unwrap_or(0.0);
         let starts = self.descent_starts(&descent, best);
-        let begun = starts
-            .into_par_iter()
-            .filter_map(|start| descent.begin(start));
+        let begun = starts.into_par_iter().filter_map(|start| descent.begin(start));
         let mut courses: Vec<Course> = begun.collect();
         let mut entered = f64::INFINITY;
         while steps > 0 {
@@ -304,10 +262,7 @@ impl Run<'_> {
         };
         let last = best.scales.factors.len() - 1;
         let (mut own, mut plain) = (best.scales.clone(), best.scales.clone());
-        for (own, plain) in own.factors[..last]
-            .iter_mut()
-            .zip(&mut plain.factors[..last])
-        {
+        for (own, plain) in own.factors[..last].iter_mut().zip(&mut plain.factors[..last]) {
             let gain = own.ln_magnitude(best.peak_omega_rad_s.min(hi));
             *own = raised(own);
             *plain = raised(&Factors::constant(gain));
@@ -334,16 +289,9 @@ impl Run<'_> {
 
     /// Scales for the next synthesis: of fits of order 0 and of full order the one with the lowest γ.
     fn next_scales(&mut self, current: &Iterate) -> Option<DScales> {
-        let points = current
-            .analysis
-            .sweep(&self.fit_frequencies(current))
-            .ok()?;
+        let points = current.analysis.sweep(&self.fit_frequencies(current)).ok()?;
         let structure = self.structure.clone();
-        let descent = Descent {
-            plant: self.plant,
-            structure: &structure,
-            limits: self.limits(),
-        };
+        let descent = Descent { plant: self.plant, structure: &structure, limits: self.limits() };
         let highest = self.settings.max_d_order;
         let mut candidates = vec![(0, SMOOTH_SLACKS[0])];
         if highest > 0 {
@@ -363,10 +311,7 @@ impl Run<'_> {
                 self.full_order = Some((scales.clone(), *level));
             }
         }
-        levels
-            .into_iter()
-            .min_by(|a, b| a.1.total_cmp(&b.1))
-            .map(|(scales, _)| scales)
+        levels.into_iter().min_by(|a, b| a.1.total_cmp(&b.1)).map(|(scales, _)| scales)
     }
 
     /// Decades round the poles of the plant.
@@ -387,19 +332,13 @@ impl Run<'_> {
     /// Frequencies of the analysis within the range, thinned evenly; local maxima stay.
     fn fit_frequencies(&self, current: &Iterate) -> Vec<f64> {
         let (lo, hi) = self.range();
-        let inside: Vec<&MuPoint> = current
-            .points
-            .iter()
-            .filter(|p| p.omega_rad_s >= lo && p.omega_rad_s <= hi)
-            .collect();
+        let inside: Vec<&MuPoint> =
+            current.points.iter().filter(|p| p.omega_rad_s >= lo && p.omega_rad_s <= hi).collect();
         let least = (hi / lo).ln() / FIT_POINTS as f64;
         let mut list: Vec<f64> = vec![];
         for (k, p) in inside.iter().enumerate() {
             let here = p.upper;
-            let top = k > 0
-                && k + 1 < inside.len()
-                && here >= inside[k - 1].upper
-                && here > inside[k + 1].upper;
+            let top = k > 0 && k + 1 < inside.len() && here >= inside[k - 1].upper && here > inside[k + 1].upper;
             let far = list.last().is_none_or(|l| (p.omega_rad_s / l).ln() > least);
             if far || top {
                 list.push(p.omega_rad_s);
@@ -414,18 +353,9 @@ impl Run<'_> {
     }
 
     /// Scales of one order fitted to the pointwise optimum, weighted by μ.
-    fn fitted(
-        &self,
-        current: &Iterate,
-        points: &[MuPoint],
-        order: usize,
-        slack: f64,
-    ) -> Option<DScales> {
+    fn fitted(&self, current: &Iterate, points: &[MuPoint], order: usize, slack: f64) -> Option<DScales> {
         let last = self.structure.spans.len() - 1;
-        let weight: Vec<f64> = points
-            .iter()
-            .map(|p| (p.upper / current.mu_peak).max(1e-3))
-            .collect();
+        let weight: Vec<f64> = points.iter().map(|p| (p.upper / current.mu_peak).max(1e-3)).collect();
         let scales: Vec<Vec<f64>> = points
             .par_iter()
             .map(|p| {
@@ -452,10 +382,7 @@ impl Run<'_> {
 
     fn limits(&self) -> Limits {
         let (lo, hi) = self.range();
-        Limits {
-            ln_omega: (lo.ln() - 2.3, hi.ln() + 2.3),
-            ln_damping: LN_DAMPING,
-        }
+        Limits { ln_omega: (lo.ln() - 2.3, hi.ln() + 2.3), ln_damping: LN_DAMPING }
     }
 }
 
@@ -488,9 +415,6 @@ fn record(iteration: usize, scales: &DScales, attempt: &Result<Iterate, DkError>
             controller_order: i.controller.order(),
             ..blank
         },
-        Err(error) => DkStep {
-            failure: Some(error.to_string()),
-            ..blank
-        },
+        Err(error) => DkStep { failure: Some(error.to_string()), ..blank },
     }
 }

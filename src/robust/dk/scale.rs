@@ -21,9 +21,7 @@ pub struct DScales {
 impl DScales {
     /// D = I.
     pub fn identity(blocks: usize) -> Self {
-        Self {
-            factors: vec![Factors::constant(0.0); blocks],
-        }
+        Self { factors: vec![Factors::constant(0.0); blocks] }
     }
 
     /// The scales without the last.
@@ -58,10 +56,7 @@ impl DScales {
     pub fn magnitudes(&self, omega_rad_s: f64) -> Vec<f64> {
         // Corners lie many decades below this frequency, and its fourth power is finite.
         let omega = omega_rad_s.min(1e60);
-        self.factors
-            .iter()
-            .map(|f| f.ln_magnitude(omega).exp())
-            .collect()
+        self.factors.iter().map(|f| f.ln_magnitude(omega).exp()).collect()
     }
 
     /// (1 − t)·self + t·other in the parameters; `None` when the factors are of different kinds.

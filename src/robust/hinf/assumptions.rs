@@ -41,10 +41,7 @@ pub(crate) fn axis_zero(side: &Side) -> Result<Option<f64>, NumericError> {
     let free = p1 - m2;
     let inner = &side.a - &side.b2 * side.c1.submatrix(free, 0, m2, n);
     let size = side.a.norm_l2();
-    for value in eigenvalues(&inner)?
-        .into_iter()
-        .chain(eigenvalues(&side.a)?)
-    {
+    for value in eigenvalues(&inner)?.into_iter().chain(eigenvalues(&side.a)?) {
         // Axis eigenvalues may be double (rigid bodies): the root of the rounding error.
         if value.im < 0.0 || value.re.abs() > 1e-7 * size.max(value.norm()) {
             continue;
@@ -89,9 +86,7 @@ fn is_deficient(mut pencil: Mat<c64>, size: f64) -> bool {
             }
         }
     }
-    pencil
-        .singular_values()
-        .is_ok_and(|s| s.last().is_none_or(|least| *least <= RANK))
+    pencil.singular_values().is_ok_and(|s| s.last().is_none_or(|least| *least <= RANK))
 }
 
 /// Names the assumption that makes a regulator problem unsolvable, if one does.
@@ -100,28 +95,16 @@ fn is_deficient(mut pencil: Mat<c64>, size: f64) -> bool {
 /// The named assumption, or a numeric failure.
 pub(crate) fn explain(control: &Side, filter: &Side) -> Result<(), SynthesisError> {
     if let Some(mode) = unreachable_mode(&control.a, &control.b2)? {
-        return Err(SynthesisError::NotStabilisable {
-            re: mode.re,
-            im: mode.im,
-        });
+        return Err(SynthesisError::NotStabilisable { re: mode.re, im: mode.im });
     }
     if let Some(mode) = unreachable_mode(&filter.a, &filter.b2)? {
-        return Err(SynthesisError::NotDetectable {
-            re: mode.re,
-            im: mode.im,
-        });
+        return Err(SynthesisError::NotDetectable { re: mode.re, im: mode.im });
     }
     if let Some(omega_rad_s) = axis_zero(control)? {
-        return Err(SynthesisError::AxisZero {
-            which: "P12 (u to z)",
-            omega_rad_s,
-        });
+        return Err(SynthesisError::AxisZero { which: "P12 (u to z)", omega_rad_s });
     }
     if let Some(omega_rad_s) = axis_zero(filter)? {
-        return Err(SynthesisError::AxisZero {
-            which: "P21 (w to y)",
-            omega_rad_s,
-        });
+        return Err(SynthesisError::AxisZero { which: "P21 (w to y)", omega_rad_s });
     }
     Ok(())
 }

@@ -33,9 +33,7 @@ pub(crate) fn central(
     let dk = direct(p, gamma)?;
     let cf = &p.c2 + f12;
     let z = Mat::<f64>::identity(n, n)
-        - Mat::from_fn(n, n, |i, j| {
-            (0..n).map(|k| y[(i, k)] * x[(k, j)]).sum::<f64>() / gamma / gamma
-        });
+        - Mat::from_fn(n, n, |i, j| (0..n).map(|k| y[(i, k)] * x[(k, j)]).sum::<f64>() / gamma / gamma);
     let bk = solve(&z, &((&p.b2 + l12) * &dk - l2))?;
     let ck = f2 - &dk * &cf;
     let ak = &p.a + stack_cols(&p.b1, &p.b2) * &f - &bk * &cf;
@@ -54,7 +52,6 @@ fn direct(p: &NormalForm, gamma: f64) -> Result<Mat<f64>, NumericError> {
     if r == 0 {
         return Ok(zero - d1122);
     }
-    let gap = Mat::from_fn(r, r, |i, j| if i == j { gamma * gamma } else { 0.0 })
-        - &d1111 * d1111.transpose();
+    let gap = Mat::from_fn(r, r, |i, j| if i == j { gamma * gamma } else { 0.0 }) - &d1111 * d1111.transpose();
     Ok(zero - &d1121 * d1111.transpose() * solve(&gap, &d1112)? - d1122)
 }

@@ -135,9 +135,7 @@ impl Point {
         let beyond = own.measure * own.measure * (bend - twist * far.measure);
         // What Newton's step misses, in terms of the step, is the scale on which the measure bends.
         let scale = beyond.abs() * other.step() / (step * step);
-        let error = (beyond * scale * scale)
-            .abs()
-            .max((step * other.step()).powi(2));
+        let error = (beyond * scale * scale).abs().max((step * other.step()).powi(2));
         match error < newton.1 {
             true => (newton.0 + beyond, error),
             false => newton,

@@ -56,12 +56,7 @@ struct Coupled {
 
 impl Couplings {
     /// Of positive X and Y at γ.
-    pub(super) fn new(
-        control: &Side,
-        filter: &Side,
-        found: &Solved,
-        gamma: f64,
-    ) -> Result<Self, SynthesisError> {
+    pub(super) fn new(control: &Side, filter: &Side, found: &Solved, gamma: f64) -> Result<Self, SynthesisError> {
         let solutions = [&found.x.x, &found.y.x];
         Self::of_solutions([control, filter], solutions, &found.coupling, gamma)
     }
@@ -73,38 +68,22 @@ impl Couplings {
         coupling: &Coupling,
         gamma: f64,
     ) -> Result<Self, SynthesisError> {
-        let Coupling {
-            root,
-            values,
-            vectors,
-            ..
-        } = coupling;
+        let Coupling { root, values, vectors, .. } = coupling;
         let n = x.nrows();
-        let (closed_control, closed_filter) = rayon::join(
-            || ClosedSide::new(control, gamma, x),
-            || ClosedSide::new(filter, gamma, y),
-        );
+        let (closed_control, closed_filter) =
+            rayon::join(|| ClosedSide::new(control, gamma, x), || ClosedSide::new(filter, gamma, y));
         let (closed_control, closed_filter) = (closed_control?, closed_filter?);
         // XYv = λv, w = Yv, vᵀw = 1.
         let of = |k: usize| {
             let w = root * vectors.submatrix(0, k, n, 1);
             let v = x * &w * (1.0 / values[k]);
-            let (of_control, of_filter) = rayon::join(
-                || closed_control.slope(x, &w),
-                || closed_filter.slope(y, &(v * values[k].sqrt())),
-            );
-            Coupled {
-                ratio: values[k] / (gamma * gamma),
-                of_control,
-                of_filter,
-            }
+            let (of_control, of_filter) =
+                rayon::join(|| closed_control.slope(x, &w), || closed_filter.slope(y, &(v * values[k].sqrt())));
+            Coupled { ratio: values[k] / (gamma * gamma), of_control, of_filter }
         };
         let largest = values.last().copied().unwrap_or(0.0);
         let near = |k: &usize| values[*k] > 0.0 && values[*k] >= largest * (1.0 - NEAR).powi(2);
-        Ok(Self {
-            gamma,
-            list: (0..n).rev().take(COUPLINGS).filter(near).map(of).collect(),
-        })
+        Ok(Self { gamma, list: (0..n).rev().take(COUPLINGS).filter(near).map(of).collect() })
     }
 
     /// The eigenvalue whose level is the highest to first order; none without a coupling.
@@ -114,11 +93,7 @@ impl Couplings {
         let [measure, slope] = measures().max_by(|a, b| step(a).total_cmp(&step(b)))?;
         let mut steps: Vec<f64> = measures().map(|m| step(&m)).collect();
         steps.sort_by(|a, b| b.total_cmp(a));
-        Some(Binding {
-            measure,
-            slope,
-            apart: steps.get(1).map_or(f64::INFINITY, |next| steps[0] - next),
-        })
+        Some(Binding { measure, slope, apart: steps.get(1).map_or(f64::INFINITY, |next| steps[0] - next) })
     }
 
     /// An estimate of the level at which the largest coupling λ binds, divided by √λ, from its value and derivative λ'
@@ -143,10 +118,7 @@ impl Couplings {
                 .plus(&coupled.of_control.matrices)
                 .plus(&coupled.of_filter.matrices.transposed())
                 .times(1.0 / whole);
-            BindingLevel {
-                ln_level,
-                slope: normal.pulled_back(&slope),
-            }
+            BindingLevel { ln_level, slope: normal.pulled_back(&slope) }
         };
         self.list.into_iter().map(of).collect()
     }
@@ -205,12 +177,7 @@ impl ClosedSide {
         let energy = disturbance * &z * disturbance.transpose();
         RiccatiSlope {
             by_level: (0..energy.nrows()).map(|i| energy[(i, i)]).sum(),
-            matrices: MatrixSlope {
-                b: &by_a * self.k.transpose(),
-                d: &by_c * self.k.transpose(),
-                a: by_a,
-                c: by_c,
-            },
+            matrices: MatrixSlope { b: &by_a * self.k.transpose(), d: &by_c * self.k.transpose(), a: by_a, c: by_c },
         }
     }
 }

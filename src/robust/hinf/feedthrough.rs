@@ -17,16 +17,9 @@ const WEAK: f64 = 1e-4;
 /// The failure with the weak direct term behind it, if there is one and the failure does not name a cause of its own.
 pub(super) fn blamed(plant: &GeneralizedPlant, error: SynthesisError) -> SynthesisError {
     use SynthesisError as E;
-    let unexplained = matches!(
-        &error,
-        E::Regulator { .. } | E::NoLevel { .. } | E::Refuted { .. } | E::Numeric(_) | E::Norm(_)
-    ) || matches!(
-        &error,
-        E::Infeasible {
-            condition: crate::robust::error::Condition::Unsolved,
-            ..
-        }
-    );
+    let unexplained =
+        matches!(&error, E::Regulator { .. } | E::NoLevel { .. } | E::Refuted { .. } | E::Numeric(_) | E::Norm(_))
+            || matches!(&error, E::Infeasible { condition: crate::robust::error::Condition::Unsolved, .. });
     if !unexplained {
         return error;
     }
@@ -64,28 +57,16 @@ fn weakest(plant: &GeneralizedPlant) -> Option<Weak> {
         })
     };
     let d12 = of(&control, "D12");
-    let d21 = of(&transposed, "D21").map(|w| Weak {
-        rows: w.cols,
-        cols: w.rows,
-        ..w
-    });
-    [d12, d21]
-        .into_iter()
-        .flatten()
-        .filter(|w| w.relative < WEAK)
-        .min_by(|a, b| a.relative.total_cmp(&b.relative))
+    let d21 = of(&transposed, "D21").map(|w| Weak { rows: w.cols, cols: w.rows, ..w });
+    [d12, d21].into_iter().flatten().filter(|w| w.relative < WEAK).min_by(|a, b| a.relative.total_cmp(&b.relative))
 }
 
 /// P12, and P21 transposed.
 pub(super) fn parts(plant: &GeneralizedPlant) -> (StateSpace<Continuous>, StateSpace<Continuous>) {
     let (nw, nz) = (plant.disturbances(), plant.errors());
     let range = |from: usize, count: usize| (from..from + count).collect::<Vec<_>>();
-    let control = plant
-        .system
-        .select(&range(0, nz), &range(nw, plant.controls));
-    let sensing = plant
-        .system
-        .select(&range(nz, plant.measurements), &range(0, nw));
+    let control = plant.system.select(&range(0, nz), &range(nw, plant.controls));
+    let sensing = plant.system.select(&range(nz, plant.measurements), &range(0, nw));
     let transposed = StateSpace {
         a: sensing.a.transpose().to_owned(),
         b: sensing.c.transpose().to_owned(),
@@ -110,9 +91,7 @@ pub(super) struct DirectShare {
 pub(super) fn direct_share(system: &StateSpace<Continuous>, damping: f64) -> Option<DirectShare> {
     let poles = system.poles().ok()?;
     let responder = FrequencyResponder::new(system);
-    let mut gains: Vec<f64> = (0..system.inputs())
-        .map(|j| system.d.col(j).norm_l2())
-        .collect();
+    let mut gains: Vec<f64> = (0..system.inputs()).map(|j| system.d.col(j).norm_l2()).collect();
     for omega in seeds(&poles) {
         let response = match omega.is_infinite() || damping == 0.0 {
             true => responder.at_or_infinity(omega),
@@ -129,13 +108,8 @@ pub(super) fn direct_share(system: &StateSpace<Continuous>, damping: f64) -> Opt
         true => Some(0.0),
         false => svd(d).ok().and_then(|f| f.s.last().copied()),
     };
-    let share = Mat::from_fn(system.outputs(), system.inputs(), |i, j| {
-        system.d[(i, j)] / gains[j].max(f64::MIN_POSITIVE)
-    });
+    let share =
+        Mat::from_fn(system.outputs(), system.inputs(), |i, j| system.d[(i, j)] / gains[j].max(f64::MIN_POSITIVE));
     let (smallest, relative) = (smallest(&system.d)?, smallest(&share)?);
-    Some(DirectShare {
-        gains,
-        smallest,
-        relative,
-    })
+    Some(DirectShare { gains, smallest, relative })
 }

@@ -18,12 +18,7 @@ pub(super) struct Tested {
 impl Tested {
     /// A lower bound of the level, at which nothing was computed.
     pub(super) fn infeasible(gamma: f64) -> Self {
-        Self {
-            gamma,
-            measure: -1.0,
-            nearest: Limit::Coupling,
-            failed: Some(Condition::Unsolved),
-        }
+        Self { gamma, measure: -1.0, nearest: Limit::Coupling, failed: Some(Condition::Unsolved) }
     }
 
     /// ln γ and the measure: a feasible one counts as positive whatever its rounding, an infeasible one as negative.
@@ -43,11 +38,7 @@ pub(super) type Test<'a> = dyn FnMut(f64) -> Result<Tested, SynthesisError> + 'a
 ///
 /// # Errors
 /// [`SynthesisError::NoLevel`] where there is none in the range of f64.
-pub(super) fn bracket(
-    mut lo: Tested,
-    hint: Option<f64>,
-    test: &mut Test,
-) -> Result<(Tested, Tested), SynthesisError> {
+pub(super) fn bracket(mut lo: Tested, hint: Option<f64>, test: &mut Test) -> Result<(Tested, Tested), SynthesisError> {
     let lowest = lo.gamma;
     let mut ratio = 1.5f64;
     let mut gamma = match hint {
@@ -73,12 +64,7 @@ pub(super) fn bracket(
 
 /// Root of the measure in log γ by inverse quadratic interpolation inside a bracket, bisection where that is not safe
 /// (Chandrupatla 1997). Returns the feasible end and the condition that is nearest to failing there.
-pub(super) fn narrow(
-    lo: Tested,
-    hi: Tested,
-    tol: f64,
-    test: &mut Test,
-) -> Result<Optimum, SynthesisError> {
+pub(super) fn narrow(lo: Tested, hi: Tested, tol: f64, test: &mut Test) -> Result<Optimum, SynthesisError> {
     // Bisection alone needs 40 steps from a ratio of 100 to 1e-9.
     const STEPS: usize = 100;
     let (mut new, mut old) = (lo.point(), hi.point());
@@ -107,21 +93,13 @@ pub(super) fn narrow(
         let smooth = phi * phi < xi && (1.0 - phi).powi(2) < 1.0 - xi;
         fraction = if smooth {
             new.1 / (old.1 - new.1) * third.1 / (old.1 - third.1)
-                + (third.0 - new.0) / (old.0 - new.0) * new.1 / (third.1 - new.1) * old.1
-                    / (third.1 - old.1)
+                + (third.0 - new.0) / (old.0 - new.0) * new.1 / (third.1 - new.1) * old.1 / (third.1 - old.1)
         } else {
             0.5
         };
         // Half a tolerance past the root closes the bracket from the other side.
         let margin = 0.5 * tol / width;
-        fraction = if fraction.is_finite() {
-            fraction.clamp(margin, 1.0 - margin)
-        } else {
-            0.5
-        };
+        fraction = if fraction.is_finite() { fraction.clamp(margin, 1.0 - margin) } else { 0.5 };
     }
-    Ok(Optimum {
-        gamma: best.gamma,
-        limit: best.nearest,
-    })
+    Ok(Optimum { gamma: best.gamma, limit: best.nearest })
 }

@@ -29,12 +29,7 @@ impl MatrixSlope {
     /// That of the transposed system.
     pub(super) fn transposed(&self) -> Self {
         let t = |m: &Mat<f64>| m.transpose().to_owned();
-        Self {
-            a: t(&self.a),
-            b: t(&self.c),
-            c: t(&self.b),
-            d: t(&self.d),
-        }
+        Self { a: t(&self.a), b: t(&self.c), c: t(&self.b), d: t(&self.d) }
     }
 
     /// With that of one side added, which has the first rows and columns of the whole: A, [B1 B2], C1, [D11 D12] of the
@@ -49,12 +44,7 @@ impl MatrixSlope {
 
     /// The slope times a number.
     pub(super) fn times(self, factor: f64) -> Self {
-        Self {
-            a: self.a * factor,
-            b: self.b * factor,
-            c: self.c * factor,
-            d: self.d * factor,
-        }
+        Self { a: self.a * factor, b: self.b * factor, c: self.c * factor, d: self.d * factor }
     }
 
     /// The derivative along a change of the matrices.

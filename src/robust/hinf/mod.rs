@@ -81,10 +81,7 @@ pub struct HinfSolution {
 ///
 /// # Errors
 /// As [`synthesise`].
-pub(crate) fn optimal_level(
-    plant: &GeneralizedPlant,
-    settings: &HinfSettings,
-) -> Result<f64, SynthesisError> {
+pub(crate) fn optimal_level(plant: &GeneralizedPlant, settings: &HinfSettings) -> Result<f64, SynthesisError> {
     Search::new(plant)
         .and_then(|search| Ok(search.optimum(settings, &Cell::new(0))?.gamma))
         .map_err(|error| blamed(plant, error))
@@ -114,10 +111,7 @@ pub(crate) fn optimal_level_with_slopes(
         let ln = optimum.gamma.ln();
         let levels = binding_levels(&search, optimum.gamma)?;
         // The optimum is the feasible end of its tolerance; the level that binds is what the slopes belong to.
-        let top = levels
-            .iter()
-            .map(|level| level.ln_level)
-            .max_by(f64::total_cmp);
+        let top = levels.iter().map(|level| level.ln_level).max_by(f64::total_cmp);
         let same = top.filter(|top| (top - ln).abs() <= 2.0 * settings.rel_tol);
         Ok((same.unwrap_or(ln), levels))
     };
@@ -138,17 +132,11 @@ pub fn is_feasible(plant: &GeneralizedPlant, gamma: f64) -> Result<bool, Synthes
 ///
 /// # Errors
 /// [`SynthesisError`] names the assumption, the condition or the check that fails.
-pub fn synthesise(
-    plant: &GeneralizedPlant,
-    settings: &HinfSettings,
-) -> Result<HinfSolution, SynthesisError> {
+pub fn synthesise(plant: &GeneralizedPlant, settings: &HinfSettings) -> Result<HinfSolution, SynthesisError> {
     attempt(plant, settings).map_err(|error| blamed(plant, error))
 }
 
-fn attempt(
-    plant: &GeneralizedPlant,
-    settings: &HinfSettings,
-) -> Result<HinfSolution, SynthesisError> {
+fn attempt(plant: &GeneralizedPlant, settings: &HinfSettings) -> Result<HinfSolution, SynthesisError> {
     let search = Search::new(plant)?;
     let pairs = Cell::new(0);
     if let Some(gamma) = settings.gamma {
@@ -180,11 +168,7 @@ const DECADES_ABOVE: [f64; 6] = [9.0, 1e2, 1e3, 1e4, 1e5, 1e6];
 const CLOSE: f64 = 9.9e-3;
 
 fn refuted(gamma: f64, found: &HinfSolution) -> SynthesisError {
-    SynthesisError::Refuted {
-        gamma,
-        norm: found.closed_loop_norm,
-        growth_rate: found.certificate.growth_rate,
-    }
+    SynthesisError::Refuted { gamma, norm: found.closed_loop_norm, growth_rate: found.certificate.growth_rate }
 }
 
 impl Search {
@@ -197,10 +181,7 @@ impl Search {
         pairs: &Cell<usize>,
     ) -> Result<HinfSolution, SynthesisError> {
         let gamma_opt = optimum.gamma;
-        let mut failure = SynthesisError::NoLevel {
-            gamma: gamma_opt,
-            condition: Condition::Unsolved,
-        };
+        let mut failure = SynthesisError::NoLevel { gamma: gamma_opt, condition: Condition::Unsolved };
         let further: &[f64] = match optimum.limit {
             Limit::Rounding => &DECADES_ABOVE,
             _ => &LADDER,
@@ -228,9 +209,7 @@ impl Search {
         pairs: &Cell<usize>,
     ) -> Result<HinfSolution, SynthesisError> {
         if !(gamma.is_finite() && gamma > 0.0) {
-            return Err(SynthesisError::Partition(format!(
-                "gamma must be a positive number, found {gamma}"
-            )));
+            return Err(SynthesisError::Partition(format!("gamma must be a positive number, found {gamma}")));
         }
         // X and Y exact to the last bit are needed for few plants, and cost more than all the rest.
         let fast = self.deliver_with(plant, optimum, gamma, Effort::Fast, pairs);
@@ -240,10 +219,7 @@ impl Search {
         if let Some(condition) = self.below_level(gamma)? {
             return Err(SynthesisError::Infeasible { gamma, condition });
         }
-        match (
-            fast,
-            self.deliver_with(plant, optimum, gamma, Effort::Full, pairs),
-        ) {
+        match (fast, self.deliver_with(plant, optimum, gamma, Effort::Full, pairs)) {
             (Ok(f), Ok(g)) => Ok(if f.gamma < g.gamma { f } else { g }),
             (Ok(found), Err(_)) | (_, Ok(found)) => Ok(found),
             (_, Err(error)) => Err(error),
@@ -263,24 +239,13 @@ impl Search {
         if let Some(condition) = pair.failed {
             return Err(SynthesisError::Infeasible { gamma, condition });
         }
-        let k = central(
-            &self.normal,
-            &self.control,
-            &self.filter,
-            gamma,
-            &pair.x,
-            &pair.y,
-        )?;
+        let k = central(&self.normal, &self.control, &self.filter, gamma, &pair.x, &pair.y)?;
         let controller = self.normal.original_controller(&k)?;
         let closed = lower_lft(&plant.system, &controller)?;
         let (norm, growth_rate) = match hinf_norm_and_growth(&closed, LEVEL_TOL) {
             Ok(found) => found,
             Err(NormError::Unstable { growth_rate }) => {
-                return Err(SynthesisError::Refuted {
-                    gamma,
-                    norm: f64::INFINITY,
-                    growth_rate,
-                });
+                return Err(SynthesisError::Refuted { gamma, norm: f64::INFINITY, growth_rate });
             }
             Err(other) => return Err(other.into()),
         };

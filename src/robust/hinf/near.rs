@@ -21,13 +21,7 @@ pub(super) fn near_level(
 ) -> Result<Option<(f64, Vec<BindingLevel>)>, SynthesisError> {
     let normal = NormalForm::new(plant)?;
     let (control, filter) = (control_side(&normal), filter_side(&normal));
-    let found = coupling_root(
-        &control,
-        &filter,
-        (hint, tolerance),
-        Asked::Slopes,
-        &Cell::new(0),
-    )?;
+    let found = coupling_root(&control, &filter, (hint, tolerance), Asked::Slopes, &Cell::new(0))?;
     Ok(found.map(|(ln, couplings)| (ln, couplings.levels(&normal))))
 }
 
@@ -80,26 +74,15 @@ mod tests {
             true => append(&channel(), &inner),
             false => inner,
         };
-        GeneralizedPlant {
-            system,
-            controls: CONTROLS,
-            measurements: MEASUREMENTS,
-            blocks: vec![],
-        }
+        GeneralizedPlant { system, controls: CONTROLS, measurements: MEASUREMENTS, blocks: vec![] }
     }
 
     /// Largest distance of a slope from central differences of the searched level along random changes.
     fn error(plant: &GeneralizedPlant, hint: Option<f64>) -> Result<f64, SynthesisError> {
-        let settings = HinfSettings {
-            rel_tol: 1e-9,
-            hint,
-            ..HinfSettings::default()
-        };
+        let settings = HinfSettings { rel_tol: 1e-9, hint, ..HinfSettings::default() };
         let (ln_level, levels) = optimal_level_with_slopes(plant, &settings)?;
-        let top = levels
-            .iter()
-            .max_by(|a, b| a.ln_level.total_cmp(&b.ln_level))
-            .expect("an optimum has a level that binds");
+        let top =
+            levels.iter().max_by(|a, b| a.ln_level.total_cmp(&b.ln_level)).expect("an optimum has a level that binds");
         assert!((top.ln_level - ln_level).abs() < 1e-6);
         let mut from = ChaCha8Rng::seed_from_u64(99);
         let s = &plant.system;
@@ -154,8 +137,7 @@ mod tests {
     }
 
     #[test]
-    fn newton_from_a_level_near_by_ends_at_the_same_level_and_slope() -> Result<(), SynthesisError>
-    {
+    fn newton_from_a_level_near_by_ends_at_the_same_level_and_slope() -> Result<(), SynthesisError> {
         let mut direct = 0;
         for seed in 0..6 {
             let plant = plant(seed, false);
@@ -173,10 +155,7 @@ mod tests {
     /// Two plants side by side, the levels of which differ by the share `apart`, that act on each other a little: two
     /// eigenvalues of XY that nearly meet, and grow differently.
     fn neighbours(seed: u64, apart: f64) -> Result<GeneralizedPlant, SynthesisError> {
-        let settings = HinfSettings {
-            rel_tol: 1e-10,
-            ..HinfSettings::default()
-        };
+        let settings = HinfSettings { rel_tol: 1e-10, ..HinfSettings::default() };
         let mut pair = Vec::new();
         for (one, level) in [(seed, 1.0), (seed + 1, 1.0 + apart)] {
             let mut one = plant(one, false);
@@ -193,9 +172,7 @@ mod tests {
         // Errors of both before measurements of both, disturbances of both before controls of both.
         let order = |first: usize, second: usize| -> Vec<usize> {
             let of = |copy: usize| copy * (first + second);
-            let kind = |from: usize, many: usize| {
-                (0..2).flat_map(move |c| (0..many).map(move |k| of(c) + from + k))
-            };
+            let kind = |from: usize, many: usize| (0..2).flat_map(move |c| (0..many).map(move |k| of(c) + from + k));
             kind(0, first).chain(kind(first, second)).collect()
         };
         let rows = order(pair[0].errors(), MEASUREMENTS);
@@ -204,37 +181,24 @@ mod tests {
         let n = system.order();
         let mut from = ChaCha8Rng::seed_from_u64(seed + 1000);
         system.a += random(n, n, &mut from) * (0.1 * apart);
-        Ok(GeneralizedPlant {
-            system,
-            controls: 2 * CONTROLS,
-            measurements: 2 * MEASUREMENTS,
-            blocks: vec![],
-        })
+        Ok(GeneralizedPlant { system, controls: 2 * CONTROLS, measurements: 2 * MEASUREMENTS, blocks: vec![] })
     }
 
     #[test]
-    fn a_level_where_two_couplings_nearly_meet_is_that_of_a_bisection() -> Result<(), SynthesisError>
-    {
+    fn a_level_where_two_couplings_nearly_meet_is_that_of_a_bisection() -> Result<(), SynthesisError> {
         let mut direct = 0;
         for seed in 0..6 {
             for apart in [1e-5, 1e-4, 1e-3] {
                 let plant = neighbours(seed, apart)?;
                 let start = optimal_level(&plant, &HinfSettings::default())?;
                 let hi = bisected(&plant, start * (1.0 - 1e-3), start * (1.0 + 1e-3))?;
-                assert!(
-                    (start / hi - 1.0).abs() < 2e-7,
-                    "{seed} {apart}: {start} {hi}"
-                );
+                assert!((start / hi - 1.0).abs() < 2e-7, "{seed} {apart}: {start} {hi}");
                 for off in [-1e-4, -1e-5, 1e-5, 1e-4, 1e-2] {
                     let Some((ln, _)) = near_level(&plant, hi * (1.0 + off), 1e-7)? else {
                         continue;
                     };
                     direct += 1;
-                    assert!(
-                        (ln - hi.ln()).abs() < 1e-7,
-                        "{seed} {apart} {off}: {}",
-                        ln - hi.ln()
-                    );
+                    assert!((ln - hi.ln()).abs() < 1e-7, "{seed} {apart} {off}: {}", ln - hi.ln());
                 }
             }
         }
@@ -258,11 +222,7 @@ mod tests {
     /// A plant with a channel that no control reaches, the norm of which is 1 + `above` times the level of the rest;
     /// random entries of A of the size `coupled` join the two. Where the coupling binds it is steep, because X and Y
     /// pass infinity just below.
-    fn beside_a_channel(
-        seed: u64,
-        above: f64,
-        coupled: f64,
-    ) -> Result<GeneralizedPlant, SynthesisError> {
+    fn beside_a_channel(seed: u64, above: f64, coupled: f64) -> Result<GeneralizedPlant, SynthesisError> {
         let inner = optimal_level(&plant(seed, false), &HinfSettings::default())?;
         let mut plant = plant(seed, true);
         let norm = hinf_norm(&channel(), 1e-9).map_or(f64::NAN, |norm| norm.norm);
@@ -287,21 +247,13 @@ mod tests {
                 for off in [-0.9, 1e-5, 1e-4, 1e-3] {
                     for tolerance in [1e-5, 1e-7] {
                         let hint = level * (1.0 + off);
-                        let settings = HinfSettings {
-                            rel_tol: tolerance,
-                            hint: Some(hint),
-                            ..HinfSettings::default()
-                        };
+                        let settings = HinfSettings { rel_tol: tolerance, hint: Some(hint), ..HinfSettings::default() };
                         let searched = (optimal_level(&plant, &settings)? / level).ln();
-                        let near =
-                            near_level(&plant, hint, tolerance)?.map(|(ln, _)| ln - level.ln());
+                        let near = near_level(&plant, hint, tolerance)?.map(|(ln, _)| ln - level.ln());
                         direct += usize::from(near.is_some());
                         let error = near.unwrap_or(0.0).abs().max(searched.abs());
                         // The level of a search is the feasible end of its tolerance, a tenth above it.
-                        assert!(
-                            error <= 1.1 * tolerance,
-                            "{seed} {above} {off} {tolerance}: {searched:e} {near:?}"
-                        );
+                        assert!(error <= 1.1 * tolerance, "{seed} {above} {off} {tolerance}: {searched:e} {near:?}");
                     }
                 }
             }

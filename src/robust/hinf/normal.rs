@@ -54,30 +54,20 @@ impl NormalForm {
             )));
         }
         if ![&s.a, &s.b, &s.c, &s.d].iter().all(|m| m.is_all_finite()) {
-            return Err(NumericError::NotFinite {
-                what: "generalized plant",
-            }
-            .into());
+            return Err(NumericError::NotFinite { what: "generalized plant" }.into());
         }
         let (n, m1, p1) = (s.order(), s.inputs() - m2, s.outputs() - p2);
         let d = |r: usize, c: usize, h: usize, w: usize| s.d.submatrix(r, c, h, w).to_owned();
         let (d12, d21) = (d(0, m1, p1, m2), d(p1, 0, p2, m1));
-        let (z, control) =
-            regular(&d12).map_err(|(smallest, largest)| SynthesisError::ControlCost {
-                rows: p1,
-                cols: m2,
-                smallest,
-                largest,
-            })?;
-        let (w, measurement) =
-            regular(&d21.transpose().to_owned()).map_err(|(smallest, largest)| {
-                SynthesisError::MeasurementNoise {
-                    rows: p2,
-                    cols: m1,
-                    smallest,
-                    largest,
-                }
-            })?;
+        let (z, control) = regular(&d12).map_err(|(smallest, largest)| SynthesisError::ControlCost {
+            rows: p1,
+            cols: m2,
+            smallest,
+            largest,
+        })?;
+        let (w, measurement) = regular(&d21.transpose().to_owned()).map_err(|(smallest, largest)| {
+            SynthesisError::MeasurementNoise { rows: p2, cols: m1, smallest, largest }
+        })?;
         let measurement = measurement.transpose().to_owned();
         let b1 = s.b.submatrix(0, 0, n, m1) * &w;
         let b2 = s.b.submatrix(0, m1, n, m2) * &control;
@@ -148,21 +138,14 @@ impl NormalForm {
         &self,
         k: &StateSpace<Continuous>,
     ) -> Result<StateSpace<Continuous>, NumericError> {
-        let k0 = k
-            .scale_outputs(&self.control)
-            .scale_inputs(&self.measurement);
+        let k0 = k.scale_outputs(&self.control).scale_inputs(&self.measurement);
         let m2 = self.controls();
         // u = C x + D (y − D22 u)
         let closure = Mat::<f64>::identity(m2, m2) + &k0.d * &self.d22;
-        let both =
-            solve(&closure, &stack_cols(&k0.c, &k0.d)).map_err(|_| NumericError::IllPosed {
-                what: "I + D_K·D22 of the controller",
-            })?;
+        let both = solve(&closure, &stack_cols(&k0.c, &k0.d))
+            .map_err(|_| NumericError::IllPosed { what: "I + D_K·D22 of the controller" })?;
         let n = k0.order();
-        let (cu, du) = (
-            both.submatrix(0, 0, m2, n).to_owned(),
-            both.submatrix(0, n, m2, k0.inputs()).to_owned(),
-        );
+        let (cu, du) = (both.submatrix(0, 0, m2, n).to_owned(), both.submatrix(0, n, m2, k0.inputs()).to_owned());
         let bd = &k0.b * &self.d22;
         StateSpace::new(&k0.a - &bd * &cu, &k0.b - &bd * &du, cu, du, Continuous)
     }
@@ -178,10 +161,7 @@ fn diagonal(a: &Mat<f64>, b: &Mat<f64>) -> Mat<f64> {
 fn regular(d: &Mat<f64>) -> Result<(Mat<f64>, Mat<f64>), (f64, f64)> {
     let (rows, cols) = (d.nrows(), d.ncols());
     let norms: Vec<f64> = (0..cols).map(|j| d.col(j).norm_l2()).collect();
-    let unit: Vec<f64> = norms
-        .iter()
-        .map(|x| if *x > 0.0 { *x } else { 1.0 })
-        .collect();
+    let unit: Vec<f64> = norms.iter().map(|x| if *x > 0.0 { *x } else { 1.0 }).collect();
     let equal = Mat::from_fn(rows, cols, |i, j| d[(i, j)] / unit[j]);
     let f = svd(&equal).map_err(|_| (f64::NAN, f64::NAN))?;
     let largest = f.s.first().copied().unwrap_or(0.0);
@@ -191,13 +171,8 @@ fn regular(d: &Mat<f64>) -> Result<(Mat<f64>, Mat<f64>), (f64, f64)> {
     if smallest <= RANK * largest || spread == 0.0 {
         return Err((smallest, largest));
     }
-    let q = Mat::from_fn(rows, rows, |i, j| {
-        if j < rows - cols {
-            f.u[(i, cols + j)]
-        } else {
-            f.u[(i, j - (rows - cols))]
-        }
-    });
+    let q =
+        Mat::from_fn(rows, rows, |i, j| if j < rows - cols { f.u[(i, cols + j)] } else { f.u[(i, j - (rows - cols))] });
     let t = Mat::from_fn(cols, cols, |i, j| f.v[(i, j)] / f.s[j] / unit[i]);
     Ok((q, t))
 }

@@ -29,10 +29,7 @@ pub struct Regularisation {
 /// measurement where D21 does. A performance block that is full and complex, the last one, grows with the channels; a
 /// plant whose last block is another kind gets a further full block. `None` when a gain cannot be computed or is zero:
 /// then the control or the measurement does nothing, and no regularisation of this kind helps.
-pub fn regularised(
-    plant: &GeneralizedPlant,
-    share: f64,
-) -> Option<(GeneralizedPlant, Regularisation)> {
+pub fn regularised(plant: &GeneralizedPlant, share: f64) -> Option<(GeneralizedPlant, Regularisation)> {
     let (control, sensing) = parts(plant);
     let missing = |part: &StateSpace<Continuous>| -> Option<Vec<f64>> {
         let found = direct_share(part, DAMPING)?;
@@ -40,15 +37,9 @@ pub fn regularised(
             return Some(vec![]);
         }
         let sizes: Vec<f64> = found.gains.iter().map(|gain| share * gain).collect();
-        sizes
-            .iter()
-            .all(|e| e.is_finite() && *e > 0.0)
-            .then_some(sizes)
+        sizes.iter().all(|e| e.is_finite() && *e > 0.0).then_some(sizes)
     };
-    let added = Regularisation {
-        d12: missing(&control)?,
-        d21: missing(&sensing)?,
-    };
+    let added = Regularisation { d12: missing(&control)?, d21: missing(&sensing)? };
     let enlarged = enlarge(plant, &added);
     Some((enlarged, added))
 }
@@ -83,13 +74,7 @@ fn enlarge(plant: &GeneralizedPlant, added: &Regularisation) -> GeneralizedPlant
         d[(output(p1 + k), m1 + k)] = *size;
     }
     GeneralizedPlant {
-        system: StateSpace {
-            a: s.a.clone(),
-            b,
-            c,
-            d,
-            time: Continuous,
-        },
+        system: StateSpace { a: s.a.clone(), b, c, d, time: Continuous },
         controls: plant.controls,
         measurements: plant.measurements,
         blocks: grown(&plant.blocks, more_w, more_z),
@@ -112,10 +97,7 @@ fn grown(blocks: &[Block], more_w: usize, more_z: usize) -> Vec<Block> {
         // A block needs both sides: the smallest structure that contains Δ for the given plant closes the new channels
         // over the last block.
         Some(last) => {
-            *last = Block::ComplexFull {
-                rows: last.rows() + more_w,
-                cols: last.cols() + more_z,
-            };
+            *last = Block::ComplexFull { rows: last.rows() + more_w, cols: last.cols() + more_z };
         }
     }
     blocks

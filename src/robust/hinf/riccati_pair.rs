@@ -43,10 +43,7 @@ pub(super) fn solved(
     gamma: f64,
     effort: Effort,
 ) -> Result<Option<Solved>, NumericError> {
-    let (x, y) = rayon::join(
-        || control.riccati(gamma, effort),
-        || filter.riccati(gamma, effort),
-    );
+    let (x, y) = rayon::join(|| control.riccati(gamma, effort), || filter.riccati(gamma, effort));
     let (Ok(x), Ok(y)) = (x, y) else {
         return Ok(None);
     };
@@ -76,11 +73,7 @@ impl Coupling {
     /// γ²/ρ(XY) − 1, and what is left until X and Y pass through infinity: the smallest, and which it is.
     pub(super) fn measure(&self, gamma: f64, sizes: [f64; 2]) -> (f64, Limit) {
         let passage = |k: usize| {
-            if self.extremes[k] == 0.0 {
-                1.0
-            } else {
-                sizes[k] / self.extremes[k]
-            }
+            if self.extremes[k] == 0.0 { 1.0 } else { sizes[k] / self.extremes[k] }
         };
         let near = match passage(0) <= passage(1) {
             true => (passage(0), Limit::ControlIndefinite),
@@ -118,22 +111,16 @@ pub(super) fn coupling(x: &Mat<f64>, y: &Mat<f64>) -> Result<Coupling, NumericEr
         if size > 0.0 { v[0] / size } else { 0.0 }
     };
     let (x_min, y_min) = (relative(&xv), relative(&yv));
-    let root = |values: &[f64], vectors: &Mat<f64>| {
-        Mat::from_fn(n, n, |i, j| vectors[(i, j)] * values[j].max(0.0).sqrt())
-    };
+    let root =
+        |values: &[f64], vectors: &Mat<f64>| Mat::from_fn(n, n, |i, j| vectors[(i, j)] * values[j].max(0.0).sqrt());
     let indefinite = x_min < -DEFINITE || y_min < -DEFINITE;
-    let (root, other) = if y_min >= -DEFINITE {
-        (root(&yv, &yu), x)
-    } else {
-        (root(&xv, &xu), y)
-    };
+    let (root, other) = if y_min >= -DEFINITE { (root(&yv, &yu), x) } else { (root(&xv, &xu), y) };
     let (values, vectors) = symmetric_eigen(&(root.transpose() * other * &root))?;
     Ok(Coupling {
         x_min,
         y_min,
         ratio: if indefinite { values[0] } else { values[n - 1] },
-        extremes: [(x_min, &xv), (y_min, &yv)]
-            .map(|(least, v)| if least < -DEFINITE { v[0] } else { v[n - 1] }),
+        extremes: [(x_min, &xv), (y_min, &yv)].map(|(least, v)| if least < -DEFINITE { v[0] } else { v[n - 1] }),
         root,
         values,
         vectors,

@@ -53,16 +53,12 @@ impl Search {
         let normal = NormalForm::new(plant)?;
         let (control, filter) = (control_side(&normal), filter_side(&normal));
         let regulator = |side: &Side, which| {
-            side.regulator()
-                .map_err(|source| match explain(&control, &filter) {
-                    Err(named) => named,
-                    Ok(()) => SynthesisError::Regulator { which, source },
-                })
+            side.regulator().map_err(|source| match explain(&control, &filter) {
+                Err(named) => named,
+                Ok(()) => SynthesisError::Regulator { which, source },
+            })
         };
-        let (k, f) = rayon::join(
-            || regulator(&control, "control"),
-            || regulator(&filter, "filter"),
-        );
+        let (k, f) = rayon::join(|| regulator(&control, "control"), || regulator(&filter, "filter"));
         let (k, f) = (k?, f?);
         if k.is_marginal(&control) || f.is_marginal(&filter) {
             explain(&control, &filter)?;
@@ -88,23 +84,15 @@ impl Search {
         }
         let [control, filter] = sides;
         let found = solved(&control, &filter, gamma, Effort::Decision)?;
-        Ok(found.is_some_and(|Solved { coupling, .. }| {
-            coupling.is_definite() && coupling.ratio < gamma * gamma
-        }))
+        Ok(found.is_some_and(|Solved { coupling, .. }| coupling.is_definite() && coupling.ratio < gamma * gamma))
     }
 
     /// Smallest levels that the control side and the filter side allow, with their frequencies.
     pub(super) fn levels(&self) -> Result<[Peak; 2], NumericError> {
         let found = self.levels.get_or_init(|| {
             let (control, filter) = rayon::join(
-                || {
-                    self.control
-                        .smallest_level(&self.control_regulator, LEVEL_TOL)
-                },
-                || {
-                    self.filter
-                        .smallest_level(&self.filter_regulator, LEVEL_TOL)
-                },
+                || self.control.smallest_level(&self.control_regulator, LEVEL_TOL),
+                || self.filter.smallest_level(&self.filter_regulator, LEVEL_TOL),
             );
             Ok([control?, filter?])
         });
@@ -170,11 +158,7 @@ impl Search {
     }
 
     /// Smallest feasible level within the tolerance.
-    pub(super) fn optimum(
-        &self,
-        settings: &HinfSettings,
-        pairs: &Cell<usize>,
-    ) -> Result<Optimum, SynthesisError> {
+    pub(super) fn optimum(&self, settings: &HinfSettings, pairs: &Cell<usize>) -> Result<Optimum, SynthesisError> {
         let start = match settings.hint {
             Some(hint) => hint,
             None => self.start()?,
@@ -224,16 +208,9 @@ impl Search {
 
     /// Smallest feasible level where the coupling has no root that derivatives lead to from afar: just above the lower
     /// bounds, or bracketed.
-    pub(super) fn above_bounds(
-        &self,
-        settings: &HinfSettings,
-        pairs: &Cell<usize>,
-    ) -> Result<Optimum, SynthesisError> {
+    pub(super) fn above_bounds(&self, settings: &HinfSettings, pairs: &Cell<usize>) -> Result<Optimum, SynthesisError> {
         let tol = settings.rel_tol.max(LEAST_TOL);
-        let Optimum {
-            gamma: lower,
-            limit,
-        } = self.lower_bound()?;
+        let Optimum { gamma: lower, limit } = self.lower_bound()?;
         let mut test = |gamma: f64| -> Result<Tested, SynthesisError> {
             pairs.set(pairs.get() + 1);
             let pair = self.pair(gamma, Effort::Fast)?;
@@ -241,12 +218,7 @@ impl Search {
                 None => self.below_level(gamma)?,
                 failed => failed,
             };
-            Ok(Tested {
-                gamma,
-                measure: pair.measure,
-                nearest: pair.nearest,
-                failed,
-            })
+            Ok(Tested { gamma, measure: pair.measure, nearest: pair.nearest, failed })
         };
         if lower == 0.0 {
             return self.without_bound(settings, &mut test);
@@ -282,41 +254,21 @@ impl Search {
     fn lower_bound(&self) -> Result<Optimum, NumericError> {
         let [control, filter] = self.levels()?;
         let sides = [
-            (
-                control.lower,
-                Limit::ControlSide {
-                    omega_rad_s: control.omega_rad_s,
-                },
-            ),
-            (
-                filter.lower,
-                Limit::FilterSide {
-                    omega_rad_s: filter.omega_rad_s,
-                },
-            ),
+            (control.lower, Limit::ControlSide { omega_rad_s: control.omega_rad_s }),
+            (filter.lower, Limit::FilterSide { omega_rad_s: filter.omega_rad_s }),
         ];
-        let first = Optimum {
-            gamma: self.coupling_level(),
-            limit: Limit::Coupling,
-        };
-        Ok(sides.into_iter().fold(first, |largest, (gamma, limit)| {
-            match gamma > largest.gamma {
-                true => Optimum { gamma, limit },
-                false => largest,
-            }
+        let first = Optimum { gamma: self.coupling_level(), limit: Limit::Coupling };
+        Ok(sides.into_iter().fold(first, |largest, (gamma, limit)| match gamma > largest.gamma {
+            true => Optimum { gamma, limit },
+            false => largest,
         }))
     }
 
     /// Smallest feasible level where the lower bound is zero: it is bracketed in steps of a decade from the size of the
     /// data. An infimum of zero is not attained: then the level ends where rounding begins.
-    fn without_bound(
-        &self,
-        settings: &HinfSettings,
-        test: &mut Test,
-    ) -> Result<Optimum, SynthesisError> {
+    fn without_bound(&self, settings: &HinfSettings, test: &mut Test) -> Result<Optimum, SynthesisError> {
         let tol = settings.rel_tol.max(LEAST_TOL);
-        let size =
-            1.0 + self.normal.d11.norm_l2() + self.normal.b1.norm_l2() * self.normal.c1.norm_l2();
+        let size = 1.0 + self.normal.d11.norm_l2() + self.normal.b1.norm_l2() * self.normal.c1.norm_l2();
         let mut hi = test(size)?;
         if hi.failed.is_some() {
             let (lo, hi) = bracket(hi, settings.hint, test)?;
@@ -330,9 +282,6 @@ impl Search {
                 Some(_) => return narrow(next, hi, tol, test),
             }
         }
-        Ok(Optimum {
-            gamma: hi.gamma,
-            limit: Limit::Rounding,
-        })
+        Ok(Optimum { gamma: hi.gamma, limit: Limit::Rounding })
     }
 }

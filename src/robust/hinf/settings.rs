@@ -15,11 +15,6 @@ pub struct HinfSettings {
 
 impl Default for HinfSettings {
     fn default() -> Self {
-        Self {
-            gamma: None,
-            rel_tol: 1e-7,
-            slack: 1e-3,
-            hint: None,
-        }
+        Self { gamma: None, rel_tol: 1e-7, slack: 1e-3, hint: None }
     }
 }

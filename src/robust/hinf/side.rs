@@ -16,8 +16,7 @@
 use crate::linalg::lyapunov::symmetric;
 use crate::linalg::riccati::{CareSolution, Effort, RiccatiError, care_with};
 use crate::linalg::{
-    Mat, NumericError, c64, eigenvalues, max_singular_value, max_singular_value_complex, solve,
-    solve_complex,
+    Mat, NumericError, c64, eigenvalues, max_singular_value, max_singular_value_complex, solve, solve_complex,
 };
 use crate::lti::connect::{stack_cols, stack_rows};
 use crate::lti::level_set::{Peak, peak};
@@ -116,11 +115,7 @@ impl Side {
             Effort::Fast,
         )?;
         let f = Mat::<f64>::zeros(self.b2.ncols(), n) - &direct - self.b2.transpose() * &found.x;
-        Ok(Regulator {
-            x: found.x,
-            f,
-            growth_rate: found.closed_loop_max_real,
-        })
+        Ok(Regulator { x: found.x, f, growth_rate: found.closed_loop_max_real })
     }
 
     /// [D11 D12].
@@ -193,18 +188,10 @@ impl Side {
     ///
     /// # Errors
     /// [`NumericError`] when eigenvalues fail.
-    pub(crate) fn smallest_level(
-        &self,
-        regulator: &Regulator,
-        rel_tol: f64,
-    ) -> Result<Peak, NumericError> {
+    pub(crate) fn smallest_level(&self, regulator: &Regulator, rel_tol: f64) -> Result<Peak, NumericError> {
         let m1 = self.b1.ncols();
         let free = self.free_errors();
-        let nothing = Peak {
-            lower: 0.0,
-            omega_rad_s: 0.0,
-            upper: 0.0,
-        };
+        let nothing = Peak { lower: 0.0, omega_rad_s: 0.0, upper: 0.0 };
         if free == 0 || m1 == 0 {
             return Ok(nothing);
         }
@@ -223,8 +210,7 @@ impl Side {
         poles.extend(eigenvalues(&self.a)?);
         // Levels near rounding of the problem are zero.
         let floor = 1e-11
-            * (max_singular_value(&self.d11)
-                + self.b1.norm_l2() * self.c1.norm_l2() / self.a.norm_l2().max(1e-300));
+            * (max_singular_value(&self.d11) + self.b1.norm_l2() * self.c1.norm_l2() / self.a.norm_l2().max(1e-300));
         let places = places(&poles, &value);
         let found = places.iter().map(|place| place.1).fold(0.0, f64::max);
         if found <= floor {
@@ -248,10 +234,7 @@ impl Side {
 /// ΠP11 of a response [P11 P12] with `m1` disturbances, and P12⁺P11: least squares against the columns of P12,
 /// which are orthonormal up to rounding.
 pub(crate) fn beyond_control(response: &Mat<c64>, m1: usize) -> (Mat<c64>, Mat<c64>) {
-    let (g, n) = (
-        response.subcols(0, m1),
-        response.subcols(m1, response.ncols() - m1),
-    );
+    let (g, n) = (response.subcols(0, m1), response.subcols(m1, response.ncols() - m1));
     let gram = n.adjoint() * n;
     let x = solve_complex(&gram, &(n.adjoint() * g));
     (g - n * &x, x)
@@ -259,25 +242,13 @@ pub(crate) fn beyond_control(response: &Mat<c64>, m1: usize) -> (Mat<c64>, Mat<c
 
 /// The control side of a normal form.
 pub(crate) fn control_side(p: &crate::robust::hinf::normal::NormalForm) -> Side {
-    Side {
-        a: p.a.clone(),
-        b1: p.b1.clone(),
-        b2: p.b2.clone(),
-        c1: p.c1.clone(),
-        d11: p.d11.clone(),
-    }
+    Side { a: p.a.clone(), b1: p.b1.clone(), b2: p.b2.clone(), c1: p.c1.clone(), d11: p.d11.clone() }
 }
 
 /// The filter side of a normal form: the transposed plant.
 pub(crate) fn filter_side(p: &crate::robust::hinf::normal::NormalForm) -> Side {
     let t = |m: &Mat<f64>| m.transpose().to_owned();
-    Side {
-        a: t(&p.a),
-        b1: t(&p.c1),
-        b2: t(&p.c2),
-        c1: t(&p.b1),
-        d11: t(&p.d11),
-    }
+    Side { a: t(&p.a), b1: t(&p.c1), b2: t(&p.c2), c1: t(&p.b1), d11: t(&p.d11) }
 }
 
 /// Worst disturbance and control of a side, −R⁻¹([D11 D12]ᵀC1 + BᵀX), (m1+m2)×n.
@@ -285,12 +256,7 @@ pub(crate) fn filter_side(p: &crate::robust::hinf::normal::NormalForm) -> Side {
 /// # Errors
 /// [`NumericError::Singular`] when γ is a singular value of the feedthrough.
 pub(crate) fn feedback(side: &Side, gamma: f64, x: &Mat<f64>) -> Result<Mat<f64>, NumericError> {
-    let Eliminated {
-        e,
-        d_free,
-        gap,
-        d_direct,
-    } = side.eliminated(gamma);
+    let Eliminated { e, d_free, gap, d_direct } = side.eliminated(gamma);
     let right = d_free.transpose() * side.c_free() + e.transpose() * x;
     let disturbance = solve(&gap, &right)? * gamma.recip();
     let control = d_direct * &disturbance + side.c_direct() + side.b2.transpose() * x;

@@ -18,17 +18,12 @@ use crate::robust::error::SynthesisError;
 
 /// The levels that bind at the optimum `gamma` of a search, or nearly: those of the largest eigenvalues of XY, and of
 /// the two sides.
-pub(super) fn binding_levels(
-    search: &Search,
-    gamma: f64,
-) -> Result<Vec<BindingLevel>, SynthesisError> {
+pub(super) fn binding_levels(search: &Search, gamma: f64) -> Result<Vec<BindingLevel>, SynthesisError> {
     let normal = &search.normal;
     let (control, filter) = (&search.control, &search.filter);
     // No solution at the end of a bracket means that a side binds.
     let mut found = match solved(control, filter, gamma, Effort::Fast)? {
-        Some(found) if found.coupling.is_definite() => {
-            Couplings::new(control, filter, &found, gamma)?.levels(normal)
-        }
+        Some(found) if found.coupling.is_definite() => Couplings::new(control, filter, &found, gamma)?.levels(normal),
         _ => vec![],
     };
     let [control_level, filter_level] = search.levels()?;
@@ -51,11 +46,7 @@ pub(super) fn binding_levels(
 }
 
 /// d ln of the level of one side at its peak.
-fn axis_slope(
-    side: &Side,
-    regulator: &Regulator,
-    level: &Peak,
-) -> Result<MatrixSlope, SynthesisError> {
+fn axis_slope(side: &Side, regulator: &Regulator, level: &Peak) -> Result<MatrixSlope, SynthesisError> {
     let (n, m1, m2) = (side.a.nrows(), side.b1.ncols(), side.b2.ncols());
     let closed = side.regulated(regulator);
     let (b, c) = (complex(&closed.b), complex(&closed.c));
@@ -89,14 +80,7 @@ fn axis_slope(
     };
     // d ln σ = Re uᴴ dP f / σ.
     let outer = |left: &Mat<c64>, right: &Mat<c64>| {
-        Mat::from_fn(left.nrows(), right.nrows(), |i, j| {
-            (left[(i, 0)].conj() * right[(j, 0)]).re / values[0]
-        })
+        Mat::from_fn(left.nrows(), right.nrows(), |i, j| (left[(i, 0)].conj() * right[(j, 0)]).re / values[0])
     };
-    Ok(MatrixSlope {
-        a: outer(&y, &x),
-        b: outer(&y, &f),
-        c: outer(&u, &x),
-        d: outer(&u, &f),
-    })
+    Ok(MatrixSlope { a: outer(&y, &x), b: outer(&y, &f), c: outer(&u, &x), d: outer(&u, &f) })
 }

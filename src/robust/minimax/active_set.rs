@@ -38,11 +38,7 @@ const VIOLATION: f64 = 1e-9;
 const CHANGES: usize = 4;
 
 /// Weights of the values, of which `likely` are expected to bind; `None` where the method does not come to its end.
-pub(super) fn weights(
-    values: &[LinearValue],
-    likely: &[usize],
-    rule: &StepRule,
-) -> Option<Vec<f64>> {
+pub(super) fn weights(values: &[LinearValue], likely: &[usize], rule: &StepRule) -> Option<Vec<f64>> {
     let mut programme = Programme::new(values, likely, rule);
     let all = values.len() + programme.groups.len();
     for _ in 0..CHANGES * all {

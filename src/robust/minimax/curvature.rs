@@ -31,19 +31,12 @@ impl Curvature {
 
     /// ½ sᵀBs.
     pub(crate) fn half_along(&self, step: &[f64]) -> f64 {
-        self.0
-            .as_ref()
-            .map_or(0.0, |b| 0.5 * dot(step, &times(b, step)))
+        self.0.as_ref().map_or(0.0, |b| 0.5 * dot(step, &times(b, step)))
     }
 
     /// Learns that the slope changes by `change` along the step. The first step sets the scale: B is the metric times
     /// the curvature along it.
-    pub(crate) fn learn(
-        &mut self,
-        step: &[f64],
-        change: &[f64],
-        metric: impl FnOnce() -> Mat<f64>,
-    ) {
+    pub(crate) fn learn(&mut self, step: &[f64], change: &[f64], metric: impl FnOnce() -> Mat<f64>) {
         let along = dot(step, change);
         if self.0.is_none() && along > 0.0 {
             let metric = metric();
@@ -67,9 +60,7 @@ impl Curvature {
         let change: Vec<f64> = pairs.map(|(y, b)| share * y + (1.0 - share) * b).collect();
         let along = dot(step, &change);
         let n = step.len();
-        let learnt = Mat::from_fn(n, n, |i, j| {
-            b[(i, j)] + change[i] * change[j] / along - image[i] * image[j] / own
-        });
+        let learnt = Mat::from_fn(n, n, |i, j| b[(i, j)] + change[i] * change[j] / along - image[i] * image[j] / own);
         if learnt.is_all_finite() {
             *b = learnt;
         }
@@ -77,9 +68,7 @@ impl Curvature {
 }
 
 fn times(b: &Mat<f64>, step: &[f64]) -> Vec<f64> {
-    (0..step.len())
-        .map(|i| (0..step.len()).map(|j| b[(i, j)] * step[j]).sum())
-        .collect()
+    (0..step.len()).map(|i| (0..step.len()).map(|j| b[(i, j)] * step[j]).sum()).collect()
 }
 
 #[cfg(test)]
@@ -90,9 +79,7 @@ mod tests {
     fn hessian() -> Mat<f64> {
         let root = Mat::from_fn(4, 4, |i, j| 1.0 / (1.0 + i as f64 + 2.0 * j as f64));
         let product = &root * root.transpose();
-        Mat::from_fn(4, 4, |i, j| {
-            product[(i, j)] + if i == j { 0.3 } else { 0.0 }
-        })
+        Mat::from_fn(4, 4, |i, j| product[(i, j)] + if i == j { 0.3 } else { 0.0 })
     }
 
     fn unit() -> Mat<f64> {

@@ -36,11 +36,7 @@ pub(crate) fn after_step(weight: f64, kept: f64, promised: f64) -> f64 {
 /// every other step of a polish was refused, and with 0.7, 0.85 and 1 polishes of six spindles took 855, 814 and 1138
 /// steps to the same stiffness within 0.7 %.
 pub(crate) fn after_corrected_step(weight: f64, kept: f64, promised: f64) -> f64 {
-    if is_short(kept, promised) {
-        after_step(weight, kept, promised)
-    } else {
-        (weight * 0.8).max(LIGHTEST)
-    }
+    if is_short(kept, promised) { after_step(weight, kept, promised) } else { (weight * 0.8).max(LIGHTEST) }
 }
 
 /// The weight after a step that was refused; `near` when it lost no more than it promised.

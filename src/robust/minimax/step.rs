@@ -34,11 +34,7 @@ const BINDS: f64 = 1e-6;
 ///
 /// # Errors
 /// [`ProgrammeError`] when the interior-point iteration breaks down.
-pub fn minimax_step(
-    values: &[LinearValue],
-    likely: &[usize],
-    rule: &StepRule,
-) -> Result<MinimaxStep, ProgrammeError> {
+pub fn minimax_step(values: &[LinearValue], likely: &[usize], rule: &StepRule) -> Result<MinimaxStep, ProgrammeError> {
     let weights = match weights(values, likely, rule) {
         Some(weights) => weights,
         None => by_interior_point(values, rule)?,
@@ -89,14 +85,7 @@ impl CurvedProgramme {
             value: v.value,
             gradient: (0..n).map(|i| turned[(i, k)]).collect(),
         });
-        Some(Self {
-            values: turned.collect(),
-            rule: StepRule {
-                proximal: 1.0,
-                ..*rule
-            },
-            factor,
-        })
+        Some(Self { values: turned.collect(), rule: StepRule { proximal: 1.0, ..*rule }, factor })
     }
 
     /// With other values, whose gradients are the same.
@@ -110,13 +99,8 @@ impl CurvedProgramme {
     pub(crate) fn step(&self, likely: &[usize]) -> Option<MinimaxStep> {
         let found = minimax_step(&self.values, likely, &self.rule).ok()?;
         let n = found.step.len();
-        let step = self
-            .factor
-            .solve_upper(Mat::from_fn(n, 1, |i, _| found.step[i]));
-        Some(MinimaxStep {
-            step: (0..n).map(|i| step[(i, 0)]).collect(),
-            ..found
-        })
+        let step = self.factor.solve_upper(Mat::from_fn(n, 1, |i, _| found.step[i]));
+        Some(MinimaxStep { step: (0..n).map(|i| step[(i, 0)]).collect(), ..found })
     }
 }
 
@@ -158,17 +142,11 @@ fn levels<'a>(
 fn by_interior_point(values: &[LinearValue], rule: &StepRule) -> Result<Vec<f64>, ProgrammeError> {
     let m = values.len();
     let sum_over = |limit: Option<usize>, bound: f64| Row {
-        terms: (0..m)
-            .filter(|k| values[*k].limit == limit)
-            .map(|k| (k, 1.0))
-            .collect(),
+        terms: (0..m).filter(|k| values[*k].limit == limit).map(|k| (k, 1.0)).collect(),
         bound,
     };
     let kept = |row: &Row| !row.terms.is_empty();
-    let not_negative = (0..m).map(|k| Row {
-        terms: vec![(k, -1.0)],
-        bound: 0.0,
-    });
+    let not_negative = (0..m).map(|k| Row { terms: vec![(k, -1.0)], bound: 0.0 });
     let groups = (0..rule.limits).map(|g| sum_over(Some(g), rule.penalty));
     let programme = QuadraticProgramme {
         quadratic: Mat::from_fn(m, m, |i, j| match i <= j {
@@ -188,31 +166,20 @@ mod tests {
     use super::*;
 
     fn value(value: f64, gradient: [f64; 2]) -> LinearValue {
-        LinearValue {
-            limit: None,
-            value,
-            gradient: gradient.to_vec(),
-        }
+        LinearValue { limit: None, value, gradient: gradient.to_vec() }
     }
 
     #[test]
     fn one_value_is_lowered_along_the_inverse_of_metric_and_curvature() {
         let metric = Mat::from_fn(2, 2, |i, j| [[2.0, 0.5], [0.5, 1.0]][i][j]);
         let curvature = Curvature::of(Mat::from_fn(2, 2, |i, j| [[1.0, -0.2], [-0.2, 3.0]][i][j]));
-        let rule = StepRule {
-            limits: 0,
-            penalty: 0.0,
-            proximal: 0.5,
-        };
+        let rule = StepRule { limits: 0, penalty: 0.0, proximal: 0.5 };
         let shape = (&metric, &curvature);
         let found = curved_step(&[value(1.0, [1.0, -2.0])], &[], shape, &rule);
         let found = found.expect("the matrix is positive definite").step;
         // λM + B = [[2, 0.05], [0.05, 3.5]].
         let determinant = 2.0 * 3.5 - 0.05 * 0.05;
-        let exact = [
-            -(3.5 + 0.05 * 2.0) / determinant,
-            (2.0 * 2.0 + 0.05) / determinant,
-        ];
+        let exact = [-(3.5 + 0.05 * 2.0) / determinant, (2.0 * 2.0 + 0.05) / determinant];
         for (found, exact) in found.iter().zip(exact) {
             assert!((found - exact).abs() < 1e-10, "{found} and {exact}");
         }
@@ -221,11 +188,7 @@ mod tests {
     #[test]
     fn a_programme_with_other_values_is_that_of_those_values() {
         let (metric, curvature) = (Mat::identity(2, 2), Curvature::default());
-        let rule = StepRule {
-            limits: 0,
-            penalty: 0.0,
-            proximal: 1.0,
-        };
+        let rule = StepRule { limits: 0, penalty: 0.0, proximal: 1.0 };
         let list = |a: f64, b: f64| [value(a, [1.0, 0.3]), value(b, [-1.0, 0.2])];
         let shape = (&metric, &curvature);
         let programme = CurvedProgramme::new(&list(0.0, 0.1), shape, &rule);

@@ -41,20 +41,13 @@ pub(super) fn certify(
     if best.upper <= 0.0 {
         return Ok((best, 0));
     }
-    let sweep = Sweep {
-        system,
-        points,
-        form,
-    };
+    let sweep = Sweep { system, points, form };
     let (mut covered, mut ahead, mut scalings) = (0.0f64, 0.05f64, 0);
     while covered < f64::INFINITY {
         let level = best.upper * (1.0 + slack);
         scalings += 1;
         if scalings > MAX_SCALINGS {
-            return Err(MuError::NotCovered {
-                covered_to_rad_s: covered,
-                steps: scalings,
-            });
+            return Err(MuError::NotCovered { covered_to_rad_s: covered, steps: scalings });
         }
         let trial = sweep.trial(covered, ahead)?;
         if trial.upper > best.upper {
@@ -79,28 +72,16 @@ pub(super) fn certify(
             best = here;
             continue;
         }
-        let mut end = sweep
-            .reach(&here.scaling, covered, level)?
-            .unwrap_or(covered);
+        let mut end = sweep.reach(&here.scaling, covered, level)?.unwrap_or(covered);
         // A scaling of extreme spread (at DC, where a loop may fall apart) loses digits: those of the next points serve
         // too.
-        for point in sweep
-            .points
-            .iter()
-            .filter(|p| p.omega_rad_s > covered)
-            .take(12)
-        {
+        for point in sweep.points.iter().filter(|p| p.omega_rad_s > covered).take(12) {
             if end <= covered * (1.0 + 1e-9) {
-                end = sweep
-                    .reach(&point.scaling, covered, level)?
-                    .unwrap_or(covered);
+                end = sweep.reach(&point.scaling, covered, level)?.unwrap_or(covered);
             }
         }
         if end <= covered * (1.0 + 1e-9) {
-            return Err(MuError::NotCovered {
-                covered_to_rad_s: covered,
-                steps: scalings,
-            });
+            return Err(MuError::NotCovered { covered_to_rad_s: covered, steps: scalings });
         }
         covered = end;
     }
@@ -164,15 +145,12 @@ impl Sweep<'_> {
 fn crossings(form: &LevelForm, scaling: &Scaling, level: f64) -> Result<Vec<f64>, NumericError> {
     let scaled = form.system.scale_states(&balancing(&form.system));
     let level = form.level(scaling, level);
-    let is_real =
-        |m: &Mat<c64>| (0..m.ncols()).all(|j| (0..m.nrows()).all(|i| m[(i, j)].im == 0.0));
+    let is_real = |m: &Mat<c64>| (0..m.ncols()).all(|j| (0..m.nrows()).all(|i| m[(i, j)].im == 0.0));
     let plain = scaling.skew.norm_max() == 0.0 && is_real(&scaling.left) && is_real(&scaling.right);
     let values = if plain {
         let real = |m: &Mat<c64>| Mat::from_fn(m.nrows(), m.ncols(), |i, j| m[(i, j)].re);
         let right = real(&inverse_complex(&scaling.right));
-        let own = scaled
-            .scale_inputs(&right)
-            .scale_outputs(&real(&scaling.left));
+        let own = scaled.scale_inputs(&right).scale_outputs(&real(&scaling.left));
         eigenvalues(&hamiltonian(&own, level)?)?
     } else {
         eigenvalues_complex(&popov(&scaled, scaling, level)?)?
@@ -200,9 +178,7 @@ fn popov(
     let b = complex(&system.b) * &inverse;
     let c = &scaling.left * complex(&system.c);
     let d = &scaling.left * complex(&system.d) * &inverse;
-    let g = Mat::from_fn(d.nrows(), d.ncols(), |i, j| {
-        c64::new(0.0, -1.0) * scaling.skew[(j, i)].conj()
-    });
+    let g = Mat::from_fn(d.nrows(), d.ncols(), |i, j| c64::new(0.0, -1.0) * scaling.skew[(j, i)].conj());
     let cross = d.adjoint() * &g;
     let product = d.adjoint() * &d;
     let r = Mat::from_fn(d.ncols(), d.ncols(), |i, j| {
@@ -212,10 +188,7 @@ fn popov(
     let s = c.adjoint() * (&d + &g);
     let r = inverse_complex(&r);
     if !r.is_all_finite() {
-        return Err(NumericError::Singular {
-            what: "feedthrough of the level test",
-            rcond: 0.0,
-        });
+        return Err(NumericError::Singular { what: "feedthrough of the level test", rcond: 0.0 });
     }
     let top = &a - &b * &r * s.adjoint();
     let right = &b * &r * b.adjoint();

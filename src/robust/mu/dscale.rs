@@ -31,9 +31,7 @@ pub(crate) fn osborne(m: &Mat<c64>, structure: &Structure) -> Vec<f64> {
     let n = spans.len();
     let size = Mat::from_fn(n, n, |a, b| {
         let rows = spans[a].z.clone();
-        rows.flat_map(|i| spans[b].w.clone().map(move |j| (i, j)))
-            .map(|ij| m[ij].norm_sqr())
-            .sum::<f64>()
+        rows.flat_map(|i| spans[b].w.clone().map(move |j| (i, j))).map(|ij| m[ij].norm_sqr()).sum::<f64>()
     });
     let mut d = vec![1.0f64; n];
     // 200 sweeps also settle nearly reducible matrices, whose balance moves by many decades.
@@ -93,21 +91,11 @@ fn sought(m: &Mat<c64>, structure: &Structure, until: End) -> DiagonalScale {
     // NaN when the balance itself overflowed.
     if n == 1 || size.is_nan() || size <= 0.0 {
         let plain = max_singular_value_complex(m);
-        return DiagonalScale {
-            d: vec![1.0; n],
-            bound: plain,
-            at_least: if n == 1 { plain } else { 0.0 },
-            steps: 0,
-        };
+        return DiagonalScale { d: vec![1.0; n], bound: plain, at_least: if n == 1 { plain } else { 0.0 }, steps: 0 };
     }
     let spans = structure.spans.iter();
     let blocks: Vec<BlockRange> = spans.map(|s| (s.w.clone(), s.z.clone())).collect();
-    let mut best = DiagonalScale {
-        d: start,
-        bound: size,
-        at_least: 0.0,
-        steps: 0,
-    };
+    let mut best = DiagonalScale { d: start, bound: size, at_least: 0.0, steps: 0 };
     for _ in 0..STARTS {
         let (before, least) = (best.bound, best.at_least);
         let end = centres(&scaled(m, structure, &best.d, before), &blocks, until);
@@ -115,9 +103,7 @@ fn sought(m: &Mat<c64>, structure: &Structure, until: End) -> DiagonalScale {
         best.at_least = best.at_least.max(before * end.at_least.max(0.0).sqrt());
         let reference = (best.d[n - 1], end.x[n - 1]);
         let pairs = best.d.iter().zip(&end.x);
-        let d: Vec<f64> = pairs
-            .map(|(d, x)| d / reference.0 * (x / reference.1).sqrt())
-            .collect();
+        let d: Vec<f64> = pairs.map(|(d, x)| d / reference.0 * (x / reference.1).sqrt()).collect();
         let reached = bound(m, structure, &d);
         if reached < before {
             (best.d, best.bound) = (d, reached);

@@ -66,12 +66,7 @@ pub(crate) fn centres(m: &Planar, blocks: &[BlockRange], until: End) -> Centre {
 fn centres_in<M: Columns>(m: &Planar, blocks: &[BlockRange], until: End) -> Centre {
     let n = blocks.len();
     let mut work = Work::<M>::new(m, blocks);
-    let mut end = Centre {
-        x: vec![1.0; n],
-        at_least: 0.0,
-        steps: 0,
-        ended: false,
-    };
+    let mut end = Centre { x: vec![1.0; n], at_least: 0.0, steps: 0, ended: false };
     let (mut level, mut left) = (START, 0.1);
     if !work.factor(&end.x, level) {
         return end;
@@ -113,11 +108,7 @@ fn centres_in<M: Columns>(m: &Planar, blocks: &[BlockRange], until: End) -> Cent
             while next.is_none() && left < 0.99 {
                 next = try_step(1.0, (1.0 - left) * step.distance);
                 if next.is_none() {
-                    left = if left < 0.1 {
-                        4.0 * left
-                    } else {
-                        0.5 + 0.5 * left
-                    };
+                    left = if left < 0.1 { 4.0 * left } else { 0.5 + 0.5 * left };
                 }
             }
             left = if next.is_none() { 0.2 } else { left };
@@ -257,8 +248,7 @@ impl<'a, M: Columns> Work<'a, M> {
         self.by_level.fill(0.0);
         for k in 0..n {
             let (w, z) = &self.blocks[k];
-            let diagonal =
-                |of: &M, span: &Range<usize>| -> f64 { span.clone().map(|i| of.at(i, i).0).sum() };
+            let diagonal = |of: &M, span: &Range<usize>| -> f64 { span.clone().map(|i| of.at(i, i).0).sum() };
             let trace = diagonal(&self.g, w);
             self.trace[k] = trace;
             self.gradient[k] = diagonal(&self.mgm, z) - level * trace;
@@ -368,11 +358,7 @@ impl Step {
         // tr ZS = q − decrement² at this step.
         let mu = (q as f64 - squared) / sum(x);
         let traces = (0..n).map(|k| work.trace[k] - dot(&work.trace_fall[k * n..(k + 1) * n], own));
-        let at_least = if squared < 1.0 {
-            traces.map(|t| level - mu / t).fold(f64::INFINITY, f64::min)
-        } else {
-            0.0
-        };
+        let at_least = if squared < 1.0 { traces.map(|t| level - mu / t).fold(f64::INFINITY, f64::min) } else { 0.0 };
         // Along the tangent S falls linearly; if its small eigenvalues vanish together they do so at tr GS' / tr(GS')².
         let first = dot(&work.trace, x) + dot(tangent, &work.gradient);
         let mut second = work.curvature;

@@ -26,21 +26,14 @@ pub(super) struct LevelForm {
 impl LevelForm {
     /// The system in its own coordinates.
     pub(super) fn own(system: &StateSpace<Continuous>) -> Self {
-        Self {
-            system: system.clone(),
-            error: 0.0,
-            size: f64::INFINITY,
-        }
+        Self { system: system.clone(), error: 0.0, size: f64::INFINITY }
     }
 
     /// The balanced system without the states that change less than [`CUT`] of `peak`.
     ///
     /// # Errors
     /// [`NumericError`] when a gramian fails.
-    pub(super) fn balanced(
-        system: &StateSpace<Continuous>,
-        peak: f64,
-    ) -> Result<Self, NumericError> {
+    pub(super) fn balanced(system: &StateSpace<Continuous>, peak: f64) -> Result<Self, NumericError> {
         let balancing = Balancing::new(system)?;
         let (mut order, mut error) = (balancing.hankel.len(), 0.0);
         while order > 0 && error + 2.0 * balancing.hankel[order - 1] <= CUT * peak {
@@ -48,11 +41,7 @@ impl LevelForm {
             error += 2.0 * balancing.hankel[order];
         }
         let size = max_singular_value(&system.d) + 2.0 * balancing.hankel.iter().sum::<f64>();
-        Ok(Self {
-            system: balancing.truncated(order)?,
-            error,
-            size,
-        })
+        Ok(Self { system: balancing.truncated(order)?, error, size })
     }
 
     /// The level below which this form must be for the system that it stands for to be below `level`, with a scaling.
@@ -60,12 +49,9 @@ impl LevelForm {
         if self.error == 0.0 {
             return level;
         }
-        let spread = max_singular_value_complex(&scaling.left)
-            * max_singular_value_complex(&inverse_complex(&scaling.right));
-        let (error, skew) = (
-            self.error * spread,
-            max_singular_value_complex(&scaling.skew),
-        );
+        let spread =
+            max_singular_value_complex(&scaling.left) * max_singular_value_complex(&inverse_complex(&scaling.right));
+        let (error, skew) = (self.error * spread, max_singular_value_complex(&scaling.skew));
         if skew == 0.0 {
             return level - error;
         }

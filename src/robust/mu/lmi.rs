@@ -10,9 +10,7 @@
 
 use crate::linalg::{Mat, c64, lapack};
 use clarabel::algebra::CscMatrix;
-use clarabel::solver::{
-    DefaultSettingsBuilder, DefaultSolver, IPSolver, SolverStatus, SupportedConeT,
-};
+use clarabel::solver::{DefaultSettingsBuilder, DefaultSolver, IPSolver, SolverStatus, SupportedConeT};
 use thiserror::Error;
 
 /// Why a programme has no answer.
@@ -147,8 +145,8 @@ impl QuadraticProgramme {
             .max_iter(MAX_ITERATIONS)
             .build()
             .map_err(|e| stopped(&e, 0))?;
-        let mut solver = DefaultSolver::new(&quadratic, &self.objective, &a, &b, &cones, settings)
-            .map_err(|e| stopped(&e, 0))?;
+        let mut solver =
+            DefaultSolver::new(&quadratic, &self.objective, &a, &b, &cones, settings).map_err(|e| stopped(&e, 0))?;
         solver.solve();
         let end = &solver.solution;
         if end.x.iter().all(|v| v.is_finite()) && end.iterations > 0 {
@@ -188,21 +186,16 @@ impl Programme {
             .build()
             .map_err(|e| stopped(&e, 0))?;
         let quadratic = CscMatrix::zeros((n, n));
-        let mut solver = DefaultSolver::new(&quadratic, &self.objective, &a, &b, &cones, settings)
-            .map_err(|e| stopped(&e, 0))?;
+        let mut solver =
+            DefaultSolver::new(&quadratic, &self.objective, &a, &b, &cones, settings).map_err(|e| stopped(&e, 0))?;
         solver.solve();
         let end = &solver.solution;
         match end.status {
-            SolverStatus::PrimalInfeasible | SolverStatus::AlmostPrimalInfeasible => {
-                Err(ProgrammeError::Infeasible)
+            SolverStatus::PrimalInfeasible | SolverStatus::AlmostPrimalInfeasible => Err(ProgrammeError::Infeasible),
+            SolverStatus::DualInfeasible | SolverStatus::AlmostDualInfeasible => Err(ProgrammeError::Unbounded),
+            _ if end.x.iter().all(|v| v.is_finite()) && end.iterations > 0 => {
+                Ok(Optimum { x: end.x.clone(), is_accurate: end.status == SolverStatus::Solved })
             }
-            SolverStatus::DualInfeasible | SolverStatus::AlmostDualInfeasible => {
-                Err(ProgrammeError::Unbounded)
-            }
-            _ if end.x.iter().all(|v| v.is_finite()) && end.iterations > 0 => Ok(Optimum {
-                x: end.x.clone(),
-                is_accurate: end.status == SolverStatus::Solved,
-            }),
             status => Err(stopped(&status, end.iterations)),
         }
     }
@@ -241,9 +234,7 @@ impl Programme {
                 let kept = entries.filter(|(_, v)| *v != 0.0);
                 columns[*variable].extend(kept.map(|(k, v)| (start + k, -v)));
             }
-            cones.push(SupportedConeT::PSDTriangleConeT(
-                2 * inequality.constant.nrows(),
-            ));
+            cones.push(SupportedConeT::PSDTriangleConeT(2 * inequality.constant.nrows()));
         }
         let (mut pointers, mut rows, mut values) = (vec![0], vec![], vec![]);
         for column in columns {
@@ -269,19 +260,12 @@ fn packed(h: &Mat<c64>) -> Vec<f64> {
                 (true, false) => -z.im,
                 _ => z.re,
             };
-            out.push(if i == j {
-                value
-            } else {
-                value * std::f64::consts::SQRT_2
-            });
+            out.push(if i == j { value } else { value * std::f64::consts::SQRT_2 });
         }
     }
     out
 }
 
 fn stopped(status: &impl std::fmt::Debug, iterations: u32) -> ProgrammeError {
-    ProgrammeError::Stopped {
-        status: format!("{status:?}"),
-        iterations,
-    }
+    ProgrammeError::Stopped { status: format!("{status:?}"), iterations }
 }

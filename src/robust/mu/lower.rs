@@ -30,11 +30,7 @@ pub struct WorstCase {
 impl WorstCase {
     /// Nothing found.
     pub fn none(structure: &Structure) -> Self {
-        Self {
-            value: 0.0,
-            delta: Mat::zeros(structure.inputs(), structure.outputs()),
-            singularity: f64::NAN,
-        }
+        Self { value: 0.0, delta: Mat::zeros(structure.inputs(), structure.outputs()), singularity: f64::NAN }
     }
 }
 
@@ -48,22 +44,13 @@ const STARTS: [usize; 2] = [8, 40];
 const IMAGINARY_WEIGHT: f64 = 2.0;
 
 /// Lower bound of μ(M) for a scaling (that of the upper bound) in whose coordinates the search runs.
-pub(crate) fn search(
-    m: &Mat<c64>,
-    structure: &Structure,
-    scaling: &Scaling,
-    upper: f64,
-) -> WorstCase {
+pub(crate) fn search(m: &Mat<c64>, structure: &Structure, scaling: &Scaling, upper: f64) -> WorstCase {
     let mut best = WorstCase::none(structure);
     let scaled = scaling.apply(m);
     if !scaled.is_all_finite() || scaled.norm_max() == 0.0 {
         return best;
     }
-    let problem = Problem {
-        m: &scaled,
-        structure,
-        real: structure.has_real(),
-    };
+    let problem = Problem { m: &scaled, structure, real: structure.has_real() };
     let mut random = ChaCha8Rng::seed_from_u64(7);
     for start in 0..STARTS[usize::from(problem.real)] {
         let Some(delta) = problem.start(start, &mut random) else {
@@ -124,9 +111,8 @@ impl Problem<'_> {
         for span in &self.structure.spans {
             let rotation = c64::from_polar(1.0, psi);
             if !span.is_scalar() {
-                let norm = |v: &Mat<c64>, r: std::ops::Range<usize>| {
-                    r.map(|i| v[(i, 0)].norm_sqr()).sum::<f64>().sqrt()
-                };
+                let norm =
+                    |v: &Mat<c64>, r: std::ops::Range<usize>| r.map(|i| v[(i, 0)].norm_sqr()).sum::<f64>().sqrt();
                 let size = norm(&model.a, span.w.clone()) * norm(&model.b, span.z.clone());
                 for i in span.w.clone() {
                     for j in span.z.clone() {
@@ -177,20 +163,12 @@ impl Problem<'_> {
         let (low, high) = (self.vertex(model, lo), self.vertex(model, hi));
         let (below, above) = (Self::value(model, &low).im, Self::value(model, &high).im);
         // Where a real parameter switches its sign between lo and hi it takes the value in between that makes Im λ = 0.
-        let share = if above > below {
-            (above / (above - below)).clamp(0.0, 1.0)
-        } else {
-            0.5
-        };
+        let share = if above > below { (above / (above - below)).clamp(0.0, 1.0) } else { 0.5 };
         blend(&high, &low, share)
     }
 
     fn merit(&self, lambda: c64) -> f64 {
-        if self.real {
-            lambda.re - IMAGINARY_WEIGHT * lambda.im.abs()
-        } else {
-            lambda.norm()
-        }
+        if self.real { lambda.re - IMAGINARY_WEIGHT * lambda.im.abs() } else { lambda.norm() }
     }
 
     /// The eigenvalue of ΔM with the `choice`-th best merit.
@@ -211,11 +189,7 @@ impl Problem<'_> {
         let (y, x) = (u.get(.., last..), v.get(.., last..));
         let product = (y.adjoint() * x)[(0, 0)];
         // A defective eigenvalue has an infinite derivative: its direction is what counts.
-        let divisor = if product.norm() > 1e-14 {
-            product
-        } else {
-            c64::new(1e-14, 0.0)
-        };
+        let divisor = if product.norm() > 1e-14 { product } else { c64::new(1e-14, 0.0) };
         let a = Mat::from_fn(y.nrows(), 1, |i, _| y[(i, 0)] / divisor.conj());
         Some(Model { a, b: self.m * x })
     }
@@ -255,16 +229,11 @@ impl Problem<'_> {
             return Some((delta, lambda));
         }
         let model = self.model(&delta, lambda)?;
-        let psi = if lambda.im > 0.0 {
-            -FRAC_PI_2
-        } else {
-            FRAC_PI_2
-        };
+        let psi = if lambda.im > 0.0 { -FRAC_PI_2 } else { FRAC_PI_2 };
         let target = self.vertex(&model, psi);
         let follow = |length: f64, near: c64| {
             let all = eigenvalues_complex(&(blend(&delta, &target, length) * self.m)).ok()?;
-            all.into_iter()
-                .min_by(|x, y| (x - near).norm().total_cmp(&(y - near).norm()))
+            all.into_iter().min_by(|x, y| (x - near).norm().total_cmp(&(y - near).norm()))
         };
         let (mut lo, mut hi, mut near) = (0.0, None, lambda);
         let mut length = 1e-3;
@@ -298,42 +267,27 @@ impl Problem<'_> {
 
     /// Δ/λ with its checks.
     fn finish(&self, delta: &Mat<c64>, lambda: c64) -> Option<WorstCase> {
-        let divisor = if self.real {
-            c64::new(lambda.re, 0.0)
-        } else {
-            lambda
-        };
+        let divisor = if self.real { c64::new(lambda.re, 0.0) } else { lambda };
         if divisor.re <= 0.0 && self.real || divisor.norm() < 1e-300 {
             return None;
         }
         let delta = Mat::from_fn(delta.nrows(), delta.ncols(), |i, j| delta[(i, j)] / divisor);
         let loop_gain = &delta * self.m;
         let n = loop_gain.nrows();
-        let difference = Mat::from_fn(n, n, |i, j| {
-            c64::new(f64::from(u8::from(i == j)), 0.0) - loop_gain[(i, j)]
-        });
-        let singularity =
-            min_singular_value(&difference) / (1.0 + max_singular_value_complex(&loop_gain));
+        let difference = Mat::from_fn(n, n, |i, j| c64::new(f64::from(u8::from(i == j)), 0.0) - loop_gain[(i, j)]);
+        let singularity = min_singular_value(&difference) / (1.0 + max_singular_value_complex(&loop_gain));
         let size = max_singular_value_complex(&delta);
-        (singularity <= SINGULAR && size > 0.0).then(|| WorstCase {
-            value: 1.0 / size,
-            delta,
-            singularity,
-        })
+        (singularity <= SINGULAR && size > 0.0).then(|| WorstCase { value: 1.0 / size, delta, singularity })
     }
 }
 
 /// Σ over the repetitions of conj(a)·b: the derivative of λ with respect to a scalar.
 fn scalar_gain(model: &Model, span: &Span) -> c64 {
     let pairs = span.w.clone().zip(span.z.clone());
-    pairs
-        .map(|(i, j)| model.a[(i, 0)].conj() * model.b[(j, 0)])
-        .sum()
+    pairs.map(|(i, j)| model.a[(i, 0)].conj() * model.b[(j, 0)]).sum()
 }
 
 /// (1 − t)·a + t·b.
 fn blend(a: &Mat<c64>, b: &Mat<c64>, t: f64) -> Mat<c64> {
-    Mat::from_fn(a.nrows(), a.ncols(), |i, j| {
-        a[(i, j)] * (1.0 - t) + b[(i, j)] * t
-    })
+    Mat::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)] * (1.0 - t) + b[(i, j)] * t)
 }

@@ -27,11 +27,7 @@ const G_RANGE: f64 = 1e5;
 ///
 /// # Errors
 /// [`NumericError`] when the bound of the start cannot be evaluated.
-pub fn optimal(
-    m: &Mat<c64>,
-    structure: &Structure,
-    start: Scaling,
-) -> Result<Scaling, NumericError> {
+pub fn optimal(m: &Mat<c64>, structure: &Structure, start: Scaling) -> Result<Scaling, NumericError> {
     let mut best = start.clone();
     let mut level = best.squared_bound(m)?;
     for frame in [Some(&start), None] {
@@ -58,12 +54,7 @@ pub fn optimal(
 }
 
 /// One programme in the coordinates of `frame`: the scaling it leads to and the λ that this proves.
-fn round(
-    m: &Mat<c64>,
-    structure: &Structure,
-    frame: &Scaling,
-    level: f64,
-) -> Option<(Scaling, f64)> {
+fn round(m: &Mat<c64>, structure: &Structure, frame: &Scaling, level: f64) -> Option<(Scaling, f64)> {
     let scaled = frame.apply(m);
     let size = max_singular_value_complex(&scaled);
     if size.is_nan() || size <= 0.0 {
@@ -89,11 +80,7 @@ fn hermitian_basis(n: usize) -> Vec<Element> {
     let mut basis = vec![];
     for col in 0..n {
         for row in 0..=col {
-            basis.push(Element {
-                row,
-                col,
-                value: one,
-            });
+            basis.push(Element { row, col, value: one });
             if row != col {
                 basis.push(Element { row, col, value: j });
             }
@@ -112,11 +99,7 @@ impl Element {
 }
 
 /// X and G of one programme, per block as matrices (1×1 for a full block).
-fn improve(
-    m: &Mat<c64>,
-    structure: &Structure,
-    level: f64,
-) -> Option<(Vec<Mat<c64>>, Vec<Mat<c64>>)> {
+fn improve(m: &Mat<c64>, structure: &Structure, level: f64) -> Option<(Vec<Mat<c64>>, Vec<Mat<c64>>)> {
     let q = structure.inputs();
     let mut terms: Vec<(usize, Mat<c64>)> = vec![(0, Mat::identity(q, q))];
     let mut programme = Programme::default();
@@ -124,11 +107,7 @@ fn improve(
     let mut trace = vec![];
     let mut next = 1;
     for (k, span) in structure.spans.iter().enumerate() {
-        let n = if span.has_scalar_scaling() {
-            1
-        } else {
-            span.w.len()
-        };
+        let n = if span.has_scalar_scaling() { 1 } else { span.w.len() };
         let basis = hermitian_basis(n);
         for (e, element) in basis.iter().enumerate() {
             terms.push((next + e, scale_term(m, span, element, level)));
@@ -136,13 +115,7 @@ fn improve(
                 trace.push((next + e, span.w.len() as f64 / n as f64));
             }
         }
-        bounded(
-            &mut programme,
-            &basis,
-            next,
-            n,
-            (1.0 / X_RANGE, f64::INFINITY),
-        );
+        bounded(&mut programme, &basis, next, n, (1.0 / X_RANGE, f64::INFINITY));
         layout.push((k, false, basis.clone(), next));
         next += basis.len();
         if span.is_real() {
@@ -156,14 +129,8 @@ fn improve(
     }
     programme.objective = vec![0.0; next];
     programme.objective[0] = 1.0;
-    programme.equalities.push(Row {
-        terms: trace,
-        bound: q as f64,
-    });
-    programme.matrices.push(MatrixInequality {
-        constant: Mat::zeros(q, q),
-        terms,
-    });
+    programme.equalities.push(Row { terms: trace, bound: q as f64 });
+    programme.matrices.push(MatrixInequality { constant: Mat::zeros(q, q), terms });
     let optimum = programme.solve().ok()?;
     let blocks = structure.spans.len();
     let mut x = vec![Mat::zeros(0, 0); blocks];
@@ -231,29 +198,18 @@ fn skew_term(m: &Mat<c64>, span: &Span, element: &Element) -> Mat<c64> {
             placed[(span.w.start + i, j)] = product[(i, j)];
         }
     }
-    Mat::from_fn(q, q, |i, j| {
-        c64::new(0.0, -1.0) * (placed[(i, j)] - placed[(j, i)].conj())
-    })
+    Mat::from_fn(q, q, |i, j| c64::new(0.0, -1.0) * (placed[(i, j)] - placed[(j, i)].conj()))
 }
 
 /// lo·I ⪯ Σ xᵢEᵢ ⪯ hi·I.
-fn bounded(
-    programme: &mut Programme,
-    basis: &[Element],
-    first: usize,
-    n: usize,
-    (lo, hi): (f64, f64),
-) {
+fn bounded(programme: &mut Programme, basis: &[Element], first: usize, n: usize, (lo, hi): (f64, f64)) {
     for (sign, limit) in [(1.0, lo), (-1.0, -hi)] {
         if !limit.is_finite() {
             continue;
         }
         // sign·Σ xᵢEᵢ ⪰ limit·I
         if n == 1 {
-            programme.inequalities.push(Row {
-                terms: vec![(first, -sign)],
-                bound: -limit,
-            });
+            programme.inequalities.push(Row { terms: vec![(first, -sign)], bound: -limit });
             continue;
         }
         let scaled = |e: &Element| {
@@ -261,26 +217,14 @@ fn bounded(
             Mat::from_fn(n, n, |i, j| m[(i, j)] * sign)
         };
         programme.matrices.push(MatrixInequality {
-            constant: Mat::from_fn(n, n, |i, j| {
-                c64::new(if i == j { -limit } else { 0.0 }, 0.0)
-            }),
-            terms: basis
-                .iter()
-                .enumerate()
-                .map(|(e, element)| (first + e, scaled(element)))
-                .collect(),
+            constant: Mat::from_fn(n, n, |i, j| c64::new(if i == j { -limit } else { 0.0 }, 0.0)),
+            terms: basis.iter().enumerate().map(|(e, element)| (first + e, scaled(element))).collect(),
         });
     }
 }
 
 /// The present scaling followed by X = LLᴴ: D ← LᴴD, G̃ = size·L⁻¹GL⁻ᴴ.
-fn recompose(
-    present: &Scaling,
-    structure: &Structure,
-    x: &[Mat<c64>],
-    g: &[Mat<c64>],
-    size: f64,
-) -> Option<Scaling> {
+fn recompose(present: &Scaling, structure: &Structure, x: &[Mat<c64>], g: &[Mat<c64>], size: f64) -> Option<Scaling> {
     let mut step = Scaling::identity(structure);
     for (k, span) in structure.spans.iter().enumerate() {
         let l = cholesky(&x[k])?;
@@ -313,9 +257,5 @@ fn recompose(
             }
         }
     }
-    Some(Scaling {
-        left: &step.left * &present.left,
-        right: &step.right * &present.right,
-        skew: step.skew,
-    })
+    Some(Scaling { left: &step.left * &present.left, right: &step.right * &present.right, skew: step.skew })
 }

@@ -42,10 +42,7 @@ const COUPLING: f64 = 1e-10;
 const SYSTEM_COUPLING: f64 = 1e-6;
 
 /// Upper bound with a scaling of moderate spread, for one frequency of a system; `m` must fit and be finite.
-pub(super) fn upper_bound_for_system(
-    m: &Mat<c64>,
-    structure: &Structure,
-) -> Result<(f64, Scaling), MuError> {
+pub(super) fn upper_bound_for_system(m: &Mat<c64>, structure: &Structure) -> Result<(f64, Scaling), MuError> {
     let (upper, scaling, _) = upper_by_parts(m, structure, SYSTEM_COUPLING)?;
     Ok((upper, scaling))
 }
@@ -66,11 +63,7 @@ pub fn upper_bound(m: &Mat<c64>, blocks: &[Block]) -> Result<(f64, Scaling), MuE
 /// As [`upper_bound`].
 pub fn lower_bound(m: &Mat<c64>, blocks: &[Block]) -> Result<WorstCase, MuError> {
     let found = bounds(m, blocks)?;
-    Ok(WorstCase {
-        value: found.lower,
-        delta: found.delta,
-        singularity: f64::NAN,
-    })
+    Ok(WorstCase { value: found.lower, delta: found.delta, singularity: f64::NAN })
 }
 
 /// Both bounds of μ(M).
@@ -85,23 +78,13 @@ pub fn bounds(m: &Mat<c64>, blocks: &[Block]) -> Result<MuBounds, MuError> {
         if part.upper <= best.value {
             continue;
         }
-        let found = lower::search(
-            &part.component.part_of(m),
-            &part.component.structure,
-            &part.scaling,
-            part.upper,
-        );
+        let found = lower::search(&part.component.part_of(m), &part.component.structure, &part.scaling, part.upper);
         if found.value > best.value {
             best.value = found.value;
             best.delta = embed(&found.delta, &part.component, &structure);
         }
     }
-    Ok(MuBounds {
-        upper,
-        lower: best.value,
-        delta: best.delta,
-        scaling,
-    })
+    Ok(MuBounds { upper, lower: best.value, delta: best.delta, scaling })
 }
 
 struct Part {
@@ -110,21 +93,13 @@ struct Part {
     upper: f64,
 }
 
-fn upper_by_parts(
-    m: &Mat<c64>,
-    structure: &Structure,
-    coupling: f64,
-) -> Result<(f64, Scaling, Vec<Part>), MuError> {
+fn upper_by_parts(m: &Mat<c64>, structure: &Structure, coupling: f64) -> Result<(f64, Scaling, Vec<Part>), MuError> {
     structure.check(m)?;
     let mut parts = vec![];
     for component in reduction::components(m, structure) {
         let own = component.part_of(m);
         let (scaling, upper) = irreducible(&own, &component.structure)?;
-        parts.push(Part {
-            component,
-            scaling,
-            upper,
-        });
+        parts.push(Part { component, scaling, upper });
     }
     if let [only] = parts.as_slice() {
         let same_order = only.component.w.is_sorted();
@@ -133,10 +108,7 @@ fn upper_by_parts(
         }
     }
     let largest = parts.iter().map(|p| p.upper).fold(0.0, f64::max);
-    let pairs: Vec<(Component, Scaling)> = parts
-        .iter()
-        .map(|p| (p.component.clone(), p.scaling.clone()))
-        .collect();
+    let pairs: Vec<(Component, Scaling)> = parts.iter().map(|p| (p.component.clone(), p.scaling.clone())).collect();
     let whole = reduction::assemble(m, structure, &pairs, largest, coupling);
     let upper = whole.bound(m);
     let plain = max_singular_value_complex(m);

@@ -41,17 +41,9 @@ fn atoms(structure: &Structure) -> Vec<Atom> {
     let mut list = vec![];
     for (k, span) in structure.spans.iter().enumerate() {
         if span.is_scalar() {
-            list.extend(span.w.clone().zip(span.z.clone()).map(|(i, j)| Atom {
-                span: k,
-                w: i..i + 1,
-                z: j..j + 1,
-            }));
+            list.extend(span.w.clone().zip(span.z.clone()).map(|(i, j)| Atom { span: k, w: i..i + 1, z: j..j + 1 }));
         } else {
-            list.push(Atom {
-                span: k,
-                w: span.w.clone(),
-                z: span.z.clone(),
-            });
+            list.push(Atom { span: k, w: span.w.clone(), z: span.z.clone() });
         }
     }
     list
@@ -60,16 +52,11 @@ fn atoms(structure: &Structure) -> Vec<Atom> {
 /// The structure with every repeated scalar split into independent complex scalars: diagonal scalings of the original.
 pub(crate) fn split_scalars(structure: &Structure) -> Structure {
     let spans = atoms(structure).into_iter().map(|a| Span {
-        block: Block::ComplexFull {
-            rows: a.w.len(),
-            cols: a.z.len(),
-        },
+        block: Block::ComplexFull { rows: a.w.len(), cols: a.z.len() },
         w: a.w,
         z: a.z,
     });
-    Structure {
-        spans: spans.collect(),
-    }
+    Structure { spans: spans.collect() }
 }
 
 /// Strongly connected components, ordered so that M is block upper triangular.
@@ -80,18 +67,10 @@ pub(crate) fn components(m: &Mat<c64>, structure: &Structure) -> Vec<Component> 
         // Every atom leads to every other.
         return vec![component(&atoms.iter().collect::<Vec<_>>(), structure)];
     }
-    let linked = |a: &Atom, b: &Atom| {
-        a.z.clone()
-            .any(|i| b.w.clone().any(|j| m[(i, j)] != c64::new(0.0, 0.0)))
-    };
+    let linked = |a: &Atom, b: &Atom| a.z.clone().any(|i| b.w.clone().any(|j| m[(i, j)] != c64::new(0.0, 0.0)));
     // reach[a][b]: b can be reached from a (Warshall; a few dozen atoms at most).
-    let mut reach: Vec<Vec<bool>> = (0..n)
-        .map(|a| {
-            (0..n)
-                .map(|b| a == b || linked(&atoms[a], &atoms[b]))
-                .collect()
-        })
-        .collect();
+    let mut reach: Vec<Vec<bool>> =
+        (0..n).map(|a| (0..n).map(|b| a == b || linked(&atoms[a], &atoms[b])).collect()).collect();
     for k in 0..n {
         let through = reach[k].clone();
         for row in &mut reach {
@@ -111,11 +90,8 @@ pub(crate) fn components(m: &Mat<c64>, structure: &Structure) -> Vec<Component> 
         if done[a] {
             continue;
         }
-        let members: Vec<&Atom> = (0..n)
-            .filter(|b| reach[a][*b] && reach[*b][a])
-            .inspect(|b| done[*b] = true)
-            .map(|b| &atoms[b])
-            .collect();
+        let members: Vec<&Atom> =
+            (0..n).filter(|b| reach[a][*b] && reach[*b][a]).inspect(|b| done[*b] = true).map(|b| &atoms[b]).collect();
         parts.push(component(&members, structure));
     }
     parts
@@ -135,11 +111,7 @@ fn component(members: &[&Atom], structure: &Structure) -> Component {
             }
             _ => {
                 origin.push(atom.span);
-                spans.push(Span {
-                    block: structure.spans[atom.span].block,
-                    w: w0..w.len(),
-                    z: z0..z.len(),
-                });
+                spans.push(Span { block: structure.spans[atom.span].block, w: w0..w.len(), z: z0..z.len() });
             }
         }
     }
@@ -150,12 +122,7 @@ fn component(members: &[&Atom], structure: &Structure) -> Component {
             full => full,
         };
     }
-    Component {
-        structure: Structure { spans },
-        w,
-        z,
-        origin,
-    }
+    Component { structure: Structure { spans }, w, z, origin }
 }
 
 /// The scaling of the whole from those of the components, with factors between them that suppress the coupling.
@@ -168,19 +135,14 @@ pub(crate) fn assemble(
 ) -> Scaling {
     let mut whole = Scaling::identity(structure);
     // What is left of the coupling adds at most its own size to the bound.
-    let allowed = if largest_bound > 0.0 {
-        coupling * largest_bound
-    } else {
-        0.01 * coupling * max_singular_value_complex(m)
-    };
+    let allowed =
+        if largest_bound > 0.0 { coupling * largest_bound } else { 0.01 * coupling * max_singular_value_complex(m) };
     let mut factors: Vec<f64> = vec![];
     for (k, (part, scaling)) in parts.iter().enumerate() {
         let right = crate::linalg::hermitian::inverse_complex(&scaling.right);
         let mut factor: f64 = 1.0;
         for ((before, above), earlier) in parts[..k].iter().zip(&factors) {
-            let coupling = Mat::from_fn(before.z.len(), part.w.len(), |i, j| {
-                m[(before.z[i], part.w[j])]
-            });
+            let coupling = Mat::from_fn(before.z.len(), part.w.len(), |i, j| m[(before.z[i], part.w[j])]);
             let size = (&above.left * coupling * &right).norm_l2();
             if size > 0.0 {
                 factor = factor.max(earlier * size / allowed);

@@ -42,9 +42,7 @@ pub(super) fn search(system: &MuSystem, stride: usize) -> Result<Found, MuError>
     let responses: Vec<Mat<c64>> = grid.par_iter().map(|w| system.response(*w)).collect();
     for (omega_rad_s, response) in grid.iter().zip(&responses) {
         if !response.is_all_finite() {
-            return Err(MuError::NotFinite {
-                omega_rad_s: *omega_rad_s,
-            });
+            return Err(MuError::NotFinite { omega_rad_s: *omega_rad_s });
         }
     }
     let mut sweep = Sweep {
@@ -60,9 +58,7 @@ pub(super) fn search(system: &MuSystem, stride: usize) -> Result<Found, MuError>
     sweep.freeze(&all, &guides);
     loop {
         let largest = sweep.largest();
-        let mut open: Vec<usize> = (0..grid.len())
-            .filter(|k| !sweep.exact[*k] && sweep.upper(*k) > largest)
-            .collect();
+        let mut open: Vec<usize> = (0..grid.len()).filter(|k| !sweep.exact[*k] && sweep.upper(*k) > largest).collect();
         if open.is_empty() {
             break;
         }
@@ -96,10 +92,8 @@ impl Sweep<'_> {
     }
 
     fn optimise(&mut self, which: &[usize]) -> Result<(), MuError> {
-        let found: Result<Vec<MuPoint>, MuError> = which
-            .par_iter()
-            .map(|k| self.system.point_of(self.grid[*k], &self.responses[*k]))
-            .collect();
+        let found: Result<Vec<MuPoint>, MuError> =
+            which.par_iter().map(|k| self.system.point_of(self.grid[*k], &self.responses[*k])).collect();
         for (k, point) in which.iter().zip(found?) {
             self.points[*k] = Some(point);
             self.exact[*k] = true;
@@ -129,11 +123,7 @@ impl Sweep<'_> {
                     let least = best.as_ref().map_or(self.upper(*k), |b| b.upper);
                     // A NaN bounds nothing.
                     if upper < least {
-                        best = Some(MuPoint {
-                            omega_rad_s: self.grid[*k],
-                            upper,
-                            scaling: own.scaling.clone(),
-                        });
+                        best = Some(MuPoint { omega_rad_s: self.grid[*k], upper, scaling: own.scaling.clone() });
                     }
                 }
                 best
@@ -161,8 +151,7 @@ impl Sweep<'_> {
             .collect();
         maxima.sort_by(|a, b| points[*b].upper.total_cmp(&points[*a].upper));
         let last = points.len() - 1;
-        let beside =
-            |k: usize| [k.saturating_sub(1), k, (k + 1).min(last)].map(|near| &points[near]);
+        let beside = |k: usize| [k.saturating_sub(1), k, (k + 1).min(last)].map(|near| &points[near]);
         let Some(first) = maxima.first().copied() else {
             return Err(MuError::EmptyBlock { block: 0 });
         };
@@ -173,21 +162,14 @@ impl Sweep<'_> {
             exceeds(self.system, &point.scaling, ends, best.upper)
         };
         let open: Vec<usize> = maxima[1..].par_iter().copied().filter(may_pay).collect();
-        let refined: Result<Vec<MuPoint>, MuError> = open
-            .par_iter()
-            .map(|k| climb(self.system, beside(*k)))
-            .collect();
+        let refined: Result<Vec<MuPoint>, MuError> = open.par_iter().map(|k| climb(self.system, beside(*k))).collect();
         for point in refined? {
             if point.upper > best.upper {
                 best = point;
             }
         }
         let exact = points.iter().zip(&self.exact).filter(|(_, exact)| **exact);
-        Ok(Found {
-            best,
-            optimised: exact.map(|(p, _)| p.clone()).collect(),
-            points,
-        })
+        Ok(Found { best, optimised: exact.map(|(p, _)| p.clone()).collect(), points })
     }
 }
 

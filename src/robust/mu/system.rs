@@ -41,9 +41,7 @@ impl MuSystem {
     /// [`MuError::Shape`], [`MuError::Unstable`], or a failed decomposition.
     pub fn new(system: &StateSpace<Continuous>, blocks: &[Block]) -> Result<Self, MuError> {
         let structure = Structure::new(blocks)?;
-        let direct = Mat::from_fn(system.outputs(), system.inputs(), |i, j| {
-            c64::new(system.d[(i, j)], 0.0)
-        });
+        let direct = Mat::from_fn(system.outputs(), system.inputs(), |i, j| c64::new(system.d[(i, j)], 0.0));
         structure.check(&direct)?;
         let poles = system.poles()?;
         let growth_rate = poles.iter().map(|p| p.re).fold(f64::NEG_INFINITY, f64::max);
@@ -78,11 +76,7 @@ impl MuSystem {
             return Err(MuError::NotFinite { omega_rad_s });
         }
         let (upper, scaling) = upper_bound_for_system(m, &self.structure)?;
-        Ok(MuPoint {
-            omega_rad_s,
-            upper,
-            scaling,
-        })
+        Ok(MuPoint { omega_rad_s, upper, scaling })
     }
 
     /// Upper bounds on a grid, in its order.

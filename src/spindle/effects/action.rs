@@ -35,11 +35,7 @@ pub(crate) fn on_machine(effect: &Effect, machine: &mut Effective) {
         }
         (EffectKind::HousingMode, _) => {
             if let [mass_kg, frequency_hz, damping_ratio] = effect.values[..] {
-                machine.housings.push(Housing {
-                    mass_kg,
-                    omega_rad_s: TAU * frequency_hz,
-                    damping_ratio,
-                });
+                machine.housings.push(Housing { mass_kg, omega_rad_s: TAU * frequency_hz, damping_ratio });
             }
         }
         (kind, Location::Bearing(which)) => on_bearings(kind, *which, value, &mut machine.bearings),
@@ -54,20 +50,10 @@ pub(crate) fn on_machine(effect: &Effect, machine: &mut Effective) {
 }
 
 fn attach(machine: &mut Effective, position_m: f64, motion: Motion, gain: c64) {
-    machine.attachments.push(Attachment {
-        position_m,
-        motion,
-        gain,
-        plane: None,
-    });
+    machine.attachments.push(Attachment { position_m, motion, gain, plane: None });
 }
 
-fn on_bearings(
-    kind: EffectKind,
-    which: Bearings,
-    value: f64,
-    bearings: &mut [EffectiveBearing; 2],
-) {
+fn on_bearings(kind: EffectKind, which: Bearings, value: f64, bearings: &mut [EffectiveBearing; 2]) {
     let meant = bearings.iter_mut().enumerate();
     for (_, bearing) in meant.filter(|(i, _)| which.includes(*i)) {
         match kind {
@@ -92,10 +78,7 @@ fn on_bearings(
 /// [`RotorError`] when a mass or a factor breaks a rule of the rotor.
 pub(crate) fn on_rotor(effect: &Effect, rotor: Rotor) -> Result<Rotor, RotorError> {
     let value = effect.values.first().copied().unwrap_or_default();
-    let mass = |position_m| PointMass {
-        position_m,
-        mass_kg: value,
-    };
+    let mass = |position_m| PointMass { position_m, mass_kg: value };
     match (effect.kind, &effect.location) {
         (EffectKind::ToolMass, _) => {
             let tip = rotor.from_m();
@@ -115,11 +98,7 @@ pub(crate) fn joint(effects: &[Effect]) -> Option<Joint> {
     let joints = effects.iter().filter(|e| e.kind == EffectKind::ToolJoint);
     let one = |e: &Effect| {
         let at = |i: usize| e.values.get(i).copied().unwrap_or_default();
-        Joint {
-            translational_n_per_m: at(0),
-            rotational_n_m_per_rad: at(1),
-            damping_n_m_s_per_rad: at(2),
-        }
+        Joint { translational_n_per_m: at(0), rotational_n_m_per_rad: at(1), damping_n_m_s_per_rad: at(2) }
     };
     joints.map(one).reduce(in_series)
 }

@@ -28,9 +28,7 @@ impl Coordinate {
             Self::Inverse(unit) => unit(scale) / t,
             Self::InverseSquare(unit) => unit(scale) / (t * t),
             Self::Logarithm => t.exp(),
-            Self::Slowness(unit) => {
-                (scale.amplifier_bandwidth_hz.recip() + unit(scale) * t).recip()
-            }
+            Self::Slowness(unit) => (scale.amplifier_bandwidth_hz.recip() + unit(scale) * t).recip(),
         }
     }
 

@@ -20,16 +20,8 @@ impl Effect {
     ///
     /// # Errors
     /// [`SpindleError::Value`] or [`SpindleError::Name`] with a path relative to the effect.
-    pub fn new(
-        kind: EffectKind,
-        location: Location,
-        values: Vec<f64>,
-    ) -> Result<Self, SpindleError> {
-        let effect = Self {
-            kind,
-            location,
-            values,
-        };
+    pub fn new(kind: EffectKind, location: Location, values: Vec<f64>) -> Result<Self, SpindleError> {
+        let effect = Self { kind, location, values };
         effect.validate()?;
         Ok(effect)
     }
@@ -56,8 +48,7 @@ impl Effect {
         ) || self.kind.entry().one_axis
             && matches!(
                 (self.kind.location(), &self.location),
-                (LocationKind::Bearing, Location::Axis(0..4))
-                    | (LocationKind::Position, Location::InPlane(..))
+                (LocationKind::Bearing, Location::Axis(0..4)) | (LocationKind::Position, Location::InPlane(..))
             );
         if !matches {
             return Err(SpindleError::Name {
@@ -102,11 +93,7 @@ impl Effect {
             } else {
                 continue;
             };
-            return Err(SpindleError::Value {
-                path: parameter.name.into(),
-                value: *value,
-                rule: rule.into(),
-            });
+            return Err(SpindleError::Value { path: parameter.name.into(), value: *value, rule: rule.into() });
         }
         Ok(())
     }

@@ -35,9 +35,7 @@ impl Bearings {
 
     /// The bearing of that name.
     pub fn from_name(name: &str) -> Option<Self> {
-        [Self::Front, Self::Rear, Self::Both]
-            .into_iter()
-            .find(|b| b.name() == name)
+        [Self::Front, Self::Rear, Self::Both].into_iter().find(|b| b.name() == name)
     }
 }
 

@@ -12,12 +12,7 @@ use super::location::LocationKind;
 use super::scale::MachineScale;
 
 /// A factor on a number of the machine, shown as a deviation in percent.
-const FACTOR_OFF: Parameter = positive(
-    "factor",
-    Coordinate::Logarithm,
-    |_| (-2.0, 2.0),
-    Shown::PercentOff,
-);
+const FACTOR_OFF: Parameter = positive("factor", Coordinate::Logarithm, |_| (-2.0, 2.0), Shown::PercentOff);
 
 /// A shift of a plane.
 const OFFSET: Parameter = signed(
@@ -44,12 +39,7 @@ pub const TABLE: &[Entry] = &[
             "delay_s",
             Coordinate::Linear(|machine| 0.2 * machine.sample_period_s),
             // The total delay is half a sample at least.
-            |machine| {
-                (
-                    -machine.spare_delay_s / (0.2 * machine.sample_period_s),
-                    100.0,
-                )
-            },
+            |machine| (-machine.spare_delay_s / (0.2 * machine.sample_period_s), 100.0),
             Shown::Either(1e6, " µs", ["faster", "slower"]),
         )],
         sites: &[Site::Loop],
@@ -75,9 +65,7 @@ pub const TABLE: &[Entry] = &[
         replaces: true,
         sites: &[Site::Currents, Site::Loop],
         // 2 % of the bandwidth.
-        matters: |size, _, machine| {
-            2.0 * size.abs() * machine.amplifier_bandwidth_hz * machine.sample_period_s > 0.02
-        },
+        matters: |size, _, machine| 2.0 * size.abs() * machine.amplifier_bandwidth_hz * machine.sample_period_s > 0.02,
         sentence: "the amplifier of {at} has a bandwidth of {0}",
         advice: "measure command to coil current, and check current controller and bus voltage",
         ..ELECTRONIC
@@ -146,10 +134,7 @@ pub const TABLE: &[Entry] = &[
         kind: EffectKind::NegativeStiffness,
         name: "negative_stiffness",
         location: LocationKind::Bearing,
-        parameters: &[Parameter {
-            positive: false,
-            ..FACTOR_OFF
-        }],
+        parameters: &[Parameter { positive: false, ..FACTOR_OFF }],
         sites: &[Site::Shaft],
         matters: |size, _, _| size.abs() > 0.03,
         sentence: "the negative stiffness of {at} is {0} off",
@@ -181,12 +166,7 @@ pub const TABLE: &[Entry] = &[
     Entry {
         kind: EffectKind::BearingCoupling,
         name: "bearing_coupling",
-        parameters: &[signed(
-            "ratio",
-            Coordinate::Linear(|_| 1e-2),
-            |_| (-50.0, 50.0),
-            Shown::Scaled(100.0, " %"),
-        )],
+        parameters: &[signed("ratio", Coordinate::Linear(|_| 1e-2), |_| (-50.0, 50.0), Shown::Scaled(100.0, " %"))],
         couples_planes: true,
         sites: &[Site::AxisCoupling],
         // 0.1 % of the force constant.
@@ -198,12 +178,7 @@ pub const TABLE: &[Entry] = &[
     Entry {
         kind: EffectKind::AxisMisalignment,
         name: "axis_misalignment",
-        parameters: &[signed(
-            "angle_deg",
-            Coordinate::Linear(|_| 1.0),
-            |_| (-45.0, 45.0),
-            Shown::Scaled(1.0, "°"),
-        )],
+        parameters: &[signed("angle_deg", Coordinate::Linear(|_| 1.0), |_| (-45.0, 45.0), Shown::Scaled(1.0, "°"))],
         couples_planes: true,
         sites: &[Site::SensorAxes],
         // 0.1 degree.
@@ -215,12 +190,7 @@ pub const TABLE: &[Entry] = &[
     Entry {
         kind: EffectKind::Gyroscopic,
         name: "gyroscopic",
-        parameters: &[signed(
-            "factor",
-            Coordinate::Linear(|_| 1.0),
-            |_| (-1.0, 3.0),
-            Shown::Scaled(1.0, ""),
-        )],
+        parameters: &[signed("factor", Coordinate::Linear(|_| 1.0), |_| (-1.0, 3.0), Shown::Scaled(1.0, ""))],
         replaces: true,
         at_speed_only: true,
         sites: &[Site::Shaft],
@@ -259,8 +229,7 @@ pub const TABLE: &[Entry] = &[
         sites: &[Site::Shaft],
         // A thousandth of what the magnets pull with.
         matters: |size, _, machine| {
-            machine.stiffness_unit_n_per_m() * size.abs()
-                > 1e-3 * machine.negative_stiffness_n_per_m
+            machine.stiffness_unit_n_per_m() * size.abs() > 1e-3 * machine.negative_stiffness_n_per_m
         },
         sentence: "a circulatory stiffness of {0} acts at {at}",
         advice: "repeat with motor and coolant off to find its source, and verify stability at speed with the \
@@ -271,12 +240,7 @@ pub const TABLE: &[Entry] = &[
         kind: EffectKind::ModalDamping,
         name: "modal_damping",
         location: LocationKind::Mode,
-        parameters: &[positive(
-            "factor",
-            Coordinate::Logarithm,
-            |_| (-4.0, 4.0),
-            Shown::Scaled(1.0, ""),
-        )],
+        parameters: &[positive("factor", Coordinate::Logarithm, |_| (-4.0, 4.0), Shown::Scaled(1.0, ""))],
         // A factor of 1.4, or of 0.45: a ratio that is known to 20 % is that low once in three hundred; its logarithm
         // makes that look much rarer.
         matters: |size, _, _| size.abs() > if size < 0.0 { 0.8 } else { 0.35 },
@@ -373,18 +337,10 @@ pub const TABLE: &[Entry] = &[
                 },
                 HERTZ,
             ),
-            signed(
-                "damping_ratio",
-                Coordinate::Logarithm,
-                |_| (1e-4f64.ln(), 0.7f64.ln()),
-                Shown::Scaled(1.0, ""),
-            ),
+            signed("damping_ratio", Coordinate::Logarithm, |_| (1e-4f64.ln(), 0.7f64.ln()), Shown::Scaled(1.0, "")),
         ],
         sites: &[Site::Housing],
-        starts: Starts::OverTheBand {
-            first: 0.5,
-            damping_ratio: 0.05,
-        },
+        starts: Starts::OverTheBand { first: 0.5, damping_ratio: 0.05 },
         // Six hundred times the rotor.
         matters: |size, _, _| size.abs() > 0.02,
         sentence: "the housing, {0}, resonates at {1} with a damping ratio of {2}",
@@ -420,8 +376,7 @@ pub const TABLE: &[Entry] = &[
         sites: &[Site::Shaft],
         // A hundredth of what the magnets pull with: a careful ks is that far off.
         matters: |size, _, machine| {
-            machine.stiffness_unit_n_per_m() * size.abs()
-                > 0.01 * machine.negative_stiffness_n_per_m
+            machine.stiffness_unit_n_per_m() * size.abs() > 0.01 * machine.negative_stiffness_n_per_m
         },
         sentence: "a stiffness of {0} acts at {at}",
         advice: "repeat with the motor off (its pull is negative), and look for seals or cables there",

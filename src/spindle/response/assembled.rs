@@ -112,10 +112,7 @@ impl Assembled {
     pub(super) fn planar(&self, w: f64) -> Planar {
         let (ports, p) = (self.ports.len(), self.driven);
         let diagonal = |k: usize| {
-            c64::new(
-                self.omega[k] * self.omega[k] - w * w,
-                w * self.damping.total[k] - self.damping.circulatory[k],
-            )
+            c64::new(self.omega[k] * self.omega[k] - w * w, w * self.damping.total[k] - self.damping.circulatory[k])
         };
         let inverses = self.inverses(w);
         let d = self.dynamic;
@@ -159,8 +156,7 @@ impl Assembled {
         }
         for housing in &self.effective.housings {
             let own = housing.omega_rad_s;
-            let z = c64::new(own * own - w * w, 2.0 * housing.damping_ratio * own * w)
-                * housing.mass_kg;
+            let z = c64::new(own * own - w * w, 2.0 * housing.damping_ratio * own * w) * housing.mass_kg;
             for i in ON_HOUSING {
                 for j in ON_HOUSING.start..=i {
                     h[i * p + j] += z.inv();
@@ -172,10 +168,6 @@ impl Assembled {
                 h[i * p + j] = h[j * p + i];
             }
         }
-        Planar {
-            x,
-            driven: p,
-            closed: close(&h, p, &self.feedback, &self.gains(w)),
-        }
+        Planar { x, driven: p, closed: close(&h, p, &self.feedback, &self.gains(w)) }
     }
 }

@@ -66,12 +66,7 @@ impl ReducedMachine {
             None => &self.rigid,
         };
         let scale = self.modulus_factors(p, effects);
-        let by = Move {
-            scale: &scale,
-            joint,
-            mesh: p[parameters.mesh()],
-            effects,
-        };
+        let by = Move { scale: &scale, joint, mesh: p[parameters.mesh()], effects };
         let moved = self.recent.shaft(shaft, by)?;
         let MovedShaft { modes, finer } = &*moved;
         let omega = &modes.omega;
@@ -98,19 +93,11 @@ impl ReducedMachine {
         let amplitudes = amplitudes(modes, &ports.rows);
         let speed_rad_s = assembly.speed_rad_s;
         let gyroscopic = (speed_rad_s != 0.0).then(|| {
-            let mut gyroscopic = Gyroscopic::new(
-                speed_rad_s,
-                &shaft.gyroscopic,
-                modes,
-                &amplitudes,
-                (dynamic, near),
-            );
+            let mut gyroscopic = Gyroscopic::new(speed_rad_s, &shaft.gyroscopic, modes, &amplitudes, (dynamic, near));
             gyroscopic.factor = effective.gyroscopic_factor;
             gyroscopic
         });
-        let strain = assembly
-            .derivatives
-            .then(|| Strain::new(shaft, &scale, modes, &amplitudes[..driven], dynamic));
+        let strain = assembly.derivatives.then(|| Strain::new(shaft, &scale, modes, &amplitudes[..driven], dynamic));
         let circulates = |f: &Feedback| f.law == Law::Circulatory && f.value != 0.0;
         let coupled = gyroscopic.is_some()
             || damping.circulatory.iter().any(|t| *t != 0.0)
@@ -136,13 +123,9 @@ impl ReducedMachine {
     /// Factor of the modulus of every group: the parameters, and the effects on regions.
     fn modulus_factors(&self, p: &[f64], effects: &[Effect]) -> Vec<f64> {
         let mut scale: Vec<f64> = (0..self.parameters.groups).map(|g| p[g].exp()).collect();
-        let of_regions = effects
-            .iter()
-            .filter(|e| e.kind == EffectKind::RegionStiffness);
+        let of_regions = effects.iter().filter(|e| e.kind == EffectKind::RegionStiffness);
         for effect in of_regions {
-            if let (Location::Region(region), Some(factor)) =
-                (&effect.location, effect.values.first())
-            {
+            if let (Location::Region(region), Some(factor)) = (&effect.location, effect.values.first()) {
                 for group in self.groups_of(region) {
                     scale[group] *= factor;
                 }
@@ -167,17 +150,12 @@ impl ReducedMachine {
             if share != 0.0
                 && let Some(more) = shaft.misread(z)?
             {
-                row.iter_mut()
-                    .zip(&more)
-                    .for_each(|(a, more)| *a += share * more);
+                row.iter_mut().zip(&more).for_each(|(a, more)| *a += share * more);
             }
             rows.push(row);
         }
-        let magnet = |(b, port): (usize, usize)| Feedback {
-            port,
-            law: Law::Spring,
-            value: -effective.bearings[b].ks_n_per_m,
-        };
+        let magnet =
+            |(b, port): (usize, usize)| Feedback { port, law: Law::Spring, value: -effective.bearings[b].ks_n_per_m };
         let mut feedback: Vec<Feedback> = [1, 2].into_iter().enumerate().map(magnet).collect();
         for (attachment, law, value) in attached(effective) {
             let z = attachment.position_m;
@@ -185,19 +163,11 @@ impl ReducedMachine {
                 Motion::Displacement => (shaft.row(z)?, value),
                 Motion::Slope => (shaft.tilt_row(z)?, shaft.tilt(z)?.seen(value)),
             };
-            feedback.push(Feedback {
-                port: rows.len(),
-                law,
-                value,
-            });
+            feedback.push(Feedback { port: rows.len(), law, value });
             rows.push(row);
         }
         let plane_springs = springs_in_one_plane(effective, &mut rows, |z| shaft.row(z))?;
-        Ok(Ports {
-            rows,
-            feedback,
-            plane_springs,
-        })
+        Ok(Ports { rows, feedback, plane_springs })
     }
 }
 
@@ -205,11 +175,7 @@ fn add_joint_damping(ports: &mut Ports, shaft: &ReducedShaft, joint: Option<&Eff
     if let (Some(effect), Some([_, turning])) = (joint, &shaft.joint) {
         let value = effect.values.get(2).copied().unwrap_or_default();
         if value != 0.0 {
-            ports.feedback.push(Feedback {
-                port: ports.rows.len(),
-                law: Law::Dashpot,
-                value,
-            });
+            ports.feedback.push(Feedback { port: ports.rows.len(), law: Law::Dashpot, value });
             ports.rows.push(turning.clone());
         }
     }
@@ -219,7 +185,5 @@ fn add_joint_damping(ports: &mut Ports, shaft: &ReducedShaft, joint: Option<&Eff
 fn amplitudes(modes: &Modes, rows: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let n = modes.omega.len();
     let modal = modes.shapes.transpose() * Mat::from_fn(n, rows.len(), |i, p| rows[p][i]);
-    (0..rows.len())
-        .map(|p| (0..n).map(|k| modal[(k, p)]).collect())
-        .collect()
+    (0..rows.len()).map(|p| (0..n).map(|k| modal[(k, p)]).collect()).collect()
 }

@@ -27,10 +27,7 @@ pub(crate) fn planar(forward: c64, backward: Option<c64>) -> (c64, c64) {
         None => (forward, ZERO),
         Some(backward) => {
             let back = backward.conj();
-            (
-                (forward + back) * 0.5,
-                (forward - back) * c64::new(0.0, -0.5),
-            )
+            ((forward + back) * 0.5, (forward - back) * c64::new(0.0, -0.5))
         }
     }
 }

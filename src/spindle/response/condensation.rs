@@ -31,10 +31,7 @@ impl Condensation {
     /// Of coordinates with frequencies `own_rad_s`, ascending, for sweeps that end at `end_rad_s`.
     pub(super) fn new(own_rad_s: &[f64], end_rad_s: f64) -> Self {
         let limit = FAST * end_rad_s;
-        Self {
-            slow: own_rad_s.partition_point(|w| *w < limit).max(RIGID + 1),
-            least_rad_s: 0.5 * limit,
-        }
+        Self { slow: own_rad_s.partition_point(|w| *w < limit).max(RIGID + 1), least_rad_s: 0.5 * limit }
     }
 
     /// The modes of a stiffness on a unit mass matrix; none where a fast coordinate is not fast any more, or where
@@ -151,9 +148,7 @@ mod tests {
     /// Receptance between all pairs of some rows over the flexible coordinates, with a damping ratio of 0.5 %.
     fn receptances(modes: &Modes, rows: &[Vec<f64>], w: f64) -> Vec<c64> {
         let n = modes.omega.len();
-        let seen = |row: &Vec<f64>, k: usize| -> f64 {
-            (RIGID..n).map(|i| row[i] * modes.shapes[(i, k)]).sum()
-        };
+        let seen = |row: &Vec<f64>, k: usize| -> f64 { (RIGID..n).map(|i| row[i] * modes.shapes[(i, k)]).sum() };
         let between = |a: &Vec<f64>, b: &Vec<f64>| -> c64 {
             let term = |k: usize| {
                 let own = modes.omega[k];
@@ -224,10 +219,7 @@ mod tests {
         let condensation = of_chain(60);
         let soft = vec![0.01; 59];
         assert_eq!(off(&condensation, &chain(&soft), END), None);
-        let all = Condensation {
-            slow: 61,
-            ..condensation
-        };
+        let all = Condensation { slow: 61, ..condensation };
         assert_eq!(off(&all, &chain(&soft), END), None);
     }
 }

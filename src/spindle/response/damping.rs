@@ -16,12 +16,7 @@ pub(crate) struct ModalDamping {
 impl ModalDamping {
     /// Damping of coordinates with natural frequencies `omega`, rad/s, of which the first two are rigid; `zeta` gives
     /// the damping ratio of flexible mode k, counted from 0.
-    pub(crate) fn new(
-        omega: &[f64],
-        zeta: impl Fn(usize) -> f64,
-        loss_time_s: f64,
-        speed_rad_s: f64,
-    ) -> Self {
+    pub(crate) fn new(omega: &[f64], zeta: impl Fn(usize) -> f64, loss_time_s: f64, speed_rad_s: f64) -> Self {
         let ratio = |k: usize| k.checked_sub(RIGID).map_or(0.0, &zeta);
         let each = omega.iter().enumerate();
         let modal: Vec<f64> = each.map(|(k, w)| 2.0 * ratio(k) * w).collect();

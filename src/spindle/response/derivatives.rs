@@ -16,13 +16,7 @@ impl Assembled {
     }
 
     /// Forces at the ports of a force at each output, outputs × ports, and of each input, ports × inputs.
-    pub(super) fn forces(
-        &self,
-        at: &Planar,
-        w: f64,
-        outs: &[usize],
-        ins: &[usize],
-    ) -> (Vec<c64>, Vec<c64>) {
+    pub(super) fn forces(&self, at: &Planar, w: f64, outs: &[usize], ins: &[usize]) -> (Vec<c64>, Vec<c64>) {
         let (p, n) = (self.driven, outs.len());
         let gains = self.gains(w);
         let (mut left, mut right) = (vec![ZERO; n * p], vec![ZERO; p * n]);
@@ -42,13 +36,7 @@ impl Assembled {
     }
 
     /// Coordinates behind forces at the ports, `left` n × ports and `right` ports × n.
-    pub(super) fn adjoint(
-        &self,
-        at: &Planar,
-        n: usize,
-        left: Vec<c64>,
-        right: Vec<c64>,
-    ) -> Adjoint {
+    pub(super) fn adjoint(&self, at: &Planar, n: usize, left: Vec<c64>, right: Vec<c64>) -> Adjoint {
         let (p, d) = (self.driven, self.dynamic);
         let (mut xl, mut xr) = (vec![ZERO; n * d], vec![ZERO; d * n]);
         for k in 0..d {
@@ -63,13 +51,7 @@ impl Assembled {
                 xr[k * n + o] = sum.1;
             }
         }
-        Adjoint {
-            n,
-            left: xl,
-            right: xr,
-            left_ports: left,
-            right_ports: right,
-        }
+        Adjoint { n, left: xl, right: xr, left_ports: left, right_ports: right }
     }
 
     /// Derivatives to the logarithm of every modulus, then to the mesh, each n × n, one behind the other; none when the
@@ -85,17 +67,10 @@ impl Assembled {
     }
 
     /// Closed receptances from each magnet, outputs × inputs: through its port.
-    pub(super) fn through_magnets(
-        &self,
-        at: &Planar,
-        outs: &[usize],
-        ins: &[usize],
-    ) -> [Vec<c64>; 2] {
+    pub(super) fn through_magnets(&self, at: &Planar, outs: &[usize], ins: &[usize]) -> [Vec<c64>; 2] {
         MAGNETS.map(|port| {
             let pairs = outs.iter().flat_map(|o| ins.iter().map(move |i| (*o, *i)));
-            pairs
-                .map(|(o, i)| at.entry(o, port) * at.entry(port, i))
-                .collect()
+            pairs.map(|(o, i)| at.entry(o, port) * at.entry(port, i)).collect()
         })
     }
 

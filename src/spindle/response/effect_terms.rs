@@ -10,20 +10,13 @@ use crate::spindle::{Bearings, Effect, EffectKind, Location, SpindleError};
 impl ReducedMachine {
     /// Derivatives to the values of an effect, and then to its position if it has one. `effects` are all that are
     /// assembled, the one in question at `index`; what it needs to see is added to `probes`.
-    pub fn sensitivity(
-        &self,
-        effects: &[Effect],
-        index: usize,
-        probes: &mut Vec<Probe>,
-    ) -> Vec<Number> {
+    pub fn sensitivity(&self, effects: &[Effect], index: usize, probes: &mut Vec<Probe>) -> Vec<Number> {
         if let Some(change) = Change::new(effects, index) {
             return vec![Number::Electronics(change)];
         }
         let sums = self.sums(effects, index, probes).into_iter();
         match effects.get(index).map(|e| &e.location) {
-            Some(Location::InPlane(_, plane)) => {
-                sums.map(|sum| Number::InPlane(sum, *plane)).collect()
-            }
+            Some(Location::InPlane(_, plane)) => sums.map(|sum| Number::InPlane(sum, *plane)).collect(),
             _ => sums.map(Number::Shaft).collect(),
         }
     }
@@ -32,11 +25,7 @@ impl ReducedMachine {
     ///
     /// # Errors
     /// [`SpindleError`] when a plane is off the shaft.
-    pub fn readings(
-        &self,
-        effects: &[Effect],
-        probes: &mut Vec<Probe>,
-    ) -> Result<Vec<(usize, Number)>, SpindleError> {
+    pub fn readings(&self, effects: &[Effect], probes: &mut Vec<Probe>) -> Result<Vec<(usize, Number)>, SpindleError> {
         let mut all = vec![];
         let planes = self.with(effects).effective().planes_m();
         for (plane, z) in planes.into_iter().enumerate() {
@@ -65,15 +54,10 @@ impl ReducedMachine {
         // A law at a port, and the same at a port that moves: its own derivative to the position.
         let placed = |probe: &mut dyn FnMut(Probe) -> usize, [at, along]: [Probe; 2], law: Law| {
             let (at, along) = (probe(at), probe(along));
-            vec![
-                vec![(1.0, Term::Bond(at, law))],
-                vec![(value, Term::Shift(at, along, law))],
-            ]
+            vec![vec![(1.0, Term::Bond(at, law))], vec![(value, Term::Shift(at, along, law))]]
         };
         let across = |z: f64| [Probe::Station(z), Probe::Slope(z)];
-        let bearings = |which: &Bearings| -> Vec<usize> {
-            [0, 1].into_iter().filter(|b| which.includes(*b)).collect()
-        };
+        let bearings = |which: &Bearings| -> Vec<usize> { [0, 1].into_iter().filter(|b| which.includes(*b)).collect() };
         match (effect.kind, &effect.location) {
             (EffectKind::AddedStiffness, Location::Position(z) | Location::InPlane(z, _)) => {
                 placed(&mut probe, across(*z), Law::Spring)
@@ -86,18 +70,11 @@ impl ReducedMachine {
                 let seen = tilt.map_or(value, |t| t.seen(value));
                 vec![
                     vec![(by_value, Term::Bond(at, Law::Spring))],
-                    vec![
-                        (seen, Term::Shift(at, along, Law::Spring)),
-                        (by_place, Term::Bond(at, Law::Spring)),
-                    ],
+                    vec![(seen, Term::Shift(at, along, Law::Spring)), (by_place, Term::Bond(at, Law::Spring))],
                 ]
             }
-            (EffectKind::CrossCoupling, Location::Position(z)) => {
-                placed(&mut probe, across(*z), Law::Circulatory)
-            }
-            (EffectKind::AddedMass, Location::Position(z)) => {
-                placed(&mut probe, across(*z), Law::Mass)
-            }
+            (EffectKind::CrossCoupling, Location::Position(z)) => placed(&mut probe, across(*z), Law::Circulatory),
+            (EffectKind::AddedMass, Location::Position(z)) => placed(&mut probe, across(*z), Law::Mass),
             (EffectKind::ToolMass, _) => {
                 let tip = probe(Probe::Station(self.span_m().0));
                 vec![vec![(1.0, Term::Bond(tip, Law::Mass))]]
@@ -144,9 +121,7 @@ impl ReducedMachine {
                 let housing = |e: &&Effect| e.kind == EffectKind::HousingMode;
                 let before = self.machine.of_kind(EffectKind::HousingMode).count()
                     + effects[..index].iter().filter(housing).count();
-                (0..3)
-                    .map(|number| vec![(1.0, Term::Housing(before, number))])
-                    .collect()
+                (0..3).map(|number| vec![(1.0, Term::Housing(before, number))]).collect()
             }
             // An effect without its place does nothing.
             _ => effect.values.iter().map(|_| vec![]).collect(),

@@ -26,14 +26,10 @@ impl ElectronicsLine {
     pub(crate) fn new(machine: &Effective, omega_rad_s: f64) -> Self {
         let s = c64::new(0.0, omega_rad_s);
         let delay = (-s * machine.delay_s).exp();
-        let blocks = |gain: c64, shape: [[f64; 2]; 2]| -> [c64; 4] {
-            std::array::from_fn(|k| gain * shape[k / 2][k % 2])
-        };
+        let blocks =
+            |gain: c64, shape: [[f64; 2]; 2]| -> [c64; 4] { std::array::from_fn(|k| gain * shape[k / 2][k % 2]) };
         Self {
-            force: machine
-                .bearings
-                .each_ref()
-                .map(|b| blocks(delay * amplifier(b, s), b.force_matrix())),
+            force: machine.bearings.each_ref().map(|b| blocks(delay * amplifier(b, s), b.force_matrix())),
             axes: machine.bearings.each_ref().map(|b| {
                 let gain = sensor(b, machine.sensor_bandwidth_hz, s) * b.sensor_gain;
                 blocks(gain, b.axes_matrix())
@@ -77,11 +73,7 @@ impl ElectronicsLine {
     pub(crate) fn unit(&self, entry: usize, across: bool) -> Square {
         let (o, i) = (entry / 3, entry % 3);
         let (one, zero) = (c64::new(1.0, 0.0), ZERO);
-        let shaft = if across {
-            [zero, -one, one, zero]
-        } else {
-            [one, zero, zero, one]
-        };
+        let shaft = if across { [zero, -one, one, zero] } else { [one, zero, zero, one] };
         let by = |a: &[c64; 4], b: &[c64; 4]| -> [c64; 4] {
             std::array::from_fn(|n| a[n / 2 * 2] * b[n % 2] + a[n / 2 * 2 + 1] * b[2 + n % 2])
         };

@@ -74,11 +74,7 @@ pub(crate) struct PlaneSpring {
 impl PlaneSpring {
     /// The spring as feedback round a response with x and y apart, `row` that of its port counted in pairs of channels.
     pub(crate) fn beside(&self, row: usize) -> Feedback {
-        Feedback {
-            port: 2 * row + self.plane as usize,
-            law: Law::Spring,
-            value: self.stiffness_n_per_m,
-        }
+        Feedback { port: 2 * row + self.plane as usize, law: Law::Spring, value: self.stiffness_n_per_m }
     }
 }
 
@@ -97,11 +93,7 @@ pub(crate) fn springs_in_one_plane<E>(
             continue;
         };
         if stiffness_n_per_m != 0.0 {
-            springs.push(PlaneSpring {
-                port: rows.len(),
-                plane,
-                stiffness_n_per_m,
-            });
+            springs.push(PlaneSpring { port: rows.len(), plane, stiffness_n_per_m });
             rows.push(row(attachment.position_m)?);
         }
     }

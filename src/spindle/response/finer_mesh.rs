@@ -17,19 +17,13 @@ impl FinerMesh {
     ///
     /// # Errors
     /// [`SpindleError::Numeric`] for a mesh so much coarser that 1 + sKC is singular.
-    pub(super) fn new(
-        shaft: &ReducedShaft,
-        stiffness: &mut Mat<f64>,
-        s: f64,
-    ) -> Result<Option<Self>, SpindleError> {
+    pub(super) fn new(shaft: &ReducedShaft, stiffness: &mut Mat<f64>, s: f64) -> Result<Option<Self>, SpindleError> {
         if s == 0.0 {
             return Ok(None);
         }
         let n = stiffness.nrows();
         let product = &*stiffness * &shaft.mesh;
-        let unit = Mat::from_fn(n, n, |i, j| {
-            s * product[(i, j)] + f64::from(u8::from(i == j))
-        });
+        let unit = Mat::from_fn(n, n, |i, j| s * product[(i, j)] + f64::from(u8::from(i == j)));
         let unit = Factored::new(&unit);
         let moved = unit.solve(stiffness)?;
         *stiffness = Mat::from_fn(n, n, |i, j| 0.5 * (moved[(i, j)] + moved[(j, i)]));
@@ -40,11 +34,7 @@ impl FinerMesh {
     ///
     /// # Errors
     /// As [`Self::new`].
-    pub(super) fn move_ports(
-        &self,
-        shaft: &ReducedShaft,
-        rows: &mut [Vec<f64>],
-    ) -> Result<Vec<f64>, SpindleError> {
+    pub(super) fn move_ports(&self, shaft: &ReducedShaft, rows: &mut [Vec<f64>]) -> Result<Vec<f64>, SpindleError> {
         let (n, p) = (shaft.len(), rows.len());
         let before = Mat::from_fn(n, p, |i, j| rows[j][i]);
         let after = self.unit.solve(&before)?;

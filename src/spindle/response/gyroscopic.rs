@@ -37,19 +37,12 @@ impl Gyroscopic {
         let (turned, omega) = (&modes.shapes, &modes.omega);
         let n = omega.len();
         let low = turned.submatrix(0, 0, n, dynamic);
-        let high = Mat::from_fn(n, n - dynamic, |i, k| {
-            turned[(i, dynamic + k)] / omega[dynamic + k]
-        });
+        let high = Mat::from_fn(n, n - dynamic, |i, k| turned[(i, dynamic + k)] / omega[dynamic + k]);
         let on_low = matrix * low;
         let across = on_low.transpose() * high;
-        let still = Mat::from_fn(n - dynamic, ports.len(), |k, p| {
-            ports[p][dynamic + k] / omega[dynamic + k]
-        });
+        let still = Mat::from_fn(n - dynamic, ports.len(), |k, p| ports[p][dynamic + k] / omega[dynamic + k]);
         let flat = |m: Mat<f64>, scale: f64| -> Vec<f64> {
-            (0..m.nrows())
-                .flat_map(|i| (0..m.ncols()).map(move |j| (i, j)))
-                .map(|(i, j)| scale * m[(i, j)])
-                .collect()
+            (0..m.nrows()).flat_map(|i| (0..m.ncols()).map(move |j| (i, j))).map(|(i, j)| scale * m[(i, j)]).collect()
         };
         Self {
             factor: 1.0,
@@ -89,8 +82,7 @@ impl Gyroscopic {
             }
             for o in 0..n {
                 for i in 0..n {
-                    slope[o * n + i] +=
-                        on_left[o] * behind.right[k * n + i] + behind.left[o * d + k] * on_right[i];
+                    slope[o * n + i] += on_left[o] * behind.right[k * n + i] + behind.left[o * d + k] * on_right[i];
                 }
             }
         }
@@ -120,9 +112,7 @@ impl Gyroscopic {
                 row[l + j] = ports[j][k] - w * self.ports[k * stride + j];
             }
         }
-        let far: Vec<c64> = (l..d)
-            .map(|k| (diagonal(k) + term[k * d + k]).inv())
-            .collect();
+        let far: Vec<c64> = (l..d).map(|k| (diagonal(k) + term[k * d + k]).inv()).collect();
         let mut z = vec![ZERO; l * l];
         let mut x = vec![ZERO; d * p];
         let (mut re, mut im) = (vec![0.0; width], vec![0.0; width]);
@@ -146,11 +136,7 @@ impl Gyroscopic {
         }
         let (low, high) = x.split_at_mut(l * p);
         eliminate(&mut z, low, l, p);
-        for ((row, inverse), x) in rows[l * width..]
-            .chunks(width)
-            .zip(&far)
-            .zip(high.chunks_mut(p))
-        {
+        for ((row, inverse), x) in rows[l * width..].chunks(width).zip(&far).zip(high.chunks_mut(p)) {
             for (x, input) in x.iter_mut().zip(&row[l..]) {
                 *x = c64::new(*input, 0.0);
             }

@@ -52,9 +52,7 @@ impl LineSlopes {
     /// ∂ of the entries of the receptance.
     pub(crate) fn entries(&self, k: usize) -> &[c64] {
         let width = self.units.len();
-        self.entries
-            .get(k * width..(k + 1) * width)
-            .unwrap_or_default()
+        self.entries.get(k * width..(k + 1) * width).unwrap_or_default()
     }
 
     /// ∂F.
@@ -73,12 +71,7 @@ impl LineSlopes {
 
     /// A line of electronics round a shaft that is known, with derivatives to `numbers` of the electronics; those to
     /// numbers of the shaft are zero.
-    pub(crate) fn round(
-        receptance: &Receptance,
-        machine: &Effective,
-        omega_rad_s: f64,
-        numbers: &[Number],
-    ) -> Self {
+    pub(crate) fn round(receptance: &Receptance, machine: &Effective, omega_rad_s: f64, numbers: &[Number]) -> Self {
         let electronics = ElectronicsLine::new(machine, omega_rad_s);
         let response = receptance.behind(&electronics);
         let own = |number: &Number| match number {
@@ -139,8 +132,7 @@ impl Assembled {
             first,
         };
         if !self.plane_springs.is_empty() {
-            let (receptance, response, derivatives) =
-                self.line_in_planes(&whirl, parameters, numbers);
+            let (receptance, response, derivatives) = self.line_in_planes(&whirl, parameters, numbers);
             return LineSlopes {
                 receptance,
                 response,
@@ -150,27 +142,15 @@ impl Assembled {
             };
         }
         let (forward, backward) = (&whirl.forward, whirl.backward.as_ref());
-        let receptance = Receptance {
-            plus: self.pick(forward),
-            minus: backward.map(|b| self.pick(b)),
-            planes: None,
-        };
+        let receptance = Receptance { plus: self.pick(forward), minus: backward.map(|b| self.pick(b)), planes: None };
         let electronics = ElectronicsLine::new(&self.effective, omega_rad_s);
         let response = electronics.apply(&receptance.plus, receptance.minus.as_ref());
-        let mut line = LineSlopes {
-            receptance,
-            response,
-            units: vec![],
-            entries: vec![],
-            others: vec![],
-        };
+        let mut line = LineSlopes { receptance, response, units: vec![], entries: vec![], others: vec![] };
         if parameters.is_none() && numbers.is_empty() {
             return line;
         }
-        let slopes =
-            |at: &Planar, w: f64| self.slopes((at, w, first), parameters, numbers, (&OUT, &IN));
-        line.units
-            .extend((0..9).map(|n| electronics.unit(n, false)));
+        let slopes = |at: &Planar, w: f64| self.slopes((at, w, first), parameters, numbers, (&OUT, &IN));
+        line.units.extend((0..9).map(|n| electronics.unit(n, false)));
         let plus = slopes(forward, omega_rad_s);
         line.entries = match backward.map(|b| slopes(b, -omega_rad_s)) {
             None => plus,
@@ -189,9 +169,7 @@ impl Assembled {
         for (k, number) in numbers.iter().enumerate() {
             let own = match number {
                 Number::Shaft(_) => continue,
-                Number::Electronics(change) => {
-                    change.slope(&self.effective, &response, omega_rad_s)
-                }
+                Number::Electronics(change) => change.slope(&self.effective, &response, omega_rad_s),
                 Number::InPlane(sum, plane) => {
                     let x = |out, input| whirl.apart(out, input);
                     let mut own = in_plane(sum, *plane, first, omega_rad_s, x);

@@ -58,10 +58,7 @@ pub(super) fn in_plane(
 ) -> Square {
     let at = |probe: usize| (first + probe, plane as usize);
     std::array::from_fn(|n| {
-        let (o, i) = (
-            (OUT[n / SIDE / 2], n / SIDE % 2),
-            (IN[n % SIDE / 2], n % SIDE % 2),
-        );
+        let (o, i) = ((OUT[n / SIDE / 2], n / SIDE % 2), (IN[n % SIDE / 2], n % SIDE % 2));
         sum.iter().fold(ZERO, |all, (factor, term)| {
             let own = match *term {
                 Term::Bond(q, law) => x(o, at(q)) * x(at(q), i) * law.gain(omega_rad_s),
@@ -108,8 +105,7 @@ impl Assembled {
         let outs = [OUT.as_slice(), &seen].concat();
         let ins = [IN.as_slice(), &seen].concat();
         let closed = self.closed_in_planes(whirl, &outs, &ins);
-        let planes: Square =
-            std::array::from_fn(|n| closed.response[n / SIDE * closed.side + n % SIDE]);
+        let planes: Square = std::array::from_fn(|n| closed.response[n / SIDE * closed.side + n % SIDE]);
         let receptance = Receptance {
             plus: self.pick(&whirl.forward),
             minus: whirl.backward.as_ref().map(|b| self.pick(b)),
@@ -122,17 +118,13 @@ impl Assembled {
             let inner = OUT.len() + acting.len();
             let between = (&outs[..inner], &ins[..inner]);
             let w = whirl.omega_rad_s;
-            let slopes = |at: &Planar, w: f64| {
-                self.slopes((at, w, whirl.first), parameters, numbers, between)
-            };
+            let slopes = |at: &Planar, w: f64| self.slopes((at, w, whirl.first), parameters, numbers, between);
             let plus = slopes(&whirl.forward, w);
             let minus = whirl.backward.as_ref().map(|b| slopes(b, -w));
             let x = |out: (usize, usize), input: (usize, usize)| {
                 let row = |all: &[usize], port| all.iter().position(|p| *p == port);
                 match (row(&outs, out.0), row(&ins, input.0)) {
-                    (Some(o), Some(i)) => {
-                        closed.response[(2 * o + out.1) * closed.side + 2 * i + input.1]
-                    }
+                    (Some(o), Some(i)) => closed.response[(2 * o + out.1) * closed.side + 2 * i + input.1],
                     _ => ZERO,
                 }
             };
@@ -146,9 +138,8 @@ impl Assembled {
                     }
                     Some(Number::InPlane(sum, plane)) => in_plane(sum, *plane, whirl.first, w, x),
                     _ => {
-                        let open = in_pairs(inner, |n| {
-                            planar(plus[k * size + n], minus.as_ref().map(|m| m[k * size + n]))
-                        });
+                        let open =
+                            in_pairs(inner, |n| planar(plus[k * size + n], minus.as_ref().map(|m| m[k * size + n])));
                         closed.change(&open, 2 * inner)
                     }
                 };
@@ -161,18 +152,11 @@ impl Assembled {
 
     fn closed_in_planes(&self, whirl: &Whirl, outs: &[usize], ins: &[usize]) -> Closed {
         let side = 2 * outs.len();
-        let open = in_pairs(outs.len(), |n| {
-            whirl.both(outs[n / ins.len()], ins[n % ins.len()])
-        });
+        let open = in_pairs(outs.len(), |n| whirl.both(outs[n / ins.len()], ins[n % ins.len()]));
         let springs = (OUT.len(), self.plane_springs.as_slice());
         let (loops, response) = close_in_planes(&open, side, springs, whirl.omega_rad_s);
         let gains = loops.iter().map(|f| f.gain(whirl.omega_rad_s));
-        Closed {
-            gains: gains.collect(),
-            response,
-            side,
-            loops,
-        }
+        Closed { gains: gains.collect(), response, side, loops }
     }
 }
 

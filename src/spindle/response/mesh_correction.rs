@@ -13,11 +13,7 @@ use crate::spindle::SpindleError;
 ///
 /// # Errors
 /// [`SpindleError::Numeric`] when an element is singular.
-pub(super) fn flexibility(
-    coarse: &Rotor,
-    fine: &Rotor,
-    shapes: &Mat<f64>,
-) -> Result<Mat<f64>, SpindleError> {
+pub(super) fn flexibility(coarse: &Rotor, fine: &Rotor, shapes: &Mat<f64>) -> Result<Mat<f64>, SpindleError> {
     let size = shapes.ncols();
     let mass = fine.plane_matrices().mass;
     let mut all = Mat::zeros(size, size);
@@ -28,22 +24,12 @@ pub(super) fn flexibility(
         let middle = [dofs[2], dofs[3]];
         let outer = [dofs[0], dofs[1], further[2], further[3]];
         let own = Mat::from_fn(2, 2, |r, c| left[(r + 2, c + 2)] + right[(r, c)]);
-        let bond = Mat::from_fn(2, 4, |r, c| {
-            if c < 2 {
-                left[(r + 2, c)]
-            } else {
-                right[(r, c)]
-            }
-        });
+        let bond = Mat::from_fn(2, 4, |r, c| if c < 2 { left[(r + 2, c)] } else { right[(r, c)] });
         let at_ends = Mat::from_fn(4, size, |r, c| shapes[(ends[r], c)]);
         let follows = solve(&own, &(&bond * &at_ends))?;
         let inertia = Mat::from_fn(2, size, |r, c| {
-            let ends: f64 = (0..4)
-                .map(|k| mass[(middle[r], outer[k])] * at_ends[(k, c)])
-                .sum();
-            let still: f64 = (0..2)
-                .map(|k| mass[(middle[r], middle[k])] * follows[(k, c)])
-                .sum();
+            let ends: f64 = (0..4).map(|k| mass[(middle[r], outer[k])] * at_ends[(k, c)]).sum();
+            let still: f64 = (0..2).map(|k| mass[(middle[r], middle[k])] * follows[(k, c)]).sum();
             ends - still
         });
         all += inertia.transpose() * solve(&own, &inertia)?;

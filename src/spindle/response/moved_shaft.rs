@@ -49,11 +49,7 @@ impl Recent {
     ///
     /// # Errors
     /// [`SpindleError`] when an effect leaves the shaft or an eigenvalue iteration fails.
-    pub(super) fn shaft(
-        &self,
-        shaft: &ReducedShaft,
-        by: Move,
-    ) -> Result<Arc<MovedShaft>, SpindleError> {
+    pub(super) fn shaft(&self, shaft: &ReducedShaft, by: Move) -> Result<Arc<MovedShaft>, SpindleError> {
         let key = by.key(shaft);
         let lock = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let known = {
@@ -97,10 +93,7 @@ impl Move<'_> {
         let masses = self.masses(shaft).flat_map(|(z, mass)| [z, mass]);
         let numbers = [self.mesh].into_iter().chain(self.scale.iter().copied());
         let numbers = numbers.chain(joint.iter().copied()).chain(masses);
-        lengths
-            .into_iter()
-            .chain(numbers.map(f64::to_bits))
-            .collect()
+        lengths.into_iter().chain(numbers.map(f64::to_bits)).collect()
     }
 }
 

@@ -23,12 +23,7 @@ pub struct MachineParameters {
 impl MachineParameters {
     /// Parameters of a machine.
     pub fn new(machine: &Machine) -> Self {
-        let tool = machine
-            .tool
-            .sections
-            .iter()
-            .rev()
-            .map(|s| s.region.as_deref());
+        let tool = machine.tool.sections.iter().rev().map(|s| s.region.as_deref());
         let spindle = machine.spindle.sections.iter().map(|s| s.region.as_deref());
         let regions: Vec<Option<&str>> = tool.chain(spindle).collect();
         let mut names: Vec<&str> = vec![];
@@ -63,10 +58,7 @@ impl MachineParameters {
                 }
             }
         }
-        Self {
-            group_of_element,
-            groups: next,
-        }
+        Self { group_of_element, groups: next }
     }
 
     /// Number of parameters.
@@ -113,10 +105,7 @@ impl MachineParameters {
     /// The machine with bearings and damping moved (moduli are moved in the reduced model).
     pub(crate) fn bearings(&self, machine: &Machine, p: &[f64]) -> Machine {
         let mut moved = machine.clone();
-        for (b, bearing) in [&mut moved.spindle.front, &mut moved.spindle.rear]
-            .into_iter()
-            .enumerate()
-        {
+        for (b, bearing) in [&mut moved.spindle.front, &mut moved.spindle.rear].into_iter().enumerate() {
             bearing.ki_n_per_a *= p[self.ki(b)].exp();
             bearing.ks_n_per_m *= p[self.ks(b)].exp();
             bearing.sensor_gain *= p[self.gain(b)].exp();
@@ -128,11 +117,7 @@ impl MachineParameters {
     pub fn apply(&self, machine: &Machine, p: &[f64]) -> Machine {
         let mut moved = self.bearings(machine, p);
         let tool = machine.tool.sections.len();
-        let factor = |element: usize| {
-            self.group_of_element
-                .get(element)
-                .map_or(1.0, |g| p[*g].exp())
-        };
+        let factor = |element: usize| self.group_of_element.get(element).map_or(1.0, |g| p[*g].exp());
         for (i, section) in moved.spindle.sections.iter_mut().enumerate() {
             section.modulus_scale *= factor(tool + i);
         }

@@ -30,11 +30,7 @@ impl Assembled {
     }
 
     /// F of a receptance between sensors, tool and bearings.
-    pub(crate) fn response(
-        electronics: &ElectronicsLine,
-        plus: &Ported,
-        minus: Option<&Ported>,
-    ) -> Square {
+    pub(crate) fn response(electronics: &ElectronicsLine, plus: &Ported, minus: Option<&Ported>) -> Square {
         let minus = minus.map(|m| m.block(&m.response));
         electronics.apply(&plus.block(&plus.response), minus.as_ref())
     }
@@ -49,14 +45,7 @@ impl Assembled {
         for out in &outs {
             response.extend(ins.iter().map(|i| at.entry(*out, *i)));
         }
-        Ported {
-            side,
-            response,
-            at,
-            w,
-            outs,
-            ins,
-        }
+        Ported { side, response, at, w, outs, ins }
     }
 
     /// Derivatives of L H R of this receptance H, two rows by two columns, to moduli, ln ks front and rear, ln ζ and
@@ -67,14 +56,7 @@ impl Assembled {
         (left, right): (&[c64], &[c64]),
         parameters: &MachineParameters,
     ) -> Vec<[c64; 4]> {
-        let Ported {
-            side,
-            at,
-            w,
-            outs,
-            ins,
-            ..
-        } = ported;
+        let Ported { side, at, w, outs, ins, .. } = ported;
         let (forces, reach) = self.forces(at, *w, outs, ins);
         let ports = reach.len() / side;
         let forces = product(left, &forces, (2, *side, ports));
@@ -82,14 +64,8 @@ impl Assembled {
         let behind = self.adjoint(at, 2, forces, reach);
         let strains = self.strains(&behind, *w);
         let through_magnets = MAGNETS.map(|port| {
-            let from = |o: usize| {
-                (0..*side).fold(ZERO, |s, a| {
-                    s + left[o * side + a] * at.entry(outs[a], port)
-                })
-            };
-            let to = |i: usize| {
-                (0..*side).fold(ZERO, |s, b| s + at.entry(port, ins[b]) * right[2 * b + i])
-            };
+            let from = |o: usize| (0..*side).fold(ZERO, |s, a| s + left[o * side + a] * at.entry(outs[a], port));
+            let to = |i: usize| (0..*side).fold(ZERO, |s, b| s + at.entry(port, ins[b]) * right[2 * b + i]);
             let (from, to) = ([from(0), from(1)], [to(0), to(1)]);
             (0..4).map(|n| from[n / 2] * to[n % 2]).collect()
         });
@@ -100,11 +76,7 @@ impl Assembled {
 }
 
 /// Product of two row-major matrices, rows × inner and inner × columns.
-pub(crate) fn product(
-    a: &[c64],
-    b: &[c64],
-    (rows, inner, columns): (usize, usize, usize),
-) -> Vec<c64> {
+pub(crate) fn product(a: &[c64], b: &[c64], (rows, inner, columns): (usize, usize, usize)) -> Vec<c64> {
     let mut c = vec![ZERO; rows * columns];
     for i in 0..rows {
         for l in 0..inner {

@@ -29,11 +29,7 @@ impl Probe {
     /// [`SpindleError`] for a position off the shaft.
     pub(crate) fn row(self, shaft: &ReducedShaft) -> Result<Vec<f64>, SpindleError> {
         let joint = |i: usize| {
-            shaft
-                .joint
-                .as_ref()
-                .and_then(|rows| rows.get(i).cloned())
-                .unwrap_or_else(|| vec![0.0; shaft.len()])
+            shaft.joint.as_ref().and_then(|rows| rows.get(i).cloned()).unwrap_or_else(|| vec![0.0; shaft.len()])
         };
         Ok(match self {
             Self::Station(z) => shaft.row(z)?,

@@ -40,9 +40,7 @@ impl ReducedMachine {
     /// The shaft with a joint at the nose.
     pub(super) fn jointed(&self) -> Result<&ReducedShaft, SpindleError> {
         let groups = &self.parameters.group_of_element;
-        let made = self
-            .jointed
-            .get_or_init(|| ReducedShaft::new(&self.machine, groups, true));
+        let made = self.jointed.get_or_init(|| ReducedShaft::new(&self.machine, groups, true));
         made.as_ref().map_err(Clone::clone)
     }
 
@@ -73,11 +71,7 @@ impl ReducedMachine {
     /// # Errors
     /// [`SpindleError`] for a position off the shaft.
     pub fn inertia_kg(&self, position_m: f64, jointed: bool) -> Result<f64, SpindleError> {
-        let shaft = if jointed {
-            self.jointed()?
-        } else {
-            &self.rigid
-        };
+        let shaft = if jointed { self.jointed()? } else { &self.rigid };
         let row = shaft.row(position_m)?;
         Ok(row.iter().map(|a| a * a).sum::<f64>().recip())
     }

@@ -9,8 +9,8 @@
 use super::condensation::Condensation;
 use super::mesh_correction;
 use super::ritz_basis::{
-    MODES, beside, group_strains, independent_part, joint_rows, jointed, over_coordinates,
-    port_rows, static_forces, without_rigid,
+    MODES, beside, group_strains, independent_part, joint_rows, jointed, over_coordinates, port_rows, static_forces,
+    without_rigid,
 };
 use super::shaft_modes::frequency;
 use crate::linalg::{Mat, solve, symmetric_eigen};
@@ -99,26 +99,16 @@ impl ReducedShaft {
         let slow_rad_s = sweep_end_rad_s(&machine, &flexible_rad_s);
         let (k, m) = (&modes.matrices.stiffness, &modes.matrices.mass);
         let kept = (RIGID + MODES).min(modes.len());
-        let joint = movable_joint
-            .then(|| rotor.joints().last().map(|j| j.0))
-            .flatten();
+        let joint = movable_joint.then(|| rotor.joints().last().map(|j| j.0)).flatten();
         let ports = port_rows(&machine, &rotor, joint)?;
         let (forces, count) = static_forces(&rotor, &modes, &ports, (group_of_element, slow_rad_s));
-        let shifted = Mat::from_fn(k.nrows(), k.ncols(), |i, j| {
-            k[(i, j)] + SHIFT_RAD_S * SHIFT_RAD_S * m[(i, j)]
-        });
+        let shifted = Mat::from_fn(k.nrows(), k.ncols(), |i, j| k[(i, j)] + SHIFT_RAD_S * SHIFT_RAD_S * m[(i, j)]);
         let mut statics = solve(&shifted, &forces)?;
         let mut directions = STATIC_DIRECTIONS;
         if movable_joint {
             let stiff = PlanarModes::new(&jointed(&fine, at_nose(RIGID_JOINT))?.rotor()?)?;
             let count = RIGID_JOINT_MODES.min(stiff.len().saturating_sub(RIGID));
-            statics = beside(
-                &statics,
-                &stiff
-                    .shapes
-                    .submatrix(0, RIGID, stiff.shapes.nrows(), count)
-                    .to_owned(),
-            );
+            statics = beside(&statics, &stiff.shapes.submatrix(0, RIGID, stiff.shapes.nrows(), count).to_owned());
             directions += count;
         }
         let modal = modes.shapes.submatrix(0, 0, k.nrows(), kept).to_owned();
@@ -197,10 +187,7 @@ impl ReducedShaft {
             let own = |i: usize, j: usize| a[i] * self.left_out[(dofs[i], dofs[j])] * b[j];
             (0..4).flat_map(|i| (0..4).map(move |j| own(i, j))).sum()
         };
-        let more = (
-            form(&tilt.row, &tilt.row),
-            2.0 * form(&tilt.along, &tilt.row),
-        );
+        let more = (form(&tilt.row, &tilt.row), 2.0 * form(&tilt.along, &tilt.row));
         Ok(tilt.softer(more))
     }
 
@@ -272,9 +259,7 @@ fn strains(
 ) -> Result<(Mat<f64>, Vec<Range<usize>>), SpindleError> {
     let (mut columns, mut ranges): (Vec<Vec<f64>>, _) = (vec![], vec![]);
     let n = mesh.nrows();
-    let scale: Vec<f64> = (0..n)
-        .map(|k| (slow_rad_s * slow_rad_s + stiffness[(k, k)].max(0.0)).recip())
-        .collect();
+    let scale: Vec<f64> = (0..n).map(|k| (slow_rad_s * slow_rad_s + stiffness[(k, k)].max(0.0)).recip()).collect();
     let mut add = |values: &[f64], strains: &Mat<f64>| {
         let largest = values.last().copied().unwrap_or_default();
         let from = columns.len();
@@ -302,19 +287,13 @@ fn strains(
 fn left_out(matrix: &Mat<f64>, shapes: &Mat<f64>) -> Result<Mat<f64>, SpindleError> {
     let n = matrix.nrows();
     let all = solve(matrix, &Mat::identity(n, n))?;
-    let within = solve(
-        &(shapes.transpose() * (matrix * shapes)),
-        &shapes.transpose().to_owned(),
-    )?;
+    let within = solve(&(shapes.transpose() * (matrix * shapes)), &shapes.transpose().to_owned())?;
     Ok(all - shapes * within)
 }
 
 /// Coordinates that span the same as `shapes`, ordered by the frequencies, rad/s, that they have among themselves; the
 /// rigid ones stay as they are.
-fn by_frequency(
-    shapes: &Mat<f64>,
-    stiffness: &Mat<f64>,
-) -> Result<(Mat<f64>, Vec<f64>), SpindleError> {
+fn by_frequency(shapes: &Mat<f64>, stiffness: &Mat<f64>) -> Result<(Mat<f64>, Vec<f64>), SpindleError> {
     let flexible = shapes.subcols(RIGID, shapes.ncols() - RIGID).to_owned();
     let among = flexible.transpose() * (stiffness * &flexible);
     let (squares, turn) = symmetric_eigen(&among)?;

@@ -42,18 +42,9 @@ pub(super) fn jointed(machine: &Machine, values: [f64; 3]) -> Result<Machine, Sp
 }
 
 /// Rows of tool, planes, places beside the planes, a grid along the shaft, and the joint.
-pub(super) fn port_rows(
-    machine: &Machine,
-    rotor: &Rotor,
-    joint: Option<Ends>,
-) -> Result<PortRows, SpindleError> {
+pub(super) fn port_rows(machine: &Machine, rotor: &Rotor, joint: Option<Ends>) -> Result<PortRows, SpindleError> {
     let planes = &machine.spindle.planes;
-    let own = [
-        planes.front_sensor_m,
-        planes.front_actuator_m,
-        planes.rear_actuator_m,
-        planes.rear_sensor_m,
-    ];
+    let own = [planes.front_sensor_m, planes.front_actuator_m, planes.rear_actuator_m, planes.rear_sensor_m];
     let beside_m = BESIDE * planes.bearing_span_m();
     let beside = own.iter().flat_map(|z| [z - beside_m, z + beside_m]);
     let ports: Vec<f64> = [machine.tool_plane_m(), rotor.from_m()]
@@ -72,11 +63,7 @@ pub(super) fn port_rows(
         rows.push(vec![(2 * a, 1.0), (2 * b, -1.0)]);
         rows.push(vec![(2 * a + 1, 1.0), (2 * b + 1, -1.0)]);
     }
-    Ok(PortRows {
-        rows,
-        own: ports.len(),
-        joint: joint.is_some(),
-    })
+    Ok(PortRows { rows, own: ports.len(), joint: joint.is_some() })
 }
 
 /// Forces at the ports, and those by which a changed modulus bends the lowest modes, dofs × forces; with the number of
@@ -105,9 +92,7 @@ pub(super) fn static_forces(
         let (stiffness, dofs) = rotor.element_stiffness(element);
         for mode in 0..bent {
             for r in 0..4 {
-                let force: f64 = (0..4)
-                    .map(|c| stiffness[(r, c)] * modes.shapes[(dofs[c], RIGID + mode)])
-                    .sum();
+                let force: f64 = (0..4).map(|c| stiffness[(r, c)] * modes.shapes[(dofs[c], RIGID + mode)]).sum();
                 forces[(dofs[r], own + group * bent + mode)] += force;
             }
         }
@@ -139,28 +124,20 @@ pub(super) fn independent_part(
             if own > 0.0 { weight(i) / own } else { 0.0 }
         })
         .collect();
-    let gram = Mat::from_fn(candidates, candidates, |i, j| {
-        gram[(i, j)] * scale[i] * scale[j]
-    });
+    let gram = Mat::from_fn(candidates, candidates, |i, j| gram[(i, j)] * scale[i] * scale[j]);
     let (values, vectors) = symmetric_eigen(&gram)?;
     let largest = values.last().copied().unwrap_or(0.0);
-    let used: Vec<usize> = (0..candidates)
-        .rev()
-        .filter(|i| values[*i] > INDEPENDENT * largest)
-        .take(directions)
-        .collect();
-    let combine = Mat::from_fn(candidates, used.len(), |i, j| {
-        scale[i] * vectors[(i, used[j])] / values[used[j]].sqrt()
-    });
+    let used: Vec<usize> =
+        (0..candidates).rev().filter(|i| values[*i] > INDEPENDENT * largest).take(directions).collect();
+    let combine =
+        Mat::from_fn(candidates, used.len(), |i, j| scale[i] * vectors[(i, used[j])] / values[used[j]].sqrt());
     Ok(&rest * combine)
 }
 
 /// Columns of two matrices side by side.
 pub(super) fn beside(a: &Mat<f64>, b: &Mat<f64>) -> Mat<f64> {
     let n = a.ncols();
-    Mat::from_fn(a.nrows(), n + b.ncols(), |i, j| {
-        if j < n { a[(i, j)] } else { b[(i, j - n)] }
-    })
+    Mat::from_fn(a.nrows(), n + b.ncols(), |i, j| if j < n { a[(i, j)] } else { b[(i, j - n)] })
 }
 
 /// Strains B of every element group in the coordinates `shapes`, coordinates × two per element, exactly zero for the
@@ -201,20 +178,12 @@ pub(super) fn group_strains(
 
 /// What a row over the freedoms of the shaft reads of the coordinates `shapes`.
 pub(super) fn over_coordinates(row: &[(usize, f64)], shapes: &Mat<f64>) -> Vec<f64> {
-    (0..shapes.ncols())
-        .map(|k| row.iter().map(|(dof, a)| a * shapes[(*dof, k)]).sum())
-        .collect()
+    (0..shapes.ncols()).map(|k| row.iter().map(|(dof, a)| a * shapes[(*dof, k)]).sum()).collect()
 }
 
 /// The symmetric part, exactly zero for the rigid coordinates.
 pub(super) fn without_rigid(a: &Mat<f64>) -> Mat<f64> {
-    Mat::from_fn(a.nrows(), a.ncols(), |i, j| {
-        if i < RIGID || j < RIGID {
-            0.0
-        } else {
-            0.5 * (a[(i, j)] + a[(j, i)])
-        }
-    })
+    Mat::from_fn(a.nrows(), a.ncols(), |i, j| if i < RIGID || j < RIGID { 0.0 } else { 0.5 * (a[(i, j)] + a[(j, i)]) })
 }
 
 /// Relative translation and rotation of a joint in the coordinates `shapes`, exactly zero for the rigid ones.

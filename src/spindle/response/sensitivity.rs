@@ -61,9 +61,7 @@ impl Assembled {
             }
             Term::Loss => {
                 let seen = w - self.speed_rad_s;
-                self.through(behind, modes, |k| {
-                    c64::new(0.0, seen * self.omega[k] * self.omega[k])
-                })
+                self.through(behind, modes, |k| c64::new(0.0, seen * self.omega[k] * self.omega[k]))
             }
             Term::Gyroscopic => {
                 let own = self.gyroscopic.as_ref();
@@ -74,13 +72,7 @@ impl Assembled {
     }
 
     /// Derivative of the entry between ports o and i to what acts at ports.
-    fn at_ports(
-        &self,
-        (at, w, first): (&Planar, f64, usize),
-        term: Term,
-        o: usize,
-        i: usize,
-    ) -> c64 {
+    fn at_ports(&self, (at, w, first): (&Planar, f64, usize), term: Term, o: usize, i: usize) -> c64 {
         let h = |a: usize, b: usize| at.entry(a, b);
         // A law at a place whose slope port moves it.
         let moved = |q: usize, slope: usize| h(o, slope) * h(q, i) + h(o, q) * h(slope, i);
@@ -114,8 +106,7 @@ impl Assembled {
                     _ => c64::new(0.0, 2.0 * own * w) / spring,
                 };
                 // Bearings and sensors stand on the housing, the tool does not.
-                let on =
-                    |port: usize| c64::new(f64::from(u8::from(ON_HOUSING.contains(&port))), 0.0);
+                let on = |port: usize| c64::new(f64::from(u8::from(ON_HOUSING.contains(&port))), 0.0);
                 let ks = self.negative_stiffness();
                 let (mut left, mut right) = (on(o), on(i));
                 for (magnet, ks) in MAGNETS.into_iter().zip(ks) {

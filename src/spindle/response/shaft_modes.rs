@@ -18,10 +18,7 @@ pub(super) struct Modes {
 ///
 /// # Errors
 /// [`SpindleError::Numeric`] when an iteration fails, or when negative masses take away more than there is.
-pub(super) fn modes(
-    stiffness: &Mat<f64>,
-    masses: &[(Vec<f64>, f64)],
-) -> Result<Modes, SpindleError> {
+pub(super) fn modes(stiffness: &Mat<f64>, masses: &[(Vec<f64>, f64)]) -> Result<Modes, SpindleError> {
     let n = stiffness.nrows();
     let mut omega = vec![0.0; RIGID];
     if masses.is_empty() {
@@ -42,11 +39,7 @@ pub(super) fn modes(
     let first = a.sqrt();
     let second = (d - b * b / a).sqrt();
     if !(first > 0.0 && second > 0.0) {
-        return Err(NumericError::Singular {
-            what: "mass of the shaft with negative added masses",
-            rcond: 0.0,
-        }
-        .into());
+        return Err(NumericError::Singular { what: "mass of the shaft with negative added masses", rcond: 0.0 }.into());
     }
     let mut rigid = Mat::zeros(n, RIGID);
     rigid[(0, 0)] = first.recip();

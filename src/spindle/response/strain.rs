@@ -24,13 +24,7 @@ pub(super) struct Strain {
 impl Strain {
     /// Strains of groups whose stiffness is `scale` times their own, in the modes of the shaft with port amplitudes
     /// `ports`.
-    pub(super) fn new(
-        shaft: &ReducedShaft,
-        scale: &[f64],
-        modes: &Modes,
-        ports: &[Vec<f64>],
-        dynamic: usize,
-    ) -> Self {
+    pub(super) fn new(shaft: &ReducedShaft, scale: &[f64], modes: &Modes, ports: &[Vec<f64>], dynamic: usize) -> Self {
         let (turned, omega) = (&modes.shapes, &modes.omega);
         let (n, count) = (turned.ncols(), shaft.strains.ncols());
         let mut amplitude = vec![1.0; count];
@@ -39,18 +33,13 @@ impl Strain {
         }
         let own = Mat::from_fn(n, count, |i, r| shaft.strains[(i, r)] * amplitude[r]);
         let turned = own.transpose() * turned;
-        let follow = Mat::from_fn(n - dynamic, ports.len(), |k, q| {
-            ports[q][dynamic + k] / omega[dynamic + k].powi(2)
-        });
+        let follow = Mat::from_fn(n - dynamic, ports.len(), |k, q| ports[q][dynamic + k] / omega[dynamic + k].powi(2));
         let above = turned.subcols(dynamic, n - dynamic) * follow;
         let strains = Mat::from_fn(count, dynamic + ports.len(), |r, c| match c < dynamic {
             true => turned[(r, c)],
             false => above[(r, c - dynamic)],
         });
-        Self {
-            of_group: shaft.strains_of_group.clone(),
-            strains,
-        }
+        Self { of_group: shaft.strains_of_group.clone(), strains }
     }
 
     /// ∂H to the logarithm of every group's stiffness and to the mesh, each n × n row-major, one behind the other.
@@ -73,9 +62,7 @@ impl Strain {
             }
         }
         let strains = &self.strains * coordinates;
-        let part = |i: usize, part: usize, range: &Range<usize>| {
-            &strains.col_as_slice(4 * i + part)[range.clone()]
-        };
+        let part = |i: usize, part: usize, range: &Range<usize>| &strains.col_as_slice(4 * i + part)[range.clone()];
         let mut slopes = Vec::with_capacity(self.of_group.len() * n * n);
         for range in &self.of_group {
             for o in 0..n {

@@ -57,9 +57,7 @@ impl Number {
     /// The derivative times a factor.
     pub fn scaled(mut self, by: f64) -> Self {
         match &mut self {
-            Self::Shaft(sum) | Self::InPlane(sum, _) => {
-                sum.iter_mut().for_each(|(factor, _)| *factor *= by)
-            }
+            Self::Shaft(sum) | Self::InPlane(sum, _) => sum.iter_mut().for_each(|(factor, _)| *factor *= by),
             Self::Electronics(change) => change.factor *= by,
         }
         self

@@ -20,24 +20,13 @@ use std::f64::consts::{PI, TAU};
 fn machines() -> Vec<Machine> {
     let own = |name: &str| {
         let root = env!("CARGO_MANIFEST_DIR");
-        load_machine(
-            &format!("{root}/tests/data/spindles/{name}.yaml"),
-            "paper-tool",
-        )
-        .unwrap()
+        load_machine(&format!("{root}/tests/data/spindles/{name}.yaml"), "paper-tool").unwrap()
     };
-    vec![
-        load_machine("reference", "paper-tool").unwrap(),
-        own("s06-strong-ks"),
-        own("s12-big-discs"),
-    ]
+    vec![load_machine("reference", "paper-tool").unwrap(), own("s06-strong-ks"), own("s12-big-discs")]
 }
 
 fn benchmark(uncertainty: Uncertainty) -> Weights {
-    Weights {
-        uncertainty,
-        ..load_weights("benchmark").unwrap()
-    }
+    Weights { uncertainty, ..load_weights("benchmark").unwrap() }
 }
 
 fn part(m: &Mat<c64>, r: usize, c: usize, h: usize, w: usize) -> Mat<c64> {
@@ -48,11 +37,7 @@ fn part(m: &Mat<c64>, r: usize, c: usize, h: usize, w: usize) -> Mat<c64> {
 fn closed_above(m: &Mat<c64>, delta: &[c64]) -> Mat<c64> {
     let n = delta.len();
     let (rows, columns) = (m.nrows() - n, m.ncols() - n);
-    let errors = Mat::from_fn(
-        n,
-        n,
-        |i, j| if i == j { delta[i] } else { c64::new(0.0, 0.0) },
-    );
+    let errors = Mat::from_fn(n, n, |i, j| if i == j { delta[i] } else { c64::new(0.0, 0.0) });
     let difference = Mat::<c64>::identity(n, n) - part(m, 0, 0, n, n) * &errors;
     let inner = solve_complex(&difference, &part(m, 0, n, n, columns));
     part(m, n, n, rows, columns) + part(m, n, 0, rows, n) * (errors * inner)
@@ -64,8 +49,7 @@ fn the_problem_closed_with_an_error_is_that_of_the_machine_that_has_it() {
     let (ki, ks) = (0.07, 0.12);
     let (force, stiffness) = ([0.6, -0.9], [-0.4, 0.8]);
     let (levels, additive) = ([0.03, 0.8, 1500.0], [2e-6, 4e-7, 700.0]);
-    let shape =
-        |[low, high, crossover_hz]: [f64; 3]| Shape::level_change(low, high, crossover_hz).unwrap();
+    let shape = |[low, high, crossover_hz]: [f64; 3]| Shape::level_change(low, high, crossover_hz).unwrap();
     let (actuator, sensor) = (c64::new(0.3, -0.5), c64::new(-0.2, 0.7));
     for machine in machines() {
         let uncertain = benchmark(Uncertainty {
@@ -148,9 +132,7 @@ fn of_two(m: &Mat<c64>, turns: &[c64]) -> f64 {
 
 #[test]
 fn mu_of_two_errors_alone_is_the_largest_spectral_radius_over_their_phases() {
-    let turns: Vec<c64> = (0..180)
-        .map(|k| c64::from_polar(1.0, TAU * f64::from(k) / 180.0))
-        .collect();
+    let turns: Vec<c64> = (0..180).map(|k| c64::from_polar(1.0, TAU * f64::from(k) / 180.0)).collect();
     let wider = |l: &Limits| Limits {
         max_dc_displacement_m: 1e4 * l.max_dc_displacement_m,
         max_hf_displacement_m: 1e4 * l.max_hf_displacement_m,
@@ -163,18 +145,9 @@ fn mu_of_two_errors_alone_is_the_largest_spectral_radius_over_their_phases() {
         let plant = Plant::new(&machine, 0.0, ModelDetail::Full).unwrap();
         let ks = [&machine.spindle.front, &machine.spindle.rear].map(|b| b.ks_n_per_m);
         let kinds = [
-            Uncertainty {
-                force_constant: 0.2,
-                ..Uncertainty::default()
-            },
-            Uncertainty {
-                negative_stiffness: 0.3,
-                ..Uncertainty::default()
-            },
-            Uncertainty {
-                delay_s: 0.5 * period_s,
-                ..Uncertainty::default()
-            },
+            Uncertainty { force_constant: 0.2, ..Uncertainty::default() },
+            Uncertainty { negative_stiffness: 0.3, ..Uncertainty::default() },
+            Uncertainty { delay_s: 0.5 * period_s, ..Uncertainty::default() },
         ];
         let last = 0.49 / period_s;
         // A peak of 0.4 % damping has a half-width of 0.4 % of its frequency: lines 0.04 % apart show it to 0.2 %.
@@ -218,11 +191,8 @@ fn mu_of_two_errors_alone_is_the_largest_spectral_radius_over_their_phases() {
                     }
                     _ => {
                         let drive = pick(h, places, signals) * faer::Scale(c64::new(hold, 0.0));
-                        let closed =
-                            pick(h, places, forces) + drive * (&r * pick(h, signals, forces));
-                        Mat::from_fn(2, 2, |i, j| {
-                            closed[(i, j)] * ks[j] * uncertainty.negative_stiffness
-                        })
+                        let closed = pick(h, places, forces) + drive * (&r * pick(h, signals, forces));
+                        Mat::from_fn(2, 2, |i, j| closed[(i, j)] * ks[j] * uncertainty.negative_stiffness)
                     }
                 }
             };
@@ -248,10 +218,7 @@ fn mu_of_two_errors_alone_is_the_largest_spectral_radius_over_their_phases() {
 fn the_cover_of_a_delay_is_above_its_error_and_touches_it_at_low_frequency() {
     let machine = load_machine("reference", "paper-tool").unwrap();
     let delay_s = 3e-5;
-    let weights = benchmark(Uncertainty {
-        delay_s,
-        ..Uncertainty::default()
-    });
+    let weights = benchmark(Uncertainty { delay_s, ..Uncertainty::default() });
     let plane = design_plane(&machine, 4, &[], Route::Emulation { pade_order: 3 }).unwrap();
     let problem = generalized_plane(&plane, &[], &weights, WeightPlane::Laplace).unwrap();
     let first_current = problem.disturbances();
@@ -269,10 +236,7 @@ fn the_cover_of_a_delay_is_above_its_error_and_touches_it_at_low_frequency() {
 #[test]
 fn negative_stiffness_of_no_machine_is_an_error() {
     let machine = load_machine("reference", "paper-tool").unwrap();
-    let weights = benchmark(Uncertainty {
-        negative_stiffness: 0.1,
-        ..Uncertainty::default()
-    });
+    let weights = benchmark(Uncertainty { negative_stiffness: 0.1, ..Uncertainty::default() });
     let plane = design_plane(&machine, 4, &[], Route::Emulation { pade_order: 3 }).unwrap();
     let problem = |weights: &Weights| generalized_plane(&plane, &[], weights, WeightPlane::Laplace);
     assert!(problem(&weights).is_err());
@@ -281,11 +245,7 @@ fn negative_stiffness_of_no_machine_is_an_error() {
 
 #[test]
 fn a_file_says_what_is_uncertain_and_is_refused_with_its_key() {
-    let table = std::fs::read_to_string(format!(
-        "{}/weights/benchmark.yaml",
-        env!("CARGO_MANIFEST_DIR")
-    ))
-    .unwrap();
+    let table = std::fs::read_to_string(format!("{}/weights/benchmark.yaml", env!("CARGO_MANIFEST_DIR"))).unwrap();
     let with = |lines: &str| read_weights("own.yaml", &format!("{table}\nuncertainty:\n{lines}"));
     let read = with("  actuator: {low: 0.02, high: 0.5, crossover_hz: 2000}\n  delay_s: 1.0e-5\n");
     let uncertainty = read.unwrap().uncertainty;
@@ -295,15 +255,9 @@ fn a_file_says_what_is_uncertain_and_is_refused_with_its_key() {
     assert!(uncertainty.sensor.is_none());
     for (lines, key) in [
         ("  force_constant: 1.5\n", "uncertainty.force_constant"),
-        (
-            "  negative_stiffness: -0.1\n",
-            "uncertainty.negative_stiffness",
-        ),
+        ("  negative_stiffness: -0.1\n", "uncertainty.negative_stiffness"),
         ("  delay_s: 0\n", "uncertainty.delay_s"),
-        (
-            "  sensor: {low_m_per_a: 0, high_m_per_a: 1.0e-7, crossover_hz: 100}\n",
-            "uncertainty.sensor.low_m_per_a",
-        ),
+        ("  sensor: {low_m_per_a: 0, high_m_per_a: 1.0e-7, crossover_hz: 100}\n", "uncertainty.sensor.low_m_per_a"),
     ] {
         let message = with(lines).unwrap_err().to_string();
         assert!(message.contains(key), "{message}");

@@ -19,19 +19,13 @@ fn table() -> String {
 }
 
 fn with(lines: &str) -> Weights {
-    read_weights(
-        "own.yaml",
-        &format!("{}\nover_frequency:\n{lines}", table()),
-    )
-    .unwrap()
+    read_weights("own.yaml", &format!("{}\nover_frequency:\n{lines}", table())).unwrap()
 }
 
 /// |Σ cₖ sᵏ| at jω, falling powers.
 fn size(coefficients: &[f64], omega: f64) -> f64 {
     let s = c64::new(0.0, omega);
-    let sum = coefficients
-        .iter()
-        .fold(c64::new(0.0, 0.0), |all, c| all * s + c64::new(*c, 0.0));
+    let sum = coefficients.iter().fold(c64::new(0.0, 0.0), |all, c| all * s + c64::new(*c, 0.0));
     sum.norm()
 }
 
@@ -55,10 +49,7 @@ fn a_transfer_function_has_the_magnitude_of_its_polynomials() {
         for hz in frequencies() {
             let expected = size(over, TAU * hz) / size(under, TAU * hz);
             let found = shape.magnitude(TAU * hz);
-            assert!(
-                (found / expected - 1.0).abs() < 1e-9,
-                "{over:?} {hz} {found} {expected}"
-            );
+            assert!((found / expected - 1.0).abs() < 1e-9, "{over:?} {hz} {found} {expected}");
             let realised = system.at(TAU * hz)[(0, 0)].norm();
             assert!((realised / expected - 1.0).abs() < 1e-9, "{over:?} {hz}");
         }
@@ -87,18 +78,11 @@ fn levels_written_as_transfer_functions_are_the_same_problem() {
     );
     let levels = read_weights("benchmark", &table()).unwrap();
     let curves = with(&lines);
-    let looser = Widening {
-        tool: 1.5,
-        front: 2.0,
-        rear: 3.0,
-        current: 4.0,
-    };
+    let looser = Widening { tool: 1.5, front: 2.0, rear: 3.0, current: 4.0 };
     let machine = load_machine("reference", "paper-tool").unwrap();
     let plane = design_plane(&machine, 5, &[], Route::Emulation { pade_order: 3 }).unwrap();
     for widening in [Widening::NONE, looser] {
-        let problem = |w: &Weights| {
-            generalized_plane(&plane, &[], &widening.apply(w), WeightPlane::Laplace).unwrap()
-        };
+        let problem = |w: &Weights| generalized_plane(&plane, &[], &widening.apply(w), WeightPlane::Laplace).unwrap();
         let (one, other) = (problem(&levels), problem(&curves));
         for hz in [0.3, 20.0, 90.0, 800.0, 2900.0, 40_000.0] {
             let (a, b) = (one.system.at(TAU * hz), other.system.at(TAU * hz));
@@ -122,10 +106,7 @@ fn second_order_weights_have_their_magnitude_over_true_frequency() {
         for share in [0.001, 0.05, 0.3, 0.7] {
             for zeta in [0.05, 0.3, 0.95] {
                 let corner = share * PI * rate_hz;
-                let pair = |omega_rad_s: f64, damping: f64| Root {
-                    omega_rad_s,
-                    damping: Some(damping),
-                };
+                let pair = |omega_rad_s: f64, damping: f64| Root { omega_rad_s, damping: Some(damping) };
                 let peak = Shape::from_roots(3.0, &[pair(corner, 0.97)], &[pair(corner, zeta)]);
                 let notch = Shape::from_roots(3.0, &[pair(corner, zeta)], &[pair(corner, 0.97)]);
                 let falling = Shape::from_roots(3.0, &[], &[pair(corner, zeta)]);
@@ -138,8 +119,7 @@ fn second_order_weights_have_their_magnitude_over_true_frequency() {
                     for k in 1..4000 {
                         let share = f64::from(k) / 4000.0;
                         let v = 2.0 / period_s * (0.5 * PI * share).tan();
-                        let ratio =
-                            fit.system.at(v)[(0, 0)].norm() / shape.magnitude(share * PI * rate_hz);
+                        let ratio = fit.system.at(v)[(0, 0)].norm() / shape.magnitude(share * PI * rate_hz);
                         let allowed = 1.0 - 1e-9..=1.0 + fit.largest_excess + 1e-9;
                         assert!(
                             allowed.contains(&ratio),
@@ -164,21 +144,12 @@ fn second_order_weights_have_their_magnitude_over_true_frequency() {
 fn a_weight_by_points_is_nowhere_below_them() {
     let tables: [&[[f64; 2]]; 4] = [
         &[[10.0, 40.0], [1000.0, 5.0]],
-        &[
-            [5.0, 40.0],
-            [40.0, 14.0],
-            [250.0, 5.0],
-            [700.0, 7.0],
-            [1200.0, 7.0],
-            [3000.0, 5.0],
-        ],
+        &[[5.0, 40.0], [40.0, 14.0], [250.0, 5.0], [700.0, 7.0], [1200.0, 7.0], [3000.0, 5.0]],
         &[[100.0, 1e-6], [300.0, 1e-5]],
         &[[1.0, 2.0], [2.0, 2.0]],
     ];
     for points in tables {
-        let lines = format!(
-            "  front_load_n: {{points: {points:?}}}\n  rear_displacement_m: {{points: {points:?}}}\n"
-        );
+        let lines = format!("  front_load_n: {{points: {points:?}}}\n  rear_displacement_m: {{points: {points:?}}}\n");
         let weights = with(&lines);
         let load = weights.load_weight(1).unwrap();
         let displacement = weights.displacement_weight(2).unwrap();
@@ -213,65 +184,20 @@ fn a_weight_by_points_is_nowhere_below_them() {
 
 #[test]
 fn curves_that_are_none_are_refused_with_their_key() {
-    let read = |lines: &str| {
-        read_weights(
-            "own.yaml",
-            &format!("{}\nover_frequency:\n{lines}", table()),
-        )
-    };
+    let read = |lines: &str| read_weights("own.yaml", &format!("{}\nover_frequency:\n{lines}", table()));
     for (lines, key, word) in [
         ("  tool_load_n: {}\n", "tool_load_n", "points"),
         ("  tool_load_n: {points: [[1, 2]]}\n", "tool_load_n", "2 to"),
-        (
-            "  tool_load_n: {points: [[10, 2], [5, 1]]}\n",
-            "tool_load_n",
-            "points[1]",
-        ),
-        (
-            "  current_a: {points: [[10, 2], [50, -1]]}\n",
-            "current_a",
-            "points[1]",
-        ),
-        (
-            "  current_a: {points: [[10, 2], [50, 1]], numerator: [1]}\n",
-            "current_a",
-            "either",
-        ),
-        (
-            "  tool_load_n: {numerator: [1, 1], denominator: [1]}\n",
-            "tool_load_n",
-            "more zeros",
-        ),
-        (
-            "  current_a: {numerator: [1], denominator: [1, 1]}\n",
-            "current_a",
-            "more poles",
-        ),
-        (
-            "  rear_load_n: {numerator: [1, -2], denominator: [1, 1]}\n",
-            "rear_load_n",
-            "left half plane",
-        ),
-        (
-            "  rear_load_n: {numerator: [1, 2], denominator: [1, 0]}\n",
-            "rear_load_n",
-            "denominator",
-        ),
-        (
-            "  rear_load_n: {numerator: [], denominator: [1, 1]}\n",
-            "rear_load_n",
-            "numerator",
-        ),
-        (
-            "  front_load_n: {points: [[100, 1], [101, 50], [102, 1]]}\n",
-            "front_load_n",
-            "misses",
-        ),
-        (
-            "  top_load_n: {points: [[1, 1], [2, 1]]}\n",
-            "top_load_n",
-            "unknown field",
-        ),
+        ("  tool_load_n: {points: [[10, 2], [5, 1]]}\n", "tool_load_n", "points[1]"),
+        ("  current_a: {points: [[10, 2], [50, -1]]}\n", "current_a", "points[1]"),
+        ("  current_a: {points: [[10, 2], [50, 1]], numerator: [1]}\n", "current_a", "either"),
+        ("  tool_load_n: {numerator: [1, 1], denominator: [1]}\n", "tool_load_n", "more zeros"),
+        ("  current_a: {numerator: [1], denominator: [1, 1]}\n", "current_a", "more poles"),
+        ("  rear_load_n: {numerator: [1, -2], denominator: [1, 1]}\n", "rear_load_n", "left half plane"),
+        ("  rear_load_n: {numerator: [1, 2], denominator: [1, 0]}\n", "rear_load_n", "denominator"),
+        ("  rear_load_n: {numerator: [], denominator: [1, 1]}\n", "rear_load_n", "numerator"),
+        ("  front_load_n: {points: [[100, 1], [101, 50], [102, 1]]}\n", "front_load_n", "misses"),
+        ("  top_load_n: {points: [[1, 1], [2, 1]]}\n", "top_load_n", "unknown field"),
     ] {
         let told = read(lines).unwrap_err().to_string();
         assert!(told.contains(key) && told.contains(word), "{lines}: {told}");

@@ -28,18 +28,13 @@ fn level_change_meets_both_levels_and_the_crossing() {
     assert!((w.magnitude(1e12) * 2.5 / 100.0 - 1.0).abs() < 1e-6);
     assert!((w.magnitude(TAU * 3000.0) * 2.5 - 2.0 / 1.01).abs() < 1e-9);
     // Loads in N, displacements by their reciprocal, those of the tool tightened.
-    weights.tool = Limits {
-        max_dc_load_n: 40.0,
-        max_hf_load_n: 5.0,
-        max_dc_displacement_m: 1e-5,
-        max_hf_displacement_m: 4e-6,
-    };
+    weights.tool =
+        Limits { max_dc_load_n: 40.0, max_hf_load_n: 5.0, max_dc_displacement_m: 1e-5, max_hf_displacement_m: 4e-6 };
     let (load, displacement) = (weights.load_weight(0), weights.displacement_weight(0));
     let ends = |w: &muspin::augment::shape::Shape| [w.magnitude(1e-9), w.magnitude(1e12)];
-    for (found, expected) in [
-        (ends(&load.unwrap()), [40.0, 5.0]),
-        (ends(&displacement.unwrap()), [1.25e5, 1.25 / 4e-6]),
-    ] {
+    for (found, expected) in
+        [(ends(&load.unwrap()), [40.0, 5.0]), (ends(&displacement.unwrap()), [1.25e5, 1.25 / 4e-6])]
+    {
         for (f, e) in found.into_iter().zip(expected) {
             assert!((f / e - 1.0).abs() < 1e-6, "{f} {e}");
         }

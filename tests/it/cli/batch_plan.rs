@@ -48,11 +48,7 @@ fn write_row(folder: &Path, row: &Row) {
 fn a_variant_differs_from_the_drawing_in_its_quantity_alone() {
     let machine = load_machine("reference", "paper-tool").unwrap();
     for (quantity, name) in Quantity::ALL {
-        let variation = Variation {
-            quantity,
-            name,
-            relative: 0.1,
-        };
+        let variation = Variation { quantity, name, relative: 0.1 };
         let all = variants(&machine, &[variation]);
         assert_eq!(all.len(), 3, "{name}");
         assert_eq!(all[0].1, machine);
@@ -82,14 +78,7 @@ fn a_plan_holds_the_files_and_the_command_of_every_variant() {
     let place = tempfile::tempdir().unwrap();
     let out = place.path().join("plan");
     muspin()
-        .args([
-            "batch",
-            "--tools",
-            "paper-tool,endmill-16",
-            "--vary",
-            "ki=±3%,delay=10%",
-            "--quick",
-        ])
+        .args(["batch", "--tools", "paper-tool,endmill-16", "--vary", "ki=±3%,delay=10%", "--quick"])
         .arg("--plan")
         .arg(&out)
         .assert()
@@ -97,11 +86,7 @@ fn a_plan_holds_the_files_and_the_command_of_every_variant() {
     let commands = std::fs::read_to_string(out.join("commands.txt")).unwrap();
     let lines: Vec<&str> = commands.lines().collect();
     assert_eq!(lines.len(), 10);
-    assert!(
-        std::fs::read_to_string(out.join("slurm.sh"))
-            .unwrap()
-            .contains("--array=1-10\n")
-    );
+    assert!(std::fs::read_to_string(out.join("slurm.sh")).unwrap().contains("--array=1-10\n"));
     let nominal = load_spindle("reference").unwrap();
     let varied = out.join("variants/endmill-16-ki-plus-3");
     let spindle = load_spindle(varied.join("spindle.yaml").to_str().unwrap()).unwrap();
@@ -109,18 +94,9 @@ fn a_plan_holds_the_files_and_the_command_of_every_variant() {
     assert_eq!(spindle.electronics, nominal.electronics);
     // Each command reads files of the plan, and its tool has the name of the variant's folder.
     for line in lines {
-        let tool = line
-            .split('\'')
-            .find(|word| word.ends_with("tool.yaml"))
-            .unwrap();
+        let tool = line.split('\'').find(|word| word.ends_with("tool.yaml")).unwrap();
         let text = std::fs::read_to_string(out.join(tool)).unwrap();
-        let name = Path::new(tool)
-            .parent()
-            .unwrap()
-            .file_name()
-            .unwrap()
-            .to_str()
-            .unwrap();
+        let name = Path::new(tool).parent().unwrap().file_name().unwrap().to_str().unwrap();
         assert!(text.contains(&format!("name: {name}\n")), "{text}");
         assert!(line.contains("--no-table --quick"));
     }
@@ -128,12 +104,7 @@ fn a_plan_holds_the_files_and_the_command_of_every_variant() {
 
 #[test]
 fn a_variation_that_makes_no_sense_is_refused() {
-    for (given, part) in [
-        ("ki", "no '='"),
-        ("kj=3%", "none of"),
-        ("ki=-3%", "percentage"),
-        ("ki=80%", "percentage"),
-    ] {
+    for (given, part) in [("ki", "no '='"), ("kj=3%", "none of"), ("ki=-3%", "percentage"), ("ki=80%", "percentage")] {
         let place = tempfile::tempdir().unwrap();
         let failed = muspin()
             .args(["batch", "--tools", "paper-tool", "--vary", given, "--plan"])
@@ -141,10 +112,7 @@ fn a_variation_that_makes_no_sense_is_refused() {
             .assert()
             .code(2);
         let message = String::from_utf8_lossy(&failed.get_output().stderr).into_owned();
-        assert!(
-            message.contains(given) && message.contains(part),
-            "{message}"
-        );
+        assert!(message.contains(given) && message.contains(part), "{message}");
         assert!(!place.path().join("plan").exists());
     }
 }
@@ -153,20 +121,11 @@ fn a_variation_that_makes_no_sense_is_refused() {
 fn the_table_of_finished_folders_names_those_that_are_missing() {
     let place = tempfile::tempdir().unwrap();
     let plan = place.path().join("plan");
-    muspin()
-        .args(["batch", "--tools", "paper-tool,endmill-16", "--plan"])
-        .arg(&plan)
-        .assert()
-        .code(0);
+    muspin().args(["batch", "--tools", "paper-tool,endmill-16", "--plan"]).arg(&plan).assert().code(0);
     let out = place.path().join("table");
     let collect = || {
         let mut command = muspin();
-        command
-            .arg("batch")
-            .arg("--collect")
-            .arg(&plan)
-            .arg("--out")
-            .arg(&out);
+        command.arg("batch").arg("--collect").arg(&plan).arg("--out").arg(&out);
         command.assert()
     };
     let nothing = collect().code(2);
@@ -176,33 +135,17 @@ fn the_table_of_finished_folders_names_those_that_are_missing() {
     write_row(&results, &finished("paper-tool", 3.5e6));
     let partly = collect().code(1);
     let table = String::from_utf8_lossy(&partly.get_output().stdout).into_owned();
-    assert!(
-        table.contains("endmill-16") && table.contains("not finished"),
-        "{table}"
-    );
+    assert!(table.contains("endmill-16") && table.contains("not finished"), "{table}");
     write_row(&results, &finished("endmill-16", 2.5e6));
     collect().code(0);
     let mut table = csv::Reader::from_path(out.join("tools.csv")).unwrap();
     let header = table.headers().unwrap().clone();
     let place_of = |name: &str| header.iter().position(|h| h == name).unwrap();
-    let minima: Vec<f64> = table
-        .records()
-        .map(|r| {
-            r.unwrap()[place_of("minimum_stiffness_mu_n_per_m")]
-                .parse()
-                .unwrap()
-        })
-        .collect();
+    let minima: Vec<f64> =
+        table.records().map(|r| r.unwrap()[place_of("minimum_stiffness_mu_n_per_m")].parse().unwrap()).collect();
     assert_eq!(minima, [3.5e6, 2.5e6]);
     assert!(out.join("plots/tools_stiffness.svg").is_file());
     // A batch folder without a plan is collected as well.
     let other = place.path().join("other");
-    muspin()
-        .arg("batch")
-        .arg("--collect")
-        .arg(&results)
-        .arg("--out")
-        .arg(&other)
-        .assert()
-        .code(0);
+    muspin().arg("batch").arg("--collect").arg(&results).arg("--out").arg(&other).assert().code(0);
 }

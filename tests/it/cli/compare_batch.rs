@@ -6,9 +6,7 @@ use serde_json::Value;
 use std::path::{Path, PathBuf};
 
 fn reference(file: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("results/reference")
-        .join(file)
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("results/reference").join(file)
 }
 
 fn muspin() -> Command {
@@ -31,24 +29,16 @@ fn compare_shows_what_the_reference_run_found() {
         .arg(&out)
         .output()
         .unwrap();
-    assert_eq!(
-        output.status.code(),
-        Some(0),
-        "{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
     let found: Value = serde_json::from_slice(&output.stdout).unwrap();
-    let run: Value =
-        serde_json::from_slice(&std::fs::read(reference("summary.json")).unwrap()).unwrap();
+    let run: Value = serde_json::from_slice(&std::fs::read(reference("summary.json")).unwrap()).unwrap();
     for name in ["mu", "pid"] {
         let key = format!("/stiffness/{name}/minimum_n_per_m");
         let (a, b) = (found.pointer(&key).unwrap(), run.pointer(&key).unwrap());
         // The same plant, law and grid; the files hold every digit.
         let ratio = a.as_f64().unwrap() / b.as_f64().unwrap();
         assert!((ratio - 1.0).abs() < 1e-6, "{name}: {ratio}");
-        let depth = found
-            .pointer(&format!("/chatter/{name}/minimum_depth_m"))
-            .unwrap();
+        let depth = found.pointer(&format!("/chatter/{name}/minimum_depth_m")).unwrap();
         assert!(depth.as_f64().unwrap() > 0.0);
         // Worst cases: rest, quarters and the top speed, then the least of them; bounds in order, the nominal value
         // above them.
@@ -67,33 +57,19 @@ fn compare_shows_what_the_reference_run_found() {
                 assert!(below <= attained && attained < 1.005 * below, "{minimum}");
                 smallest = smallest.min(below);
                 let nominal = a.as_f64().unwrap();
-                assert!(
-                    case["speed_rpm"] != 0.0 || below <= nominal * (1.0 + 1e-6),
-                    "{case}"
-                );
+                assert!(case["speed_rpm"] != 0.0 || below <= nominal * (1.0 + 1e-6), "{case}");
             }
         }
         assert_eq!(least, smallest);
         // The statements of figure 9.
         let first = found.pointer(&format!("/tool_plane/{name}/0")).unwrap();
-        let ten = first["tool_stiffness"]["x"]["at_10_hz_n_per_m"]
-            .as_f64()
-            .unwrap();
-        let same = found
-            .pointer(&format!("/stiffness/{name}/at_10_hz_n_per_m"))
-            .unwrap();
+        let ten = first["tool_stiffness"]["x"]["at_10_hz_n_per_m"].as_f64().unwrap();
+        let same = found.pointer(&format!("/stiffness/{name}/at_10_hz_n_per_m")).unwrap();
         assert!((ten / same.as_f64().unwrap() - 1.0).abs() < 1e-9);
         assert_eq!(first["flexible_modes"].as_array().unwrap().len(), 3);
-        assert!(
-            first["flexible_modes"][0]["damping_ratio"]
-                .as_f64()
-                .unwrap()
-                > 0.0
-        );
+        assert!(first["flexible_modes"][0]["damping_ratio"].as_f64().unwrap() > 0.0);
     }
-    let ratio = found
-        .pointer("/stiffness_ratio/mu_over_pid/0/minimum")
-        .unwrap();
+    let ratio = found.pointer("/stiffness_ratio/mu_over_pid/0/minimum").unwrap();
     assert!(ratio.as_f64().unwrap() > 0.0);
     for file in [
         "report.html",
@@ -127,17 +103,9 @@ fn a_hammer_record_stands_beside_the_prediction_of_its_loop() {
     let errors = String::from_utf8_lossy(&output.stderr).into_owned();
     let found: Value = serde_json::from_slice(&output.stdout).expect(&errors);
     let plane = found["tool_plane"].as_object().unwrap();
-    let (_, predicted) = plane
-        .iter()
-        .find(|(k, _)| !k.starts_with("measured"))
-        .unwrap();
-    let (_, measured) = plane
-        .iter()
-        .find(|(k, _)| k.starts_with("measured"))
-        .unwrap();
-    let at = |v: &Value, key: &str| {
-        v["tool_stiffness"].get("x").unwrap_or(&v["tool_stiffness"])[key].as_f64()
-    };
+    let (_, predicted) = plane.iter().find(|(k, _)| !k.starts_with("measured")).unwrap();
+    let (_, measured) = plane.iter().find(|(k, _)| k.starts_with("measured")).unwrap();
+    let at = |v: &Value, key: &str| v["tool_stiffness"].get("x").unwrap_or(&v["tool_stiffness"])[key].as_f64();
     // The record has an effect that the model lacks: the same size, not the same number.
     let key = "at_max_speed_n_per_m";
     let ratio = at(measured, key).unwrap() / at(&predicted[0], key).unwrap();
@@ -164,32 +132,19 @@ fn a_controller_that_does_not_levitate_is_a_missed_target() {
         .unwrap();
     assert_eq!(output.status.code(), Some(1));
     let errors = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(
-        errors.contains("unstable: the closed loop grows by"),
-        "{errors}"
-    );
+    assert!(errors.contains("unstable: the closed loop grows by"), "{errors}");
     let found: Value = serde_json::from_slice(&output.stdout).unwrap();
-    assert_eq!(
-        found.pointer("/stability/mu/stable"),
-        Some(&Value::Bool(false))
-    );
+    assert_eq!(found.pointer("/stability/mu/stable"), Some(&Value::Bool(false)));
 }
 
 #[test]
 fn batch_reads_every_tool_before_it_designs_and_writes_nothing_on_error() {
     let temporary = tempfile::tempdir().unwrap();
     let out = temporary.path().join("batch");
-    let output = muspin()
-        .args(["batch", "--tools", "paper-tool,endmil-10", "--out"])
-        .arg(&out)
-        .output()
-        .unwrap();
+    let output = muspin().args(["batch", "--tools", "paper-tool,endmil-10", "--out"]).arg(&out).output().unwrap();
     assert_eq!(output.status.code(), Some(2));
     let message = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(
-        message.contains("endmil-10") && message.contains("hint:"),
-        "{message}"
-    );
+    assert!(message.contains("endmil-10") && message.contains("hint:"), "{message}");
     assert!(!out.exists());
 }
 
@@ -205,30 +160,18 @@ mod long {
             let out = temporary.path().join(name);
             let tools = "endmill-16,paper-tool";
             let command = ["batch", "--tools", tools, "--quick", "--no-polish"];
-            let run = muspin()
-                .args(command)
-                .args(options)
-                .arg("--out")
-                .arg(&out)
-                .output()
-                .unwrap();
+            let run = muspin().args(command).args(options).arg("--out").arg(&out).output().unwrap();
             let errors = String::from_utf8(run.stderr).unwrap();
             (tree(&out), String::from_utf8(run.stdout).unwrap(), errors)
         };
         let (files, table, errors) = batch("three", &["--threads", "3"]);
         assert_eq!(errors, "");
         // The rows are in the order of the tools.
-        let tools: Vec<&str> = table
-            .lines()
-            .map(|l| l.split(',').next().unwrap())
-            .collect();
+        let tools: Vec<&str> = table.lines().map(|l| l.split(',').next().unwrap()).collect();
         assert_eq!(tools, ["tool", "endmill-16", "paper-tool"]);
         let (timed, timed_table, timings) = batch("timed", &["--timings", "--threads", "1"]);
         assert_eq!(table, timed_table);
-        assert_eq!(
-            files.keys().collect::<Vec<_>>(),
-            timed.keys().collect::<Vec<_>>()
-        );
+        assert_eq!(files.keys().collect::<Vec<_>>(), timed.keys().collect::<Vec<_>>());
         for (name, bytes) in &files {
             assert!(bytes == &timed[name], "{name} differs");
         }
@@ -267,10 +210,7 @@ mod long {
         for name in ["mu", "pid"] {
             let nominal = number(&format!("minimum_stiffness_{name}_n_per_m"));
             let worst = number(&format!("worst_stiffness_{name}_n_per_m"));
-            assert!(
-                worst > 0.0 && worst < nominal * 1.001,
-                "{name}: {worst} {nominal}"
-            );
+            assert!(worst > 0.0 && worst < nominal * 1.001, "{name}: {worst} {nominal}");
         }
         // A tool that meets the specification is asked for its slack only on demand.
         assert_eq!(cell("largest_tool_tightening"), "");

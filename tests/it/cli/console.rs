@@ -30,19 +30,9 @@ fn every_command_without_output_folder_has_a_text_and_a_json_answer() {
         let (code, text, _) = with("--text");
         assert_eq!(code, plain, "{case:?} {error}");
         let first = text.lines().next().unwrap_or_default();
-        assert!(
-            first.starts_with("done: ") || first.starts_with("target missed: "),
-            "{case:?}: {first}"
-        );
-        assert!(
-            text.lines().count() < 40,
-            "{case:?}: {} lines",
-            text.lines().count()
-        );
-        assert!(
-            !text.contains('\u{1b}'),
-            "{case:?}: no colours without a terminal"
-        );
+        assert!(first.starts_with("done: ") || first.starts_with("target missed: "), "{case:?}: {first}");
+        assert!(text.lines().count() < 40, "{case:?}: {} lines", text.lines().count());
+        assert!(!text.contains('\u{1b}'), "{case:?}: no colours without a terminal");
         let (code, json, _) = with("--json");
         assert_eq!(code, plain, "{case:?}");
         let parsed: Result<Value, _> = serde_json::from_str(&json);
@@ -59,21 +49,12 @@ fn a_pipe_has_the_data_as_before() {
     let (_, json, _) = muspin(&["modes", "--speeds", "0,10000", "--json"], &here());
     assert_eq!(piped, json);
     let (_, piped, _) = muspin(&["frf", "--points", "3"], &here());
-    assert!(
-        piped.starts_with("frequency_hz,g_11_re,g_11_im,"),
-        "{piped}"
-    );
+    assert!(piped.starts_with("frequency_hz,g_11_re,g_11_im,"), "{piped}");
     assert_eq!(piped.lines().count(), 4);
     let (_, json, _) = muspin(&["frf", "--points", "3", "--json"], &here());
     let columns: Value = serde_json::from_str(&json).unwrap();
     let header: Vec<&str> = piped.lines().next().unwrap().split(',').collect();
-    let row: Vec<f64> = piped
-        .lines()
-        .nth(2)
-        .unwrap()
-        .split(',')
-        .map(|c| c.parse().unwrap())
-        .collect();
+    let row: Vec<f64> = piped.lines().nth(2).unwrap().split(',').map(|c| c.parse().unwrap()).collect();
     for (name, value) in header.iter().zip(row) {
         assert_eq!(columns[name][1].as_f64().unwrap(), value, "{name}");
     }
@@ -84,13 +65,7 @@ fn a_pipe_has_the_data_as_before() {
 #[test]
 fn the_number_of_threads_changes_no_byte() {
     let run = |threads: &str| {
-        let arguments = [
-            "identify",
-            "--measurement",
-            "tests/data/diagnosis/c01",
-            "--threads",
-            threads,
-        ];
+        let arguments = ["identify", "--measurement", "tests/data/diagnosis/c01", "--threads", threads];
         muspin(&arguments, &here())
     };
     let (one, two) = (run("1"), run("2"));
@@ -125,18 +100,12 @@ fn an_interrupted_command_says_that_nothing_was_written() {
     // A design takes many times longer than this, and the handler is set in the first milliseconds.
     std::thread::sleep(Duration::from_millis(700));
     let started = Instant::now();
-    let killed = Command::new("kill")
-        .args(["-INT", &child.id().to_string()])
-        .status()
-        .unwrap();
+    let killed = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
     assert!(killed.success());
     let output = child.wait_with_output().unwrap();
     assert!(started.elapsed() < Duration::from_secs(5), "ends at once");
     assert_eq!(output.status.code(), Some(130));
     let error = String::from_utf8_lossy(&output.stderr);
-    assert!(
-        error.contains("interrupted: nothing was written"),
-        "{error}"
-    );
+    assert!(error.contains("interrupted: nothing was written"), "{error}");
     assert!(output.stdout.is_empty() && !folder.join("o").exists());
 }

@@ -5,9 +5,7 @@ use serde_json::Value;
 use std::path::{Path, PathBuf};
 
 fn reference(file: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("results/reference")
-        .join(file)
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("results/reference").join(file)
 }
 
 /// A design of the updated reference machine with more arguments: exit code and summary.
@@ -70,30 +68,18 @@ fn an_earlier_design_that_meets_every_goal_is_polished_and_delivered_without_an_
     let attempts = design["polish"]["attempts"].as_array().unwrap();
     assert_eq!(attempts.len(), 1);
     assert_eq!(attempts[0]["start"], "earlier design");
-    let earlier: Value =
-        serde_json::from_slice(&std::fs::read(reference("summary.json")).unwrap()).unwrap();
+    let earlier: Value = serde_json::from_slice(&std::fs::read(reference("summary.json")).unwrap()).unwrap();
     let minimum = |s: &Value| s["stiffness"]["mu"]["minimum_n_per_m"].as_f64().unwrap();
     assert!(minimum(&found) > 0.99 * minimum(&earlier));
     // Nothing is said of what was not run, and all that is of the delivered controller is there.
-    let of_the_iteration = [
-        "gamma",
-        "mu_peak",
-        "mu_peak_reduced",
-        "controller_order_full",
-    ];
+    let of_the_iteration = ["gamma", "mu_peak", "mu_peak_reduced", "controller_order_full"];
     for key in of_the_iteration {
-        assert!(
-            design[key].is_null() && !earlier["design"][key].is_null(),
-            "{key}"
-        );
+        assert!(design[key].is_null() && !earlier["design"][key].is_null(), "{key}");
     }
     assert!(design["polish"]["dk"].is_null() && found["stiffness"]["dk"].is_null());
     assert!(!out.join("plots/mu_iterations.svg").exists() && out.join("plots/mu.svg").exists());
     let proof = &design["speed_proof"];
-    assert_eq!(
-        proof["complete"],
-        earlier["design"]["speed_proof"]["complete"]
-    );
+    assert_eq!(proof["complete"], earlier["design"]["speed_proof"]["complete"]);
     assert!(design["largest_mu"].as_f64().unwrap() <= 1.0);
     // The problem files hold the constant scales as D, and the next design finds these in the summary.
     let scales = std::fs::read(out.join("problem/d_scales.json")).unwrap();
@@ -121,17 +107,11 @@ mod long {
         assert!(points.windows(2).all(|w| order(&w[1]) < order(&w[0])));
         // What is delivered is the lowest order that keeps, and the figures of the closed loop agree with its row.
         assert_eq!(design["controller_order"], curve["lowest_order"]);
-        let row = points
-            .iter()
-            .find(|p| p["order"] == curve["lowest_order"])
-            .unwrap();
+        let row = points.iter().find(|p| p["order"] == curve["lowest_order"]).unwrap();
         assert_eq!(row["keeps"], true);
-        let [kept, full] =
-            [row, &points[0]].map(|p| p["minimum_n_per_m_at_rest"].as_f64().unwrap());
+        let [kept, full] = [row, &points[0]].map(|p| p["minimum_n_per_m_at_rest"].as_f64().unwrap());
         assert!(kept >= 0.95 * full, "{kept} of {full}");
-        let delivered = found["stiffness"]["mu"]["minimum_n_per_m"]
-            .as_f64()
-            .unwrap();
+        let delivered = found["stiffness"]["mu"]["minimum_n_per_m"].as_f64().unwrap();
         assert!((delivered / kept - 1.0).abs() < 1e-6, "{delivered} {kept}");
     }
 }

@@ -30,9 +30,7 @@ fn broken(schema: &Value, value: &Value, at: &str, found: &mut Vec<String>) {
     };
     match &schema["type"] {
         Value::String(kind) if !is(kind) => tell(&format!("is no {kind}")),
-        Value::Array(kinds) if !kinds.iter().any(|k| is(k.as_str().unwrap())) => {
-            tell(&format!("is none of {kinds:?}"))
-        }
+        Value::Array(kinds) if !kinds.iter().any(|k| is(k.as_str().unwrap())) => tell(&format!("is none of {kinds:?}")),
         _ => {}
     }
     if let (Some(low), Some(x)) = (schema["minimum"].as_f64(), value.as_f64())
@@ -48,10 +46,7 @@ fn broken(schema: &Value, value: &Value, at: &str, found: &mut Vec<String>) {
     if schema.get("const").is_some_and(|c| c != value) {
         tell("is another constant");
     }
-    if schema["enum"]
-        .as_array()
-        .is_some_and(|e| !e.contains(value))
-    {
+    if schema["enum"].as_array().is_some_and(|e| !e.contains(value)) {
         tell("is not in the list");
     }
     for key in ["oneOf", "anyOf"] {
@@ -85,10 +80,7 @@ fn broken(schema: &Value, value: &Value, at: &str, found: &mut Vec<String>) {
     }
     for (key, item) in map {
         let path = format!("{at}.{key}");
-        match (
-            schema["properties"].get(key),
-            &schema["additionalProperties"],
-        ) {
+        match (schema["properties"].get(key), &schema["additionalProperties"]) {
             (Some(known), _) => broken(known, item, &path, found),
             (None, Value::Bool(false)) => found.push(format!("{path}: is unknown")),
             (None, other @ Value::Object(_)) => broken(other, item, &path, found),
@@ -135,17 +127,9 @@ fn the_schemas_have_no_keyword_that_these_tests_pass_over() {
         };
         found.extend(map.keys().filter(|k| !KNOWN.contains(&k.as_str())).cloned());
         for list in ["oneOf", "anyOf"] {
-            schema[list]
-                .as_array()
-                .into_iter()
-                .flatten()
-                .for_each(|s| walk(s, found));
+            schema[list].as_array().into_iter().flatten().for_each(|s| walk(s, found));
         }
-        schema["properties"]
-            .as_object()
-            .into_iter()
-            .flatten()
-            .for_each(|(_, s)| walk(s, found));
+        schema["properties"].as_object().into_iter().flatten().for_each(|(_, s)| walk(s, found));
         walk(&schema["items"], found);
         walk(&schema["additionalProperties"], found);
     }
@@ -167,10 +151,8 @@ fn yaml(path: &Path) -> Value {
 
 fn files(folder: &str, extension: &str) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(root().join(folder)).unwrap();
-    let mut found: Vec<PathBuf> = entries
-        .map(|e| e.unwrap().path())
-        .filter(|p| p.extension().is_some_and(|e| e == extension))
-        .collect();
+    let mut found: Vec<PathBuf> =
+        entries.map(|e| e.unwrap().path()).filter(|p| p.extension().is_some_and(|e| e == extension)).collect();
     found.sort();
     found
 }
@@ -192,14 +174,8 @@ fn all_files_of_the_repository_agree_with_their_schemas() {
     let mut weights = files("weights", "yaml");
     weights.push(root().join("src/cli/start/weights.yaml"));
     add(SchemaKind::Weights, weights);
-    add(
-        SchemaKind::Frequencies,
-        vec![root().join("spindles/paper-frequencies.yaml")],
-    );
-    add(
-        SchemaKind::Controller,
-        files("tests/data/designs/reference-updated", "json"),
-    );
+    add(SchemaKind::Frequencies, vec![root().join("spindles/paper-frequencies.yaml")]);
+    add(SchemaKind::Controller, files("tests/data/designs/reference-updated", "json"));
     add(
         SchemaKind::Measurement,
         vec![
@@ -266,14 +242,9 @@ fn schemas_of_problems_say_what_the_solvers_take() {
             for problem in [json!(data), json!({ "data": data })] {
                 let path = folder.path().join("problem.json");
                 std::fs::write(&path, problem.to_string()).unwrap();
-                let (code, _, told) =
-                    muspin(&["solve", kind.name(), "problem.json"], folder.path());
+                let (code, _, told) = muspin(&["solve", kind.name(), "problem.json"], folder.path());
                 let good = valid(&schema, &problem);
-                assert_eq!(
-                    code == 0,
-                    good,
-                    "{kind:?}: {what}, ended with {code}: {told}"
-                );
+                assert_eq!(code == 0, good, "{kind:?}: {what}, ended with {code}: {told}");
                 *(if good { &mut taken } else { &mut refused }) += 1;
             }
         };
@@ -292,10 +263,7 @@ fn schemas_of_problems_say_what_the_solvers_take() {
                 agree(&format!("{key} misshapen"), &other);
             }
         }
-        assert!(
-            refused >= 4 && taken >= 2,
-            "{kind:?}: {refused} refused, {taken} taken"
-        );
+        assert!(refused >= 4 && taken >= 2, "{kind:?}: {refused} refused, {taken} taken");
     }
 }
 
@@ -321,11 +289,9 @@ fn schemas_refuse_what_the_reader_refuses() {
         unknown["colour"] = json!("red");
         wrong.push(("an unknown key".to_owned(), unknown));
         let places: &[&str] = match kind {
-            SchemaKind::Spindle => &[
-                "/electronics/delay_s",
-                "/rotor/elements/0/length_m",
-                "/bearings/front/ki_n_per_a",
-            ],
+            SchemaKind::Spindle => {
+                &["/electronics/delay_s", "/rotor/elements/0/length_m", "/bearings/front/ki_n_per_a"]
+            }
             SchemaKind::Weights => &["/tool/max_dc_load_n", "/mode_uncertainty/0"],
             _ => &["/tool_plane_m", "/elements/1/outer_diameter_m"],
         };
@@ -340,11 +306,7 @@ fn schemas_refuse_what_the_reader_refuses() {
             let path = folder.path().join("changed.yaml");
             std::fs::write(&path, serde_yaml::to_string(&value).unwrap()).unwrap();
             let (code, _, _) = muspin(&["check", "changed.yaml"], folder.path());
-            assert_eq!(
-                code == 2,
-                !valid(&schema, &value),
-                "{file}: {what}, reader ended with {code}"
-            );
+            assert_eq!(code == 2, !valid(&schema, &value), "{file}: {what}, reader ended with {code}");
             tried += usize::from(code == 2);
         }
     }
@@ -354,18 +316,10 @@ fn schemas_refuse_what_the_reader_refuses() {
 #[test]
 fn the_page_of_keys_is_what_the_readers_take() {
     let written = std::fs::read_to_string(root().join("src/guide/keys.md")).unwrap();
-    assert!(
-        written == page(),
-        "src/guide/keys.md: write it with `muspin schema --page`"
-    );
-    for key in [
-        "ki_n_per_a",
-        "current_rolloff_ratio",
-        "tool_tightening",
-        "eddy_currents",
-        "mode_uncertainty[]",
-        "`hold`",
-    ] {
+    assert!(written == page(), "src/guide/keys.md: write it with `muspin schema --page`");
+    for key in
+        ["ki_n_per_a", "current_rolloff_ratio", "tool_tightening", "eddy_currents", "mode_uncertainty[]", "`hold`"]
+    {
         assert!(page().contains(key), "{key}");
     }
 }
@@ -454,16 +408,7 @@ fn the_commands_of_the_guide_to_diagnosis_run_and_find_the_eddy_currents() {
     let temporary = tempfile::tempdir().unwrap();
     let folder = temporary.path();
     assert_eq!(muspin(&["example", "diagnose", "case"], folder).0, 0);
-    let (code, out, error) = muspin(
-        &[
-            "diagnose",
-            "--measurement",
-            "case/measurement",
-            "--out",
-            "found",
-        ],
-        folder,
-    );
+    let (code, out, error) = muspin(&["diagnose", "--measurement", "case/measurement", "--out", "found"], folder);
     assert_eq!(code, 0, "{error}");
     let found: Value = serde_json::from_str(&out).unwrap();
     let effect = &found["diagnosis"]["effects"][0];
@@ -491,9 +436,7 @@ fn init_keeps_what_a_user_has_changed() {
     let folder = temporary.path();
     assert_eq!(muspin(&["init", "my"], folder).0, 0);
     let tool = folder.join("my/tool.yaml");
-    let changed = std::fs::read_to_string(&tool)
-        .unwrap()
-        .replace("my-tool", "their-tool");
+    let changed = std::fs::read_to_string(&tool).unwrap().replace("my-tool", "their-tool");
     std::fs::write(&tool, &changed).unwrap();
     let (code, out, error) = muspin(&["init", "my"], folder);
     assert_eq!((code, out.as_str()), (2, ""), "{error}");
@@ -507,17 +450,9 @@ fn a_rehearsed_sweep_is_the_plant_within_its_noise() {
     let machine = load_machine("reference", "paper-tool").unwrap();
     let text = std::fs::read_to_string(root().join("tests/data/anti_windup/pid.json")).unwrap();
     let controller = muspin::input::read_controller("pid.json", &text).unwrap();
-    let lines: Vec<f64> = (0..40)
-        .map(|k| 30.0 * 100f64.powf(f64::from(k) / 39.0))
-        .collect();
-    let rehearsal = Rehearsal {
-        frequency_hz: lines.clone(),
-        repeats: 4,
-        ..Rehearsal::usual(&machine).unwrap()
-    };
-    let record = rehearsal
-        .sweep(&machine, &controller, 0.0, "sweep")
-        .unwrap();
+    let lines: Vec<f64> = (0..40).map(|k| 30.0 * 100f64.powf(f64::from(k) / 39.0)).collect();
+    let rehearsal = Rehearsal { frequency_hz: lines.clone(), repeats: 4, ..Rehearsal::usual(&machine).unwrap() };
+    let record = rehearsal.sweep(&machine, &controller, 0.0, "sweep").unwrap();
     let found = open_loop(&record).unwrap();
     let plant = Plant::new(&machine, 0.0, ModelDetail::Full).unwrap();
     let (mut sum, mut count) = (0.0, 0);
@@ -535,16 +470,9 @@ fn a_rehearsed_sweep_is_the_plant_within_its_noise() {
     // 640 squares with the mean one; the variance is estimated from 12 degrees of freedom a line, averaged over five
     // lines.
     assert!((0.8..1.25).contains(&mean), "{mean}");
-    let same = rehearsal
-        .sweep(&machine, &controller, 0.0, "sweep")
-        .unwrap();
+    let same = rehearsal.sweep(&machine, &controller, 0.0, "sweep").unwrap();
     assert!(same == record, "one seed, one record");
-    let other = Rehearsal {
-        seed: 2,
-        ..rehearsal.clone()
-    }
-    .sweep(&machine, &controller, 0.0, "sweep")
-    .unwrap();
+    let other = Rehearsal { seed: 2, ..rehearsal.clone() }.sweep(&machine, &controller, 0.0, "sweep").unwrap();
     assert!(other != record, "another seed, other noise");
     let csv = muspin::report::records::sweep_csv(&record);
     let read = read_sweep("sweep", csv.as_bytes(), 0.0).unwrap();
@@ -566,15 +494,9 @@ fn no_measurement_is_rehearsed_with_a_controller_that_does_not_float_the_rotor()
         }
     }
     std::fs::write(folder.join("k.json"), controller.to_string()).unwrap();
-    let (code, out, error) = muspin(
-        &["rehearse", "--controller", "k.json", "--out", "o"],
-        folder,
-    );
+    let (code, out, error) = muspin(&["rehearse", "--controller", "k.json", "--out", "o"], folder);
     assert_eq!((code, out.as_str()), (2, ""), "{error}");
-    assert!(
-        error.contains("unstable") && error.contains("--controller"),
-        "{error}"
-    );
+    assert!(error.contains("unstable") && error.contains("--controller"), "{error}");
     assert!(!folder.join("o").exists());
 }
 
@@ -591,9 +513,7 @@ fn the_lines_of_a_rehearsal_can_be_chosen() {
     assert_eq!(code, 0, "{error}");
     for (file, rows) in [("o/sweep-0.csv", 4), ("o/hammer-0.csv", 1)] {
         let text = std::fs::read_to_string(folder.join(file)).unwrap();
-        let data = text
-            .lines()
-            .filter(|l| l.starts_with(|c: char| c.is_ascii_digit()));
+        let data = text.lines().filter(|l| l.starts_with(|c: char| c.is_ascii_digit()));
         let hz = |line: &str| line.split(',').next().unwrap().parse::<f64>().unwrap();
         let mut found: Vec<f64> = data.map(hz).collect();
         assert_eq!(found.len(), 5 * rows, "{file}");
@@ -602,11 +522,9 @@ fn the_lines_of_a_rehearsal_can_be_chosen() {
             assert!((found / exact - 1.0).abs() < 1e-12, "{found} {exact}");
         }
     }
-    for (wrong, says) in [
-        ("--from 900 --to 800", "no frequency range"),
-        ("--to 1e5", "half the sample rate"),
-        ("--lines 1", "2 to"),
-    ] {
+    for (wrong, says) in
+        [("--from 900 --to 800", "no frequency range"), ("--to 1e5", "half the sample rate"), ("--lines 1", "2 to")]
+    {
         let (code, _, error) = rehearse(&format!("{wrong} --out p"));
         assert!(code == 2 && error.contains(says), "{wrong}: {error}");
     }

@@ -15,17 +15,11 @@ const DATA: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/diagnosis/c0
 /// The PID that levitates the updated reference spindle, sampled; with the wrong sign when asked.
 fn pid(sign: f64) -> Controller {
     let law = load_controller(&format!("{DATA}/pid.json")).unwrap().law;
-    let ControlLaw::Continuous(law) = law else {
-        panic!("continuous")
-    };
+    let ControlLaw::Continuous(law) = law else { panic!("continuous") };
     let law = tustin(&law, 5e-5).unwrap();
     Controller {
         name: "start".to_owned(),
-        law: ControlLaw::Discrete(StateSpace {
-            c: &law.c * sign,
-            d: &law.d * sign,
-            ..law
-        }),
+        law: ControlLaw::Discrete(StateSpace { c: &law.c * sign, d: &law.d * sign, ..law }),
     }
 }
 
@@ -37,17 +31,10 @@ fn machine() -> Machine {
 /// A folder with the machine and the PID of the wrong sign, which says that it was designed for another machine.
 fn wrong() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
-    let another = MachineTag {
-        spindle: "another.yaml".to_owned(),
-        tool: "another-tool.yaml".to_owned(),
-        hash: "0".repeat(64),
-    };
+    let another =
+        MachineTag { spindle: "another.yaml".to_owned(), tool: "another-tool.yaml".to_owned(), hash: "0".repeat(64) };
     let path = |name: &str| folder.path().join(name);
-    std::fs::write(
-        path("wrong.json"),
-        controller_json(&pid(-1.0), Some(&another)),
-    )
-    .unwrap();
+    std::fs::write(path("wrong.json"), controller_json(&pid(-1.0), Some(&another))).unwrap();
     for name in ["spindle.yaml", "tool.yaml"] {
         std::fs::copy(format!("{DATA}/{name}"), path(name)).unwrap();
     }
@@ -59,9 +46,7 @@ fn growth(text: &str) -> f64 {
     let warned = text.lines().skip(1).any(|l| l.contains("another machine"));
     assert!(warned, "{text}");
     let line = text.lines().next().unwrap_or_default();
-    let (_, after) = line
-        .split_once("unstable: the closed loop grows by ")
-        .unwrap();
+    let (_, after) = line.split_once("unstable: the closed loop grows by ").unwrap();
     after.split(' ').next().unwrap().parse().unwrap()
 }
 
@@ -83,15 +68,7 @@ fn the_compliance_of_an_unstable_loop_is_not_printed() {
 #[test]
 fn a_simulation_of_an_unstable_loop_meets_nothing_and_has_no_zone() {
     let folder = wrong();
-    let arguments = [
-        "simulate",
-        "--controller",
-        "wrong.json",
-        "--case",
-        "impulse",
-        "--duration",
-        "0.01",
-    ];
+    let arguments = ["simulate", "--controller", "wrong.json", "--case", "impulse", "--duration", "0.01"];
     let (code, out, err) = muspin(&arguments, folder.path());
     assert_eq!(code, 1, "{err}");
     let rate = growth(&err);
@@ -108,43 +85,23 @@ fn an_unstable_loop_is_not_exported() {
     let arguments = ["export", "--controller", "wrong.json", "--out", "x"];
     let (code, out, err) = muspin(&arguments, folder.path());
     assert_eq!((code, out.as_str()), (1, ""), "{err}");
-    assert!(
-        growth(&err) > 100.0 && err.contains("nothing was written"),
-        "{err}"
-    );
+    assert!(growth(&err) > 100.0 && err.contains("nothing was written"), "{err}");
     assert!(!folder.path().join("x").exists());
 }
 
 #[test]
 fn a_comparison_says_nothing_about_the_stiffness_of_an_unstable_loop() {
     let folder = wrong();
-    let arguments = [
-        "compare",
-        "--controller",
-        "wrong.json",
-        "--speeds",
-        "0",
-        "--out",
-        "c",
-    ];
+    let arguments = ["compare", "--controller", "wrong.json", "--speeds", "0", "--out", "c"];
     let (code, out, err) = muspin(&arguments, folder.path());
     assert_eq!(code, 1, "{err}");
     assert!(growth(&err) > 100.0, "{err}");
     let summary: Value = serde_json::from_str(&out).unwrap();
     let of = |pointer: &str| summary.pointer(pointer).unwrap();
-    for key in [
-        "minimum_n_per_m",
-        "at_10_hz_n_per_m",
-        "at_max_speed_n_per_m",
-    ] {
+    for key in ["minimum_n_per_m", "at_10_hz_n_per_m", "at_max_speed_n_per_m"] {
         assert!(of(&format!("/stiffness/start/{key}")).is_null(), "{key}");
     }
-    assert!(
-        of("/stiffness/start/reason")
-            .as_str()
-            .unwrap()
-            .contains("1/s")
-    );
+    assert!(of("/stiffness/start/reason").as_str().unwrap().contains("1/s"));
     assert!(of("/sensitivity/start/zone").is_null());
     assert!(of("/sensitivity/start/front_db").is_null());
     assert!(of("/chatter/start/minimum_depth_m").is_null());
@@ -180,15 +137,7 @@ fn a_controller_finds_the_machine_beside_it_and_says_when_another_is_used() {
 
     // The tag of a forced export of it: the hash is that of the machine, layout and comments apart.
     let simulate = |controller: &str, more: &[&str]| {
-        let usual = [
-            "simulate",
-            "--controller",
-            controller,
-            "--case",
-            "impulse",
-            "--duration",
-            "0.01",
-        ];
+        let usual = ["simulate", "--controller", controller, "--case", "impulse", "--duration", "0.01"];
         let (_, out, err) = muspin(&[&usual[..], more].concat(), folder.path());
         let summary: Value = serde_json::from_str(&out).unwrap();
         (summary["machine"].clone(), err)
@@ -210,8 +159,5 @@ fn a_controller_finds_the_machine_beside_it_and_says_when_another_is_used() {
     assert!(!err.contains("another machine"), "{err}");
     let (used, err) = simulate("controller/tagged.json", &["--spindle", "reference"]);
     assert_eq!(used["is_that_of_the_design"], false);
-    assert!(
-        err.contains("warning") && err.contains("another machine"),
-        "{err}"
-    );
+    assert!(err.contains("warning") && err.contains("another machine"), "{err}");
 }

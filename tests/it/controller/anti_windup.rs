@@ -15,17 +15,11 @@ use muspin::predict::time_cases::{Case, run_case};
 use muspin::spindle::{BackupBearings, Machine};
 use std::f64::consts::TAU;
 
-const LIMITS: SignalLimits = SignalLimits {
-    input_m: 2.54e-4,
-    output_a: 3.0,
-};
+const LIMITS: SignalLimits = SignalLimits { input_m: 2.54e-4, output_a: 3.0 };
 
 /// A spindle with updated moduli, its μ controller (order 36, slowest real modes at 73 and 81 1/s) and a tuned PID.
 fn file(name: &str) -> String {
-    format!(
-        "{}/tests/data/anti_windup/{name}",
-        env!("CARGO_MANIFEST_DIR")
-    )
+    format!("{}/tests/data/anti_windup/{name}", env!("CARGO_MANIFEST_DIR"))
 }
 
 fn machine() -> Machine {
@@ -33,9 +27,7 @@ fn machine() -> Machine {
 }
 
 fn law(name: &str) -> StateSpace<Discrete> {
-    let ControlLaw::Discrete(law) = load_controller(&file(name)).unwrap().law else {
-        panic!("sampled")
-    };
+    let ControlLaw::Discrete(law) = load_controller(&file(name)).unwrap().law else { panic!("sampled") };
     law
 }
 
@@ -73,21 +65,14 @@ fn a_slow_mode_moves_to_twice_the_rate_less_its_own() {
     // A static plant that the controller stabilises at every gain: the fastest rate of the grid is taken, and the
     // closed form of least energy puts a real mode with the rate r to 2α − r.
     let law = lag();
-    let plant = StateSpace::gain(
-        Mat::from_fn(4, 4, |i, j| if i == j { 1e-7 } else { 0.0 }),
-        law.time,
-    );
+    let plant = StateSpace::gain(Mat::from_fn(4, 4, |i, j| if i == j { 1e-7 } else { 0.0 }), law.time);
     let rows = scaled(&modal_form(&law).unwrap(), LIMITS).unwrap().rows;
     let found = anti_windup(&rows, &[plant]).unwrap();
     assert!(found.rate_1_s > 1000.0, "{}", found.rate_1_s);
     let system = rows.to_state_space().unwrap();
     let inner = &system.a - &found.gain * &system.c;
     let moved = (-(2.0 * found.rate_1_s - 80.0) * law.time.period_s).exp();
-    let mut radii: Vec<f64> = eigenvalues(&inner)
-        .unwrap()
-        .iter()
-        .map(|z| z.norm())
-        .collect();
+    let mut radii: Vec<f64> = eigenvalues(&inner).unwrap().iter().map(|z| z.norm()).collect();
     radii.sort_by(f64::total_cmp);
     for (k, radius) in radii.iter().enumerate() {
         let expected = if k < 4 { 0.3 } else { moved };
@@ -102,10 +87,7 @@ fn a_slow_mode_moves_to_twice_the_rate_less_its_own() {
 fn an_unstable_loop_gets_no_anti_windup() {
     let law = lag();
     // K is negative: with this sign the loop gain at rest is 2e-5 · (3e4 + 2.9e4 + 1e5) = 3.1 > 1.
-    let plant = StateSpace::gain(
-        Mat::from_fn(4, 4, |i, j| if i == j { -2e-5 } else { 0.0 }),
-        law.time,
-    );
+    let plant = StateSpace::gain(Mat::from_fn(4, 4, |i, j| if i == j { -2e-5 } else { 0.0 }), law.time);
     let rows = scaled(&modal_form(&law).unwrap(), LIMITS).unwrap().rows;
     let found = anti_windup(&rows, &[plant]).unwrap();
     assert_eq!(found.gain.norm_max(), 0.0);
@@ -138,10 +120,7 @@ fn after_a_second(program: &mut Float32Program, input_m: f32, after: usize) -> V
 #[test]
 fn a_second_beyond_the_limit_is_forgotten_within_milliseconds() {
     let law = lag();
-    let plant = StateSpace::gain(
-        Mat::from_fn(4, 4, |i, j| if i == j { 1e-7 } else { 0.0 }),
-        law.time,
-    );
+    let plant = StateSpace::gain(Mat::from_fn(4, 4, |i, j| if i == j { 1e-7 } else { 0.0 }), law.time);
     let rows = scaled(&modal_form(&law).unwrap(), LIMITS).unwrap();
     let found = anti_windup(&rows.rows, &[plant]).unwrap();
     let without = float32(&rows).unwrap();
@@ -150,10 +129,7 @@ fn a_second_beyond_the_limit_is_forgotten_within_milliseconds() {
             .map(|i| {
                 (0..4)
                     .filter(|j| found.gain[(i, *j)] != 0.0)
-                    .map(|j| muspin::controller::realise::Term {
-                        source: j,
-                        coefficient: found.gain[(i, j)],
-                    })
+                    .map(|j| muspin::controller::realise::Term { source: j, coefficient: found.gain[(i, j)] })
                     .collect()
             })
             .collect(),
@@ -162,9 +138,7 @@ fn a_second_beyond_the_limit_is_forgotten_within_milliseconds() {
     .unwrap();
     let limited = |program: &Float32Program| {
         let tail = after_a_second(&mut program.clone(), 5e-4, 4000);
-        tail.iter()
-            .rposition(|u| u.abs() >= 3.0)
-            .map_or(0, |k| k + 1)
+        tail.iter().rposition(|u| u.abs() >= 3.0).map_or(0, |k| k + 1)
     };
     // 20 samples are a millisecond.
     assert!(limited(&without) > 400, "{}", limited(&without));
@@ -182,9 +156,7 @@ fn within_the_limits_nothing_changes() {
     for k in 0..2000 {
         // Some 0.2 µm inside the limits; at the end far beyond them.
         let size = if k < 1900 { 2e-7 } else { 2e-4 };
-        let y: Vec<f32> = (0..4)
-            .map(|j| size * ((0.13 * k as f32 + j as f32).sin()))
-            .collect();
+        let y: Vec<f32> = (0..4).map(|j| size * ((0.13 * k as f32 + j as f32).sin())).collect();
         let (a, b) = (without.step(&y), with.step(&y));
         if k < 1900 {
             assert!(a.iter().all(|u| u.abs() < 3.0));
@@ -195,17 +167,8 @@ fn within_the_limits_nothing_changes() {
     assert!(differs, "beyond the limits the law acts");
 }
 
-fn pushed_on(
-    machine: &Machine,
-    program: &Float32Program,
-    settings: &TimeSettings,
-    force_n: f64,
-    rpm: f64,
-) -> Recovery {
-    let push = Case::Impulse {
-        force_n,
-        length_s: 5e-4,
-    };
+fn pushed_on(machine: &Machine, program: &Float32Program, settings: &TimeSettings, force_n: f64, rpm: f64) -> Recovery {
+    let push = Case::Impulse { force_n, length_s: 5e-4 };
     let speed = rpm * TAU / 60.0;
     let found = run_case(machine, program, push, speed, 0.08, settings).unwrap();
     let recovery = Recovery::of(machine, &found);
@@ -224,19 +187,14 @@ fn other_machine() -> (Machine, impl Fn(&str) -> StateSpace<Discrete>) {
     let spindle = data("spindles/s04-noncollocated.yaml");
     let law = move |name: &str| {
         let file = data(&format!("designs/s04-noncollocated/{name}"));
-        let ControlLaw::Discrete(law) = load_controller(&file).unwrap().law else {
-            panic!("sampled")
-        };
+        let ControlLaw::Discrete(law) = load_controller(&file).unwrap().law else { panic!("sampled") };
         law
     };
     (load_machine(&spindle, "endmill-12-long").unwrap(), law)
 }
 
 fn other_conditioned(machine: &Machine, law: &StateSpace<Discrete>) -> ScaledRealisation {
-    let limits = SignalLimits {
-        input_m: machine.spindle.backup_clearance_m,
-        output_a: 3.0,
-    };
+    let limits = SignalLimits { input_m: machine.spindle.backup_clearance_m, output_a: 3.0 };
     let rows = scaled(&modal_form(law).unwrap(), limits).unwrap();
     with_anti_windup(rows, machine).unwrap().0
 }
@@ -259,11 +217,7 @@ fn the_correction_never_drives_a_state_to_its_clamp() {
             let period = 3 + k / 40;
             let y = Mat::from_fn(4, 1, |i, _| {
                 let up = (k / period + i / 2).is_multiple_of(2);
-                if up {
-                    rows.limits.input_m
-                } else {
-                    -rows.limits.input_m
-                }
+                if up { rows.limits.input_m } else { -rows.limits.input_m }
             });
             let v = &system.c * &x + &system.d * &y;
             x = &system.a * &x + &system.b * &y;
@@ -301,10 +255,7 @@ fn an_unstable_controller_pushes_back_from_either_stop() {
         }
         for axis in [0, 2] {
             let q = fixed.decode_output(q[axis]);
-            assert!(
-                f64::from(u[axis]) * side < -2.9,
-                "float32, axis {axis}: {u:?}"
-            );
+            assert!(f64::from(u[axis]) * side < -2.9, "float32, axis {axis}: {u:?}");
             assert!(q * side < -2.9, "Q31, axis {axis}: {q}");
         }
     }
@@ -326,17 +277,10 @@ fn the_rotor_of_another_machine_comes_back_with_either_controller() {
     // at 300 V cannot follow that, and the rotor stays lost; at 1000 V they can.
     for (name, bus_voltage_v) in [("mu.json", 1000.0), ("pid.json", 300.0)] {
         let program = float32(&other_conditioned(&machine, &other(name))).unwrap();
-        let settings = TimeSettings {
-            bus_voltage_v,
-            flexible_modes: Some(6),
-            ..TimeSettings::default()
-        };
+        let settings = TimeSettings { bus_voltage_v, flexible_modes: Some(6), ..TimeSettings::default() };
         for (rpm, force_n) in [(0.0, 1000.0), (0.0, touching), (top, 1500.0)] {
             let recovery = pushed_on(&machine, &program, &settings, force_n, rpm);
-            assert!(
-                recovery != Recovery::Lost,
-                "{name}: {force_n} N at {rpm} rpm"
-            );
+            assert!(recovery != Recovery::Lost, "{name}: {force_n} N at {rpm} rpm");
         }
     }
 }
@@ -362,10 +306,7 @@ fn the_rotor_comes_back_from_its_backup_bearings() {
 #[test]
 fn without_anti_windup_the_same_push_is_the_end() {
     let rows = scaled(&modal_form(&law("mu.json")).unwrap(), LIMITS).unwrap();
-    assert_eq!(
-        pushed(&float32(&rows).unwrap(), 1000.0, 0.0),
-        Recovery::Lost
-    );
+    assert_eq!(pushed(&float32(&rows).unwrap(), 1000.0, 0.0), Recovery::Lost);
 }
 
 #[test]
@@ -376,10 +317,7 @@ fn the_push_that_touches_does_the_work_of_both_bearings() {
     let body = machine.rotor().unwrap().mass_properties();
     let impulse = 2.0 * force * 5e-4 / std::f64::consts::PI;
     let lever = machine.tool_plane_m() - body.centre_of_gravity_m;
-    let (v, w) = (
-        impulse / body.mass_kg,
-        impulse * lever / body.diametral_inertia_kg_m2,
-    );
+    let (v, w) = (impulse / body.mass_kg, impulse * lever / body.diametral_inertia_kg_m2);
     let energy = 0.5 * body.mass_kg * v * v + 0.5 * body.diametral_inertia_kg_m2 * w * w;
     assert!((energy / (385.4 * 3.0 * 2.54e-4) - 1.0).abs() < 1e-12);
     // Twice as long, half the peak.

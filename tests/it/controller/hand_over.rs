@@ -29,9 +29,7 @@ fn machine() -> Machine {
 
 fn law(name: &str) -> StateSpace<Discrete> {
     let file = data(&format!("designs/reference-updated/{name}"));
-    let ControlLaw::Discrete(law) = load_controller(&file).unwrap().law else {
-        panic!("sampled")
-    };
+    let ControlLaw::Discrete(law) = load_controller(&file).unwrap().law else { panic!("sampled") };
     law
 }
 
@@ -41,8 +39,7 @@ fn pd(period_s: f64) -> StateSpace<Discrete> {
     let pole = (2.0 - corner * period_s) / (2.0 + corner * period_s);
     let step = 2.0 * derivative_s * corner / (2.0 + corner * period_s);
     let gain = |i: usize| if i < 2 { 12_200.0 } else { 7_200.0 };
-    let diagonal =
-        |f: &dyn Fn(usize) -> f64| Mat::from_fn(4, 4, |i, j| if i == j { f(i) } else { 0.0 });
+    let diagonal = |f: &dyn Fn(usize) -> f64| Mat::from_fn(4, 4, |i, j| if i == j { f(i) } else { 0.0 });
     StateSpace::new(
         diagonal(&|_| pole),
         diagonal(&|_| 1.0),
@@ -76,17 +73,10 @@ fn plant_header(plant: &StateSpace<Discrete>, load_n: f64) -> String {
 #[test]
 fn a_change_of_controller_on_the_full_machine_has_no_jump_and_stays_within_the_clearance() {
     let machine = machine();
-    let limits = SignalLimits {
-        input_m: machine.spindle.backup_clearance_m,
-        output_a: 3.0,
-    };
+    let limits = SignalLimits { input_m: machine.spindle.backup_clearance_m, output_a: 3.0 };
     let period_s = machine.spindle.electronics.sample_period_s();
-    let laws = [
-        ("pid", law("pid.json")),
-        ("mu", law("mu.json")),
-        ("other", law("mu-endmill-16.json")),
-        ("pd", pd(period_s)),
-    ];
+    let laws =
+        [("pid", law("pid.json")), ("mu", law("mu.json")), ("other", law("mu-endmill-16.json")), ("pd", pd(period_s))];
     for rpm in [0.0, machine.spindle.max_rpm] {
         let plant = Plant::new(&machine, rpm * TAU / 60.0, ModelDetail::Full).unwrap();
         let plant = plant.sampled().unwrap();
@@ -121,19 +111,12 @@ fn a_change_of_controller_on_the_full_machine_has_no_jump_and_stays_within_the_c
         assert_eq!(printed.lines().count(), 16, "{printed}");
         for line in printed.lines() {
             let values: Vec<f64> = line.split(' ').map(|v| v.parse().unwrap()).collect();
-            let (q31, jump_a, peak_um, moved_um) =
-                (values[0] == 1.0, values[3], values[4], values[5]);
+            let (q31, jump_a, peak_um, moved_um) = (values[0] == 1.0, values[3], values[4], values[5]);
             // Single precision: terms of 10 A at most, each rounded to 6e-8 of itself, a hundred of them.
-            assert!(
-                jump_a < 1e-3,
-                "{rpm} rpm, Q31 {q31}: the current jumps by {jump_a} A: {printed}"
-            );
+            assert!(jump_a < 1e-3, "{rpm} rpm, Q31 {q31}: the current jumps by {jump_a} A: {printed}");
             // A quarter of the clearance.
             assert!(peak_um < 63.0, "{rpm} rpm: {peak_um} µm: {printed}");
-            assert!(
-                moved_um < 1.0,
-                "{rpm} rpm: still moves by {moved_um} µm: {printed}"
-            );
+            assert!(moved_um < 1.0, "{rpm} rpm: still moves by {moved_um} µm: {printed}");
         }
     }
 }

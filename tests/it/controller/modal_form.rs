@@ -18,10 +18,7 @@ const COUPLING: f64 = 0.02;
 /// Two oscillators in series, ξ₁⁺ = p₁ξ₁ + gξ₂ and ξ₂⁺ = p₂ξ₂ + v with ξ = x₁ − jx₂ of each: a Jordan block when p₁ =
 /// p₂. The output is Re ξ₁ and the input drives Re ξ₂. A decaying pole stands beside them.
 fn series(relative_distance: f64) -> StateSpace<muspin::lti::Discrete> {
-    let (first, second) = (
-        pair(700.0, 0.02),
-        pair(700.0 * (1.0 + relative_distance), 0.02),
-    );
+    let (first, second) = (pair(700.0, 0.02), pair(700.0 * (1.0 + relative_distance), 0.02));
     let mut a = Mat::zeros(5, 5);
     a.submatrix_mut(0, 0, 2, 2).copy_from(&first);
     a.submatrix_mut(2, 2, 2, 2).copy_from(&second);
@@ -38,28 +35,16 @@ fn series(relative_distance: f64) -> StateSpace<muspin::lti::Discrete> {
 
 /// The transfer function of [`series`]: half of g/((z−p₁)(z−p₂)) and its conjugate, and 1/(z−0.8).
 fn closed_form(relative_distance: f64, z: c64) -> c64 {
-    let (p, q) = (
-        pole(700.0, 0.02),
-        pole(700.0 * (1.0 + relative_distance), 0.02),
-    );
+    let (p, q) = (pole(700.0, 0.02), pole(700.0 * (1.0 + relative_distance), 0.02));
     let chain = |p: c64, q: c64| 0.5 * COUPLING / ((z - p) * (z - q));
     chain(p, q) + chain(p.conj(), q.conj()) + 1.0 / (z - 0.8)
 }
 
 #[test]
 fn oscillators_in_series_keep_their_transfer_at_any_distance_of_their_poles() {
-    for (distance, largest_block) in [
-        (0.0, 4),
-        (1e-12, 4),
-        (1e-9, 4),
-        (1e-7, 4),
-        (1e-6, 4),
-        (1e-5, 0),
-        (1e-4, 0),
-        (1e-3, 2),
-        (1e-2, 2),
-        (0.3, 2),
-    ] {
+    for (distance, largest_block) in
+        [(0.0, 4), (1e-12, 4), (1e-9, 4), (1e-7, 4), (1e-6, 4), (1e-5, 0), (1e-4, 0), (1e-3, 2), (1e-2, 2), (0.3, 2)]
+    {
         let system = series(distance);
         let form = modal_form(&system).unwrap_or_else(|e| panic!("{distance:e}: {e}"));
         let back = form.to_state_space().unwrap();
@@ -74,20 +59,9 @@ fn oscillators_in_series_keep_their_transfer_at_any_distance_of_their_poles() {
         assert!(change < 2e-9 * peak, "{distance:e}: {:e}", change / peak);
         let size = form.blocks.iter().copied().max().unwrap();
         // Where the blocks part is decided by the accuracy; far from it on both sides it is certain.
-        assert!(
-            largest_block == 0 || size == largest_block,
-            "{distance:e}: {:?}",
-            form.blocks
-        );
-        assert_eq!(
-            form.notes.iter().any(|n| n.contains("4x4")),
-            size == 4,
-            "{distance:e}"
-        );
-        assert!(
-            form.blocks.contains(&1) && form.condition <= 1e6,
-            "{distance:e}"
-        );
+        assert!(largest_block == 0 || size == largest_block, "{distance:e}: {:?}", form.blocks);
+        assert_eq!(form.notes.iter().any(|n| n.contains("4x4")), size == 4, "{distance:e}");
+        assert!(form.blocks.contains(&1) && form.condition <= 1e6, "{distance:e}");
     }
 }
 
@@ -95,17 +69,11 @@ fn oscillators_in_series_keep_their_transfer_at_any_distance_of_their_poles() {
 fn several_nearly_equal_pairs_keep_their_transfer() {
     // Seven pairs whose frequencies differ by one part in ten thousand or less, and poles far from them.
     for step in [1e-4, 1e-5, 1e-6, 1e-8] {
-        let mut blocks: Vec<Mat<f64>> = (0..7)
-            .map(|k| pair(900.0 * (1.0 + step * f64::from(k)), 0.03))
-            .collect();
+        let mut blocks: Vec<Mat<f64>> = (0..7).map(|k| pair(900.0 * (1.0 + step * f64::from(k)), 0.03)).collect();
         blocks.extend([real(0.3), real(-0.6), pair(3000.0, 0.2)]);
         let system = hidden(&blocks, 4, 4, 11);
         let form = modal_form(&system).unwrap_or_else(|e| panic!("{step:e}: {e}"));
         assert_eq!(form.blocks.iter().sum::<usize>(), 18);
-        assert!(
-            form.blocks.iter().filter(|n| **n <= 2).count() >= 3,
-            "{:?}",
-            form.blocks
-        );
+        assert!(form.blocks.iter().filter(|n| **n <= 2).count() >= 3, "{:?}", form.blocks);
     }
 }

@@ -34,13 +34,7 @@ fn limits(machine: &Machine) -> LoopLimits {
 fn modes(machine: &Machine) -> Vec<UncertainMode> {
     let split = gyroscopic_split(machine, 0.0, 2).unwrap();
     let listed = split.iter().enumerate();
-    listed
-        .map(|(number, s)| UncertainMode {
-            number,
-            omega_rad_s: s.omega_rad_s,
-            relative: 0.01,
-        })
-        .collect()
+    listed.map(|(number, s)| UncertainMode { number, omega_rad_s: s.omega_rad_s, relative: 0.01 }).collect()
 }
 
 /// The machine, its specification and its uncertain modes.
@@ -50,37 +44,23 @@ fn reference() -> (Machine, Weights, Vec<UncertainMode>) {
     (machine, load_weights("benchmark").unwrap(), modes)
 }
 
-fn polisher<'a>(
-    machine: &Machine,
-    weights: &'a Weights,
-    modes: &'a [UncertainMode],
-) -> Polisher<'a> {
+fn polisher<'a>(machine: &Machine, weights: &'a Weights, modes: &'a [UncertainMode]) -> Polisher<'a> {
     let limits = limits(machine);
-    let task = PolishTask {
-        weights,
-        modes,
-        limits,
-    };
+    let task = PolishTask { weights, modes, limits };
     Polisher::new(machine, task, &start(), 1.2).unwrap()
 }
 
 /// A quickly found PID of one plane of the reference machine; a slow real pole in place of each integrator is the
 /// polish's own doing.
 fn start() -> StateSpace<Discrete> {
-    let ControlLaw::Discrete(law) = &short_search_found().controller.law else {
-        panic!("sampled")
-    };
+    let ControlLaw::Discrete(law) = &short_search_found().controller.law else { panic!("sampled") };
     connected_part(&law.select(&[0, 2], &[0, 2]))
 }
 
 #[test]
 fn derivatives_of_every_limit_are_central_differences() {
     let (machine, weights, modes) = reference();
-    let task = PolishTask {
-        weights: &weights,
-        modes: &modes,
-        limits: limits(&machine),
-    };
+    let task = PolishTask { weights: &weights, modes: &modes, limits: limits(&machine) };
     let errors = derivative_errors(&machine, &task, &start()).unwrap();
     // A step of 1e-5 leaves 1e-10 of the third derivative and 1e-16/1e-5 of rounding, both magnified by sharp
     // resonances.
@@ -96,10 +76,7 @@ fn a_limit_out_of_reach_is_moved_and_no_other() {
     let task = PolishTask {
         weights: &weights,
         modes: &modes,
-        limits: LoopLimits {
-            weak_sensitivity: 0.5,
-            ..limits(&machine)
-        },
+        limits: LoopLimits { weak_sensitivity: 0.5, ..limits(&machine) },
     };
     let mut polisher = Polisher::new(&machine, task, &start(), 1.2).unwrap();
     // A round of a single step that is refused would say that every limit is out of reach; a limit is given up by the
@@ -137,20 +114,12 @@ fn a_few_steps_stiffen_the_tool_within_the_limits_of_the_start() {
     for part in [0.7, 0.5] {
         let plant = Plant::new(&machine, 0.0, ModelDetail::Full).unwrap();
         let weak = law.scale_outputs(&Mat::from_fn(4, 4, |i, j| if i == j { part } else { 0.0 }));
-        assert!(
-            growth_rate(&plant.sampled().unwrap(), &weak).unwrap() < 0.0,
-            "{part}"
-        );
+        assert!(growth_rate(&plant.sampled().unwrap(), &weak).unwrap() < 0.0, "{part}");
     }
     let plant = Plant::new(&machine, 0.0, ModelDetail::Full).unwrap();
-    let controller = Controller {
-        name: "polished".to_owned(),
-        law: ControlLaw::Discrete(law),
-    };
+    let controller = Controller { name: "polished".to_owned(), law: ControlLaw::Discrete(law) };
     let grid = FrequencyGrid::log_hz(1.0, 4000.0, 2500);
-    let (minimum, _) = dynamic_stiffness(&plant, &controller, 0, &grid)
-        .minimum()
-        .unwrap();
+    let (minimum, _) = dynamic_stiffness(&plant, &controller, 0, &grid).minimum().unwrap();
     assert!(
         minimum > 0.98 * last.stiffness_n_per_m,
         "{minimum} N/m on the full plant, {} in the loss",
@@ -195,31 +164,15 @@ fn no_controller_of_the_polish_passes_the_limit_of_the_stiffness() {
     let own = dynamic_stiffness(&plant, &controller, 0, &grid).minimum();
     let own = own.unwrap().0;
     // Limits that this controller keeps by far, so that it is one of those the limit is over.
-    let wide = LoopLimits {
-        sensitivity: 10.0,
-        high_frequency_gain_a_per_m: 1e8,
-        noise_current_a: 10.0,
-        ..limits(&machine)
-    };
+    let wide =
+        LoopLimits { sensitivity: 10.0, high_frequency_gain_a_per_m: 1e8, noise_current_a: 10.0, ..limits(&machine) };
     let limit = |limits: &LoopLimits| stiffness_limit(&machine, limits, &plane, 12).unwrap();
     let free = limit(&wide);
     // Q = 0 is the controller itself, and what fewer taps reach more taps reach; lines are not every frequency.
     assert!(free.stiffness_n_per_m > 0.98 * own, "{free:?} {own}");
-    assert!(
-        free.with_half_the_taps_n_per_m > 0.98 * own,
-        "{free:?} {own}"
-    );
-    assert!(
-        free.stiffness_n_per_m > 0.999 * free.with_half_the_taps_n_per_m,
-        "{free:?}"
-    );
+    assert!(free.with_half_the_taps_n_per_m > 0.98 * own, "{free:?} {own}");
+    assert!(free.stiffness_n_per_m > 0.999 * free.with_half_the_taps_n_per_m, "{free:?}");
     // A tighter limit never raises it, and here lowers it.
-    let tight = limit(&LoopLimits {
-        sensitivity: 4.0,
-        ..wide
-    });
-    assert!(
-        tight.stiffness_n_per_m < 0.99 * free.stiffness_n_per_m,
-        "{tight:?} {free:?}"
-    );
+    let tight = limit(&LoopLimits { sensitivity: 4.0, ..wide });
+    assert!(tight.stiffness_n_per_m < 0.99 * free.stiffness_n_per_m, "{tight:?} {free:?}");
 }

@@ -13,9 +13,7 @@ fn reference() -> (Machine, StateSpace<Discrete>) {
     let file = |name: &str| format!("{root}/results/reference/{name}");
     let machine = load_machine(&file("spindle.yaml"), &file("tool.yaml")).unwrap();
     let loaded = load_controller(&file("controller/discrete.json")).unwrap();
-    let ControlLaw::Discrete(law) = loaded.law else {
-        panic!("the committed controller is sampled")
-    };
+    let ControlLaw::Discrete(law) = loaded.law else { panic!("the committed controller is sampled") };
     (machine, law)
 }
 
@@ -31,10 +29,7 @@ fn the_reference_controller_is_proven_at_every_speed() {
     let proof = prove(&machine, &law, 60e3).unwrap();
     eprintln!("{:?} {}", began.elapsed(), proof.intervals.len());
     for i in &proof.intervals {
-        eprintln!(
-            "{:.0} {:.0} {:.2}",
-            i.centre_rpm, i.radius_rpm, i.growth_rate_per_s
-        );
+        eprintln!("{:.0} {:.0} {:.2}", i.centre_rpm, i.radius_rpm, i.growth_rate_per_s);
     }
     assert!(proof.is_complete(), "{:?}", proof.open_rpm);
     assert!(proof.proven_to_rpm() == 60e3);
@@ -72,51 +67,27 @@ fn a_loop_that_loses_stability_is_open_from_there_on() {
     }
     while unstable - stable > 1.0 {
         let middle = 0.5 * (stable + unstable);
-        if growth(&machine, &law, middle) < 0.0 {
-            stable = middle
-        } else {
-            unstable = middle
-        }
+        if growth(&machine, &law, middle) < 0.0 { stable = middle } else { unstable = middle }
     }
     let began = std::time::Instant::now();
     let proof = prove(&machine, &law, stable + 2e3).unwrap();
-    eprintln!(
-        "{stable} {:?} {} {:?}",
-        began.elapsed(),
-        proof.intervals.len(),
-        proof.open_rpm
-    );
+    eprintln!("{stable} {:?} {} {:?}", began.elapsed(), proof.intervals.len(), proof.open_rpm);
     assert!(!proof.is_complete());
     assert!(proof.proven_to_rpm() <= unstable, "{:?}", proof.open_rpm);
     // Nothing above the lowest unstable speed was divided: the open piece reaches to the end.
     let centres = proof.intervals.iter();
-    let lowest = centres
-        .filter(|i| i.growth_rate_per_s >= 0.0)
-        .map(|i| i.centre_rpm)
-        .fold(f64::INFINITY, f64::min);
+    let lowest = centres.filter(|i| i.growth_rate_per_s >= 0.0).map(|i| i.centre_rpm).fold(f64::INFINITY, f64::min);
     let last = proof.open_rpm.last().unwrap();
-    assert!(
-        last[0] <= lowest && last[1] == proof.to_rpm,
-        "{last:?} {lowest}"
-    );
+    assert!(last[0] <= lowest && last[1] == proof.to_rpm, "{last:?} {lowest}");
     // The proof comes within the resolution of its search to the edge: the small gain is not what limits it.
-    assert!(
-        proof.proven_to_rpm() > 0.99 * stable,
-        "{:?}",
-        proof.open_rpm
-    );
+    assert!(proof.proven_to_rpm() > 0.99 * stable, "{:?}", proof.open_rpm);
 }
 
 /// Machines with controllers of two kinds, and what makes the planes of a machine differ or couples them.
 #[test]
 fn poles_of_two_equal_planes_are_those_of_the_whole_loop() {
-    let one_axis = |kind: EffectKind, location: Location, value: f64| {
-        vec![Effect {
-            kind,
-            values: vec![value],
-            location,
-        }]
-    };
+    let one_axis =
+        |kind: EffectKind, location: Location, value: f64| vec![Effect { kind, values: vec![value], location }];
     let effects = [
         vec![],
         one_axis(EffectKind::SensorGain, Location::Axis(1), 1.02),
@@ -133,9 +104,7 @@ fn poles_of_two_equal_planes_are_those_of_the_whole_loop() {
         let mut machine = load_machine(&spindle, tool).unwrap();
         for which in ["mu", "pid"] {
             let path = format!("{root}/tests/data/designs/{name}/{which}.json");
-            let ControlLaw::Discrete(law) = load_controller(&path).unwrap().law else {
-                panic!("{path} is sampled")
-            };
+            let ControlLaw::Discrete(law) = load_controller(&path).unwrap().law else { panic!("{path} is sampled") };
             for effects in &effects {
                 machine.spindle.effects.clone_from(effects);
                 let speeds = [0.0, 0.4, 1.0].map(|share| share * machine.spindle.max_rpm);

@@ -80,9 +80,7 @@ mod long {
         assert_eq!(disc["effects"].as_array().unwrap().len(), 1);
         let effect = &disc["effects"][0];
         assert_eq!(effect["effect"], "tilting_stiffness");
-        let stiffness = effect["parameters"]["stiffness_n_m_per_rad"]
-            .as_f64()
-            .unwrap();
+        let stiffness = effect["parameters"]["stiffness_n_m_per_rad"].as_f64().unwrap();
         assert!((stiffness / -3e5 - 1.0).abs() < 0.02, "{stiffness}");
         let position_m = effect["where"]["position_m"].as_f64().unwrap();
         assert!((position_m - 0.2325).abs() < 2e-3, "{position_m}");

@@ -120,11 +120,7 @@ struct Set {
 
 /// An effect of a kind at a size that a rig of this smooth error can show, scaled to the rotor.
 fn drawn(kind: EffectKind, machine: &Machine, draw: &mut Draw) -> Effect {
-    let sign = if draw.uniform(0.0, 1.0) < 0.5 {
-        -1.0
-    } else {
-        1.0
-    };
+    let sign = if draw.uniform(0.0, 1.0) < 0.5 { -1.0 } else { 1.0 };
     let between = |draw: &mut Draw, lo: f64, hi: f64| lo * (hi / lo).powf(draw.uniform(0.0, 1.0));
     let mass = machine.rotor().expect("rotor").mass_properties().mass_kg / 8.3;
     let length: f64 = machine.spindle.sections.iter().map(|s| s.length_m).sum();
@@ -147,18 +143,14 @@ fn drawn(kind: EffectKind, machine: &Machine, draw: &mut Draw) -> Effect {
         EffectKind::BearingCoupling => vec![sign * between(draw, 0.02, 0.08)],
         EffectKind::AxisMisalignment => vec![sign * between(draw, 1.0, 5.0)],
         EffectKind::ModalDamping => vec![between(draw, 3.0, 5.0)],
-        EffectKind::ToolJoint => vec![
-            mass * between(draw, 5e7, 5e8),
-            mass * scale * scale * between(draw, 3e4, 3e5),
-            0.5 * mass * scale,
-        ],
+        EffectKind::ToolJoint => {
+            vec![mass * between(draw, 5e7, 5e8), mass * scale * scale * between(draw, 3e4, 3e5), 0.5 * mass * scale]
+        }
         EffectKind::ToolMass => vec![mass * between(draw, 5e-3, 2e-2)],
         EffectKind::AddedMass => vec![mass * between(draw, 5e-2, 2e-1)],
-        EffectKind::HousingMode => vec![
-            mass * between(draw, 40.0, 150.0),
-            between(draw, 200.0, 800.0),
-            between(draw, 0.02, 0.05),
-        ],
+        EffectKind::HousingMode => {
+            vec![mass * between(draw, 40.0, 150.0), between(draw, 200.0, 800.0), between(draw, 0.02, 0.05)]
+        }
         EffectKind::RegionStiffness => vec![1.0 + sign * between(draw, 0.15, 0.3)],
         EffectKind::AddedStiffness => vec![sign * stiff * between(draw, 4e5, 1e6)],
         EffectKind::TiltingStiffness => {
@@ -198,18 +190,14 @@ fn wave(rms: f64, hz: &[f64], draw: &mut Draw) -> Vec<c64> {
 
 /// The record with another relative error in every channel of G, y = G u.
 fn with_smooth_error(record: &mut SweepRecord, rms: f64, draw: &mut Draw) {
-    let waves: Vec<Vec<c64>> = (0..16)
-        .map(|_| wave(rms, &record.frequency_hz, draw))
-        .collect();
+    let waves: Vec<Vec<c64>> = (0..16).map(|_| wave(rms, &record.frequency_hz, draw)).collect();
     for k in 0..record.frequency_hz.len() {
         for p in 0..record.signal.dim().2 {
             let u = Mat::from_fn(4, 4, |i, e| record.current[(k, e, p, i)]);
             let y = Mat::from_fn(4, 4, |i, e| record.signal[(k, e, p, i)]);
             // G = Y U⁻¹, from Uᵀ Gᵀ = Yᵀ.
             let g = solve_complex(&u.transpose().to_owned(), &y.transpose().to_owned());
-            let off = Mat::from_fn(4, 4, |i, j| {
-                g[(j, i)] * (c64::new(1.0, 0.0) + waves[4 * i + j][k])
-            });
+            let off = Mat::from_fn(4, 4, |i, j| g[(j, i)] * (c64::new(1.0, 0.0) + waves[4 * i + j][k]));
             let y = &off * &u;
             for e in 0..4 {
                 for i in 0..4 {
@@ -241,27 +229,15 @@ fn draw_records(set: &Set, rig: &Rig) -> Drawn {
         _ => None,
     };
     let top = 4000f64.min(0.4 * machine.spindle.electronics.sample_rate_hz);
-    let mut hz: Vec<f64> = (0..LINES)
-        .map(|k| 50.0 * (top / 50.0).powf(k as f64 / (LINES - 1) as f64))
-        .collect();
+    let mut hz: Vec<f64> = (0..LINES).map(|k| 50.0 * (top / 50.0).powf(k as f64 / (LINES - 1) as f64)).collect();
     // A logger whose half sample rate lies within the band.
     let rate = draw.uniform(1.2, 1.6) * top;
     let label = hz.clone();
     let folded = matches!(set.hidden, Hidden::Fault("alias"));
     if folded {
-        hz.iter_mut()
-            .filter(|f| **f > 0.5 * rate)
-            .for_each(|f| *f = rate - *f);
+        hz.iter_mut().filter(|f| **f > 0.5 * rate).for_each(|f| *f = rate - *f);
     }
-    let drawn = simulate(
-        &machine,
-        &rig.controller,
-        &effects,
-        outside,
-        set.speed_rpm * TAU / 60.0,
-        &hz,
-        &mut draw,
-    );
+    let drawn = simulate(&machine, &rig.controller, &effects, outside, set.speed_rpm * TAU / 60.0, &hz, &mut draw);
     let (mut sweep, mut hammer) = (drawn.sweep, drawn.hammer);
     let keep: Vec<usize> = (0..set.repeats).collect();
     sweep.current = sweep.current.select(Dimension(2), &keep);
@@ -288,16 +264,7 @@ fn draw_records(set: &Set, rig: &Rig) -> Drawn {
         // The hammer test has its own logger.
         let mut own = Draw::new(set.seed);
         let _ = own.uniform(1.2, 1.6);
-        hammer = simulate(
-            &machine,
-            &rig.controller,
-            &effects,
-            None,
-            0.0,
-            &label,
-            &mut own,
-        )
-        .hammer;
+        hammer = simulate(&machine, &rig.controller, &effects, None, 0.0, &label, &mut own).hammer;
     }
     let mut record = Drawn { sweep, hammer };
     if let Hidden::Fault(name) = set.hidden {
@@ -308,34 +275,17 @@ fn draw_records(set: &Set, rig: &Rig) -> Drawn {
 
 /// Makes a mistake of a rig.
 fn spoil(record: &mut Drawn, name: &str, draw: &mut Draw) {
-    let sign = if draw.uniform(0.0, 1.0) < 0.5 {
-        -1.0
-    } else {
-        1.0
-    };
+    let sign = if draw.uniform(0.0, 1.0) < 0.5 { -1.0 } else { 1.0 };
     let (sweep, hammer) = (&mut record.sweep, &mut record.hammer);
     let own = |fault: RecordFault, sweep: &mut SweepRecord| *sweep = fault.corrected_sweep(sweep);
     let signal = Signal::Displacement;
     match name {
         "channels_swapped" => own(RecordFault::ChannelsSwapped { a: 2, b: 3, signal }, sweep),
         "planes_swapped" => own(RecordFault::PlanesSwapped { signal }, sweep),
-        "sign" => own(
-            RecordFault::Sign {
-                channel: Some(1),
-                signal,
-            },
-            sweep,
-        ),
+        "sign" => own(RecordFault::Sign { channel: Some(1), signal }, sweep),
         "unit" => {
             let signal = Signal::Current;
-            own(
-                RecordFault::Unit {
-                    signal,
-                    decades: 3,
-                    channel: None,
-                },
-                sweep,
-            );
+            own(RecordFault::Unit { signal, decades: 3, channel: None }, sweep);
         }
         "conjugate" => own(RecordFault::Conjugate, sweep),
         "clock" => {
@@ -349,18 +299,13 @@ fn spoil(record: &mut Drawn, name: &str, draw: &mut Draw) {
         }
         "clipping" => {
             let top = sweep.signal.iter().map(|y| y.norm()).fold(0.0, f64::max);
-            let mut sizes: Vec<f64> = sweep
-                .signal
-                .outer_iter()
-                .map(|l| l.iter().map(|y| y.norm()).fold(0.0, f64::max))
-                .collect();
+            let mut sizes: Vec<f64> =
+                sweep.signal.outer_iter().map(|l| l.iter().map(|y| y.norm()).fold(0.0, f64::max)).collect();
             sizes.sort_by(f64::total_cmp);
             // A tenth to a fifth of the lines reach the limit.
             let share = draw.uniform(0.8, 0.9);
             let limit = sizes[(share * sizes.len() as f64) as usize].min(0.9 * top);
-            sweep
-                .signal
-                .mapv_inplace(|y| y * (limit / y.norm()).min(1.0));
+            sweep.signal.mapv_inplace(|y| y * (limit / y.norm()).min(1.0));
         }
         "drift" => {
             let change = sign * draw.uniform(0.015, 0.04);
@@ -396,23 +341,13 @@ fn run(set: &Set, rig: &Rig) -> (Diagnosis, f64) {
         _ => &rig.controller,
     };
     let hammers = set.with_hammer || matches!(fault, "controller" | "hammer_calibration" | "tool");
-    let tap = HammerTest {
-        frf: records.hammer,
-        axis: Axis::X,
-        controller: named,
-    };
-    let measurement = Measurement {
-        sweeps: vec![records.sweep],
-        taps: if hammers { vec![tap] } else { vec![] },
-    };
+    let tap = HammerTest { frf: records.hammer, axis: Axis::X, controller: named };
+    let measurement = Measurement { sweeps: vec![records.sweep], taps: if hammers { vec![tap] } else { vec![] } };
     let alternatives = Alternatives {
-        tools: vec![
-            ("own".into(), rig.machine.clone()),
-            ("longer".into(), longer),
-        ]
-        .into_iter()
-        .filter(|(_, m): &(String, Machine)| m.tool != machine.tool)
-        .collect(),
+        tools: vec![("own".into(), rig.machine.clone()), ("longer".into(), longer)]
+            .into_iter()
+            .filter(|(_, m): &(String, Machine)| m.tool != machine.tool)
+            .collect(),
         controllers: match fault {
             "controller" => vec![("own".into(), &rig.controller)],
             _ => vec![("other".into(), &rig.softer)],
@@ -427,18 +362,10 @@ fn run(set: &Set, rig: &Rig) -> (Diagnosis, f64) {
 
 /// Right, right member of a tie, missed, unexplained, wrong.
 fn judged(set: &Set, rig: &Rig, d: &Diagnosis) -> &'static str {
-    let length: f64 = rig
-        .machine
-        .spindle
-        .sections
-        .iter()
-        .map(|s| s.length_m)
-        .sum();
+    let length: f64 = rig.machine.spindle.sections.iter().map(|s| s.length_m).sum();
     let near = |a: &Location, b: &Location| match (a, b) {
         (Location::Position(a), Location::Position(b)) => (a - b).abs() < 0.06 * length,
-        (Location::InPlane(a, p), Location::InPlane(b, q)) => {
-            p == q && (a - b).abs() < 0.06 * length
-        }
+        (Location::InPlane(a, p), Location::InPlane(b, q)) => p == q && (a - b).abs() < 0.06 * length,
         _ => a == b,
     };
     let fits = |found: &[Effect], truth: &[Effect]| {
@@ -460,9 +387,7 @@ fn judged(set: &Set, rig: &Rig, d: &Diagnosis) -> &'static str {
     let member = |r: &Rival| {
         let named = r.record_faults.iter().map(|f| f.fault.name());
         let mistakes = named.clone().all(|f| Some(f) == fault);
-        fits(&of(&r.effects), &truth)
-            && mistakes
-            && named.count().min(1) == usize::from(fault.is_some())
+        fits(&of(&r.effects), &truth) && mistakes && named.count().min(1) == usize::from(fault.is_some())
     };
     match d.verdict {
         Verdict::Unexplained if outside => "right",
@@ -472,11 +397,7 @@ fn judged(set: &Set, rig: &Rig, d: &Diagnosis) -> &'static str {
         _ if outside => "wrong",
         Verdict::Tie if d.tie.iter().any(member) => "tie",
         _ if faults.iter().any(|f| Some(*f) != fault) => "wrong",
-        Verdict::Named
-            if fits(&of(&d.effects), &truth) && fault.is_none_or(|_| !faults.is_empty()) =>
-        {
-            "right"
-        }
+        Verdict::Named if fits(&of(&d.effects), &truth) && fault.is_none_or(|_| !faults.is_empty()) => "right",
         _ => "wrong",
     }
 }
@@ -535,19 +456,10 @@ fn sets(first: u64, rigs: &[Rig]) -> Vec<Set> {
         }
         use EffectKind as K;
         let pairs = [
-            [
-                (K::LoopDelay, K::ToolJoint),
-                (K::HousingMode, K::AxisMisalignment),
-            ],
+            [(K::LoopDelay, K::ToolJoint), (K::HousingMode, K::AxisMisalignment)],
             [(K::ToolMass, K::SensorOffset), (K::AddedMass, K::LoopDelay)],
-            [
-                (K::EddyCurrents, K::ToolJoint),
-                (K::BearingCoupling, K::HousingMode),
-            ],
-            [
-                (K::SensorLowpass, K::HousingMode),
-                (K::AxisMisalignment, K::ToolMass),
-            ],
+            [(K::EddyCurrents, K::ToolJoint), (K::BearingCoupling, K::HousingMode)],
+            [(K::SensorLowpass, K::HousingMode), (K::AxisMisalignment, K::ToolMass)],
         ];
         for (k, (a, b)) in pairs[r].into_iter().enumerate() {
             let mut draw = Draw::new(first + 900 + 10 * r as u64 + k as u64);
@@ -561,14 +473,8 @@ fn sets(first: u64, rigs: &[Rig]) -> Vec<Set> {
         };
         let others = match r {
             0 => [outside(Outside::Notch(1, 1400.0, 0.2, 0.5)), in_x(1.3)],
-            1 => [
-                outside(Outside::Notch(0, 900.0, 0.2, 0.5)),
-                outside(Outside::CrossTalk(0.03)),
-            ],
-            2 => [
-                outside(Outside::ActuatorResonance(1500.0, 0.2, 0.5)),
-                outside(Outside::Tilt(0.02)),
-            ],
+            1 => [outside(Outside::Notch(0, 900.0, 0.2, 0.5)), outside(Outside::CrossTalk(0.03))],
+            2 => [outside(Outside::ActuatorResonance(1500.0, 0.2, 0.5)), outside(Outside::Tilt(0.02))],
             _ => [outside(Outside::Absorber(0.2, 0.3, 900.0, 0.03)), in_x(0.7)],
         };
         for (label, hidden) in others {
@@ -576,11 +482,7 @@ fn sets(first: u64, rigs: &[Rig]) -> Vec<Set> {
         }
         for (k, fault) in FAULTS.into_iter().enumerate() {
             if (k + r) % 2 == 0 {
-                let speed = if fault == "speed_label" {
-                    turning(r)
-                } else {
-                    0.0
-                };
+                let speed = if fault == "speed_label" { turning(r) } else { 0.0 };
                 add(r, fault, Hidden::Fault(fault), speed);
             }
         }
@@ -627,10 +529,7 @@ fn row(set: &Set, rig: &Rig, (d, seconds): &(Diagnosis, f64), result: &str) -> (
         d.gap_after,
         d.gap_before_held_out,
         d.gap_after_held_out,
-        covered
-            .iter()
-            .map(|c| u8::from(*c).to_string())
-            .collect::<String>(),
+        covered.iter().map(|c| u8::from(*c).to_string()).collect::<String>(),
         seconds,
     );
     (text, covered)
@@ -751,21 +650,9 @@ mod long {
     #[ignore = "long: see the command of the module"]
     fn sets_that_were_missed_are_judged_rightly() {
         for (first, spindles, seeds) in [
-            (
-                TUNING[1],
-                TUNING_SPINDLES,
-                &[80_010, 80_022, 80_065, 80_087][..],
-            ),
-            (
-                TUNING[2],
-                FURTHER_TUNING_SPINDLES,
-                &[120_032, 120_038, 120_103],
-            ),
-            (
-                TUNING[3],
-                FOURTH_TUNING_SPINDLES,
-                &[160_051, 160_075, 160_091],
-            ),
+            (TUNING[1], TUNING_SPINDLES, &[80_010, 80_022, 80_065, 80_087][..]),
+            (TUNING[2], FURTHER_TUNING_SPINDLES, &[120_032, 120_038, 120_103]),
+            (TUNING[3], FOURTH_TUNING_SPINDLES, &[160_051, 160_075, 160_091]),
         ] {
             let rigs = spindles.map(rig);
             let all = sets(first, &rigs);

@@ -24,25 +24,13 @@ fn run(name: &str) -> Diagnosis {
         d.gap_after_held_out
     );
     for e in &d.effects {
-        println!(
-            "   {:?} {:?} {:?} sd {:?}",
-            e.effect.kind, e.effect.location, e.effect.values, e.standard_deviations
-        );
+        println!("   {:?} {:?} {:?} sd {:?}", e.effect.kind, e.effect.location, e.effect.values, e.standard_deviations);
     }
     for (effect, score) in d.ranking.iter().take(5) {
-        println!(
-            "      {score:.1} {:?} {:?} {:?}",
-            effect.kind, effect.location, effect.values
-        );
+        println!("      {score:.1} {:?} {:?} {:?}", effect.kind, effect.location, effect.values);
     }
     for p in d.localisation.ports.iter().take(3) {
-        println!(
-            "      port {} {:.2} -> {:.2} {}",
-            p.port,
-            p.chi2_before,
-            p.chi2_after,
-            p.shape()
-        );
+        println!("      port {} {:.2} -> {:.2} {}", p.port, p.chi2_before, p.chi2_after, p.shape());
     }
     println!("      next {:?}", d.next_measurement);
     d
@@ -50,11 +38,7 @@ fn run(name: &str) -> Diagnosis {
 
 /// The best explanation has the kind, and, where given, the place and the value within `tolerance`.
 fn names(d: &Diagnosis, kind: EffectKind, place: Option<Location>, values: &[f64], tolerance: f64) {
-    assert!(
-        matches!(d.verdict, Verdict::Named | Verdict::Tie),
-        "{:?}",
-        d.verdict
-    );
+    assert!(matches!(d.verdict, Verdict::Named | Verdict::Tie), "{:?}", d.verdict);
     assert_eq!(d.effects.len(), 1, "{:?}", d.effects);
     let found = &d.effects[0];
     assert_eq!(found.effect.kind, kind);
@@ -63,18 +47,9 @@ fn names(d: &Diagnosis, kind: EffectKind, place: Option<Location>, values: &[f64
     }
     for (i, value) in values.iter().enumerate() {
         let error = (found.effect.values[i] / value - 1.0).abs();
-        assert!(
-            error < tolerance,
-            "{:?} against {values:?}",
-            found.effect.values
-        );
+        assert!(error < tolerance, "{:?} against {values:?}", found.effect.values);
     }
-    assert!(
-        d.gap_after < 0.3 * d.gap_before,
-        "{} -> {}",
-        d.gap_before,
-        d.gap_after
-    );
+    assert!(d.gap_after < 0.3 * d.gap_before, "{} -> {}", d.gap_before, d.gap_after);
     assert!(d.gap_after_held_out < 0.3 * d.gap_before_held_out);
 }
 
@@ -85,13 +60,7 @@ fn loop_delay_is_named() {
 
 #[test]
 fn tool_joint_is_named() {
-    names(
-        &run("c02"),
-        EffectKind::ToolJoint,
-        None,
-        &[2.5e8, 1.2e5],
-        0.2,
-    );
+    names(&run("c02"), EffectKind::ToolJoint, None, &[2.5e8, 1.2e5], 0.2);
 }
 
 #[test]
@@ -104,25 +73,13 @@ fn nothing_is_named_where_nothing_is_missing() {
 
 #[test]
 fn housing_mode_is_named() {
-    names(
-        &run("c04"),
-        EffectKind::HousingMode,
-        None,
-        &[120.0, 640.0, 0.03],
-        0.1,
-    );
+    names(&run("c04"), EffectKind::HousingMode, None, &[120.0, 640.0, 0.03], 0.1);
 }
 
 #[test]
 fn turned_sensor_axes_are_named() {
     let place = Location::Bearing(Bearings::Front);
-    names(
-        &run("c06"),
-        EffectKind::AxisMisalignment,
-        Some(place),
-        &[3.0],
-        0.1,
-    );
+    names(&run("c06"), EffectKind::AxisMisalignment, Some(place), &[3.0], 0.1);
 }
 
 /// Tests of several seconds each: `cargo test --release --test it long:: -- --ignored`.
@@ -145,14 +102,8 @@ mod long {
         );
         // The law recovered from the sweeps predicts the hammer test.
         let ((used_before, used), (held_before, held)) = (d.gaps(false), d.gaps(true));
-        assert!(
-            used < 1.0 && used < 0.05 * used_before,
-            "{used_before} -> {used}"
-        );
-        assert!(
-            held < 1.0 && held < 0.05 * held_before,
-            "{held_before} -> {held}"
-        );
+        assert!(used < 1.0 && used < 0.05 * used_before, "{used_before} -> {used}");
+        assert!(held < 1.0 && held < 0.05 * held_before, "{held_before} -> {held}");
         let mut folder = ResultsFolder::new();
         stage(&mut folder, &d).expect("report");
         let names: Vec<&str> = folder.files().map(|(path, _)| path).collect();

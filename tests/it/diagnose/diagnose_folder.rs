@@ -19,30 +19,19 @@ pub struct Folder {
 impl Folder {
     /// All records: the sweep, and the hammer test in x if there is one.
     pub fn measurement(&self) -> Measurement<'_> {
-        let taps = self.hammer.iter().map(|frf| HammerTest {
-            frf: frf.clone(),
-            axis: Axis::X,
-            controller: &self.controller,
-        });
-        Measurement {
-            sweeps: vec![self.sweep.clone()],
-            taps: taps.collect(),
-        }
+        let taps =
+            self.hammer.iter().map(|frf| HammerTest { frf: frf.clone(), axis: Axis::X, controller: &self.controller });
+        Measurement { sweeps: vec![self.sweep.clone()], taps: taps.collect() }
     }
 }
 
 fn table(path: &Path) -> Vec<Vec<f64>> {
     let text = std::fs::read_to_string(path).expect("file");
-    text.lines()
-        .skip(1)
-        .map(|l| l.split(',').map(|x| x.parse().expect("number")).collect())
-        .collect()
+    text.lines().skip(1).map(|l| l.split(',').map(|x| x.parse().expect("number")).collect()).collect()
 }
 
 pub fn read(name: &str) -> Folder {
-    let dir = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("tests/data/diagnosis")
-        .join(name);
+    let dir = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/diagnosis").join(name);
     let path = |f: &str| dir.join(f).to_str().expect("utf-8").to_owned();
     let machine = load_machine(&path("spindle.yaml"), &path("tool.yaml")).expect("machine");
     let controller = load_controller(&path("pid.json")).expect("controller");
@@ -63,13 +52,7 @@ pub fn read(name: &str) -> Folder {
             signal[at] = c64::new(r[11 + 2 * axis], r[12 + 2 * axis]);
         }
     }
-    let sweep = SweepRecord {
-        name: name.into(),
-        speed_rpm: 0.0,
-        frequency_hz,
-        current,
-        signal,
-    };
+    let sweep = SweepRecord { name: name.into(), speed_rpm: 0.0, frequency_hz, current, signal };
     let hammer = dir.join("hammer-0.csv").exists().then(|| {
         let rows = table(&dir.join("hammer-0.csv"));
         HammerFrf {
@@ -80,10 +63,5 @@ pub fn read(name: &str) -> Folder {
             averages: Some(rows.iter().map(|r| r[4]).collect()),
         }
     });
-    Folder {
-        machine,
-        controller,
-        sweep,
-        hammer,
-    }
+    Folder { machine, controller, sweep, hammer }
 }

@@ -14,18 +14,12 @@ use std::fmt::Write as _;
 
 /// The grid of the example folders, thinned when asked.
 fn lines(points: usize) -> Vec<f64> {
-    (0..points)
-        .map(|k| 50.0 * 80f64.powf(k as f64 / (points - 1) as f64))
-        .collect()
+    (0..points).map(|k| 50.0 * 80f64.powf(k as f64 / (points - 1) as f64)).collect()
 }
 
 /// An effect of a kind, from just visible to large.
 fn drawn(kind: EffectKind, machine: &Machine, draw: &mut Draw) -> Effect {
-    let sign = if draw.uniform(0.0, 1.0) < 0.5 {
-        -1.0
-    } else {
-        1.0
-    };
+    let sign = if draw.uniform(0.0, 1.0) < 0.5 { -1.0 } else { 1.0 };
     let between = |draw: &mut Draw, lo: f64, hi: f64| lo * (hi / lo).powf(draw.uniform(0.0, 1.0));
     let values = match kind {
         EffectKind::LoopDelay => vec![between(draw, 3e-6, 5e-5)],
@@ -44,18 +38,12 @@ fn drawn(kind: EffectKind, machine: &Machine, draw: &mut Draw) -> Effect {
         EffectKind::InternalDamping => vec![between(draw, 3e-7, 3e-6)],
         EffectKind::CrossCoupling => vec![sign * between(draw, 2e4, 5e5)],
         EffectKind::ModalDamping => vec![between(draw, 2.5, 5.0)],
-        EffectKind::ToolJoint => vec![
-            between(draw, 1e8, 8e8),
-            between(draw, 5e4, 5e5),
-            between(draw, 0.3, 3.0),
-        ],
+        EffectKind::ToolJoint => vec![between(draw, 1e8, 8e8), between(draw, 5e4, 5e5), between(draw, 0.3, 3.0)],
         EffectKind::ToolMass => vec![between(draw, 2e-3, 2e-2)],
         EffectKind::AddedMass => vec![between(draw, 2e-2, 2e-1)],
-        EffectKind::HousingMode => vec![
-            between(draw, 40.0, 300.0),
-            between(draw, 100.0, 800.0),
-            between(draw, 0.02, 0.05),
-        ],
+        EffectKind::HousingMode => {
+            vec![between(draw, 40.0, 300.0), between(draw, 100.0, 800.0), between(draw, 0.02, 0.05)]
+        }
         EffectKind::RegionStiffness => vec![1.0 + sign * between(draw, 0.1, 0.3)],
         EffectKind::AddedStiffness => vec![sign * between(draw, 2e5, 1e6)],
         EffectKind::TiltingStiffness => vec![sign * between(draw, 2e4, 2e5)],
@@ -79,24 +67,12 @@ fn run(case: &Case, points: usize) -> (Diagnosis, f64) {
     let folder = read("c03");
     let mut draw = Draw::new(1000 + case.seed);
     let mut machine = folder.machine.clone();
-    if case
-        .effects
-        .iter()
-        .any(|e| e.kind == EffectKind::Gyroscopic)
-    {
+    if case.effects.iter().any(|e| e.kind == EffectKind::Gyroscopic) {
         machine.spindle.gyroscopics = false;
     }
     let grid = lines(points);
     let measured = |rpm: f64, draw: &mut Draw| {
-        simulate(
-            &machine,
-            &folder.controller,
-            &case.effects,
-            case.outside,
-            rpm * TAU / 60.0,
-            &grid,
-            draw,
-        )
+        simulate(&machine, &folder.controller, &case.effects, case.outside, rpm * TAU / 60.0, &grid, draw)
     };
     let drawn = measured(case.speed_rpm, &mut draw);
     let mut sweeps = vec![drawn.sweep];
@@ -106,11 +82,7 @@ fn run(case: &Case, points: usize) -> (Diagnosis, f64) {
     }
     let measurement = Measurement {
         sweeps,
-        taps: vec![HammerTest {
-            frf: drawn.hammer,
-            axis: Axis::X,
-            controller: &folder.controller,
-        }],
+        taps: vec![HammerTest { frf: drawn.hammer, axis: Axis::X, controller: &folder.controller }],
     };
     let started = std::time::Instant::now();
     let d = diagnose(&machine, &measurement, &|_| {}).expect("diagnosis");
@@ -126,11 +98,7 @@ fn judged(case: &Case, d: &Diagnosis) -> &'static str {
     };
     let matches = |found: &[Effect]| {
         found.len() == case.effects.len()
-            && case.effects.iter().all(|e| {
-                found
-                    .iter()
-                    .any(|f| f.kind == e.kind && near(&f.location, &e.location))
-            })
+            && case.effects.iter().all(|e| found.iter().any(|f| f.kind == e.kind && near(&f.location, &e.location)))
     };
     let of = |effects: &[NamedEffect]| effects.iter().map(|e| e.effect.clone()).collect::<Vec<_>>();
     match d.verdict {
@@ -152,8 +120,7 @@ fn matrix(draws: u64, machine: &Machine) -> Vec<Case> {
         for i in 0..draws {
             let seed = kind as u64 * 100 + i;
             let mut draw = Draw::new(seed);
-            let turning =
-                matches!(kind, EffectKind::Gyroscopic | EffectKind::InternalDamping) || i % 5 == 4;
+            let turning = matches!(kind, EffectKind::Gyroscopic | EffectKind::InternalDamping) || i % 5 == 4;
             cases.push(Case {
                 label: kind.name().into(),
                 effects: vec![drawn(kind, machine, &mut draw)],
@@ -210,24 +177,14 @@ fn matrix(draws: u64, machine: &Machine) -> Vec<Case> {
         let mut draw = Draw::new(seed);
         cases.push(Case {
             label: "triple".into(),
-            effects: kinds
-                .into_iter()
-                .map(|kind| drawn(kind, machine, &mut draw))
-                .collect(),
+            effects: kinds.into_iter().map(|kind| drawn(kind, machine, &mut draw)).collect(),
             outside: None,
             speed_rpm: 0.0,
             at_rest_too: false,
             seed,
         });
     }
-    let moving = [
-        K::Gyroscopic,
-        K::InternalDamping,
-        K::CrossCoupling,
-        K::AxisMisalignment,
-        K::ToolJoint,
-        K::LoopDelay,
-    ];
+    let moving = [K::Gyroscopic, K::InternalDamping, K::CrossCoupling, K::AxisMisalignment, K::ToolJoint, K::LoopDelay];
     for (i, kind) in moving.into_iter().enumerate() {
         let seed = 6200 + i as u64;
         let mut draw = Draw::new(seed);
@@ -281,9 +238,7 @@ fn report(cases: &[Case], points: usize) -> (String, Vec<&'static str>) {
     for case in cases {
         let (d, seconds) = run(case, points);
         let result = judged(case, &d);
-        let show = |e: &Effect| {
-            format!("{} {:?} {:?}", e.kind.name(), e.location, e.values).replace(',', ";")
-        };
+        let show = |e: &Effect| format!("{} {:?} {:?}", e.kind.name(), e.location, e.values).replace(',', ";");
         let truth: Vec<String> = case.effects.iter().map(show).collect();
         let found: Vec<String> = d.effects.iter().map(|e| show(&e.effect)).collect();
         // The named effect of the kind of each true one.
@@ -292,11 +247,7 @@ fn report(cases: &[Case], points: usize) -> (String, Vec<&'static str>) {
             .iter()
             .filter_map(|t| Some((t, d.effects.iter().find(|f| f.effect.kind == t.kind)?)))
             .collect();
-        let numbers = || {
-            pairs
-                .iter()
-                .flat_map(|(t, f)| (0..t.values.len()).map(move |i| (t.values[i], *f, i)))
-        };
+        let numbers = || pairs.iter().flat_map(|(t, f)| (0..t.values.len()).map(move |i| (t.values[i], *f, i)));
         let covered: String = numbers()
             .map(|(truth, f, i)| truth >= f.intervals[i].0 && truth <= f.intervals[i].1)
             .map(|inside| u8::from(inside).to_string())
@@ -329,14 +280,7 @@ fn report(cases: &[Case], points: usize) -> (String, Vec<&'static str>) {
             println!(
                 "    nearest {:?} tie {:?} misfit {:?}",
                 d.nearest.iter().map(show).collect::<Vec<_>>(),
-                d.tie
-                    .iter()
-                    .map(|r| r
-                        .effects
-                        .iter()
-                        .map(|e| show(&e.effect))
-                        .collect::<Vec<_>>())
-                    .collect::<Vec<_>>(),
+                d.tie.iter().map(|r| r.effects.iter().map(|e| show(&e.effect)).collect::<Vec<_>>()).collect::<Vec<_>>(),
                 d.misfit
             );
             for (e, s) in d.ranking.iter().take(if only_one { 40 } else { 4 }) {
@@ -352,28 +296,18 @@ fn report(cases: &[Case], points: usize) -> (String, Vec<&'static str>) {
 #[test]
 #[ignore = "minutes: the full matrix of hidden effects"]
 fn full() {
-    let draws = std::env::var("MUSPIN_DRAWS")
-        .ok()
-        .and_then(|d| d.parse().ok())
-        .unwrap_or(5);
+    let draws = std::env::var("MUSPIN_DRAWS").ok().and_then(|d| d.parse().ok()).unwrap_or(5);
     let only = std::env::var("MUSPIN_ONLY").ok();
     let machine = read("c03").machine;
     let mut cases = matrix(draws, &machine);
     if let Some(only) = &only {
-        cases.retain(|c| {
-            only.split(',')
-                .any(|o| o == c.label || o == c.seed.to_string())
-        });
+        cases.retain(|c| only.split(',').any(|o| o == c.label || o == c.seed.to_string()));
     }
     let (table, results) = report(&cases, 488);
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("target/diagnosis-matrix.csv");
     std::fs::write(path, table).expect("table");
     for result in ["right", "tie", "wrong", "missed", "unexplained"] {
-        println!(
-            "{result}: {} of {}",
-            results.iter().filter(|r| **r == result).count(),
-            results.len()
-        );
+        println!("{result}: {} of {}", results.iter().filter(|r| **r == result).count(), results.len());
     }
 }
 
@@ -394,18 +328,9 @@ mod long {
             at_rest_too: false,
             seed: 2,
         };
-        let null = Case {
-            label: "null".into(),
-            effects: vec![],
-            outside: None,
-            speed_rpm: 0.0,
-            at_rest_too: false,
-            seed: 1,
-        };
+        let null =
+            Case { label: "null".into(), effects: vec![], outside: None, speed_rpm: 0.0, at_rest_too: false, seed: 1 };
         let (_, results) = report(&[single, null], 300);
-        assert!(
-            results.iter().all(|r| matches!(*r, "right" | "tie")),
-            "{results:?}"
-        );
+        assert!(results.iter().all(|r| matches!(*r, "right" | "tie")), "{results:?}");
     }
 }

@@ -21,18 +21,8 @@ fn reduced() -> (Machine, Model) {
 
 /// Every hypothesis of a turning spindle.
 fn every(machine: &Machine, model: &Model) -> Vec<Hypothesis> {
-    let scope = Scope {
-        turning: true,
-        first_rad_s: TAU * 40.0,
-        top_rad_s: TAU * 4000.0,
-    };
-    catalogue(
-        machine,
-        model.reduced.span_m(),
-        model.reduced.flexible_rad_s(),
-        scope,
-    )
-    .expect("catalogue")
+    let scope = Scope { turning: true, first_rad_s: TAU * 40.0, top_rad_s: TAU * 4000.0 };
+    catalogue(machine, model.reduced.span_m(), model.reduced.flexible_rad_s(), scope).expect("catalogue")
 }
 
 /// Square of a derivative's distance from the central difference of two models a step on either side, and of its size: six lines, relative
@@ -83,8 +73,7 @@ fn reduced_model_answers_as_the_plant() {
                 _ => 1.0,
             };
             let effect = hypothesis.effect(&theta);
-            let of =
-                |machine: &Machine| Plant::new(machine, speed, ModelDetail::Full).expect("plant");
+            let of = |machine: &Machine| Plant::new(machine, speed, ModelDetail::Full).expect("plant");
             let fine = refined(machine);
             let with_effect = of(&fine.with_effect(effect.clone()));
             // The slope of a tilting stiffness is read on thirds of the elements of the file: what it changes there.
@@ -96,9 +85,7 @@ fn reduced_model_answers_as_the_plant() {
                 None => with_effect.at(w),
                 Some((with, without, fine)) => fine.at(w) + (with.at(w) - without.at(w)),
             };
-            let assembled = model
-                .assemble(&zero, std::slice::from_ref(&effect), speed, false)
-                .expect("assembled");
+            let assembled = model.assemble(&zero, std::slice::from_ref(&effect), speed, false).expect("assembled");
             let tolerance = match effect.kind {
                 // Twice the true coupling: the moments of the discs' slopes are not among the ports of the reduction.
                 EffectKind::Gyroscopic => 3e-3,
@@ -112,8 +99,7 @@ fn reduced_model_answers_as_the_plant() {
                 for i in 0..6 {
                     for j in 0..6 {
                         let part = usize::from(i % 2 == j % 2);
-                        scale[part] =
-                            scale[part].max(want[(i, j)].norm() / if j < 4 { 1.0 } else { 1e-3 });
+                        scale[part] = scale[part].max(want[(i, j)].norm() / if j < 4 { 1.0 } else { 1e-3 });
                     }
                 }
                 for i in 0..6 {
@@ -146,10 +132,7 @@ fn difference(plant: &Plant, model: &Model, p: &[f64], effects: &[Effect]) -> f6
         let entries = || (0..36).filter(|n| n / 6 % 2 == 0 && n % 6 % 2 == 0);
         for block in [true, false] {
             let own = |n: &usize| (n / 6 < 4) == block;
-            let size = entries()
-                .filter(own)
-                .map(|n| want[(n / 6, n % 6)].norm())
-                .fold(0.0, f64::max);
+            let size = entries().filter(own).map(|n| want[(n / 6, n % 6)].norm()).fold(0.0, f64::max);
             for n in entries().filter(own) {
                 worst = worst.max((want[(n / 6, n % 6)] - got[n]).norm() / size);
             }
@@ -175,12 +158,9 @@ fn mesh_parameter_is_a_finer_mesh() {
 
 /// Planes between nodes of the file, moved by −2.7 mm at the front actuators and by 3 mm at the rear sensors.
 fn moved_planes() -> Vec<Effect> {
-    [
-        (EffectKind::ActuatorOffset, Bearings::Front, -2.7e-3),
-        (EffectKind::SensorOffset, Bearings::Rear, 3e-3),
-    ]
-    .map(|(kind, side, by)| Effect::new(kind, Location::Bearing(side), vec![by]).expect("effect"))
-    .to_vec()
+    [(EffectKind::ActuatorOffset, Bearings::Front, -2.7e-3), (EffectKind::SensorOffset, Bearings::Rear, 3e-3)]
+        .map(|(kind, side, by)| Effect::new(kind, Location::Bearing(side), vec![by]).expect("effect"))
+        .to_vec()
 }
 
 /// Between nodes another mesh reads differently, by what two numbers within their range describe.
@@ -219,30 +199,18 @@ fn derivatives_of_readings() {
     let (_, model) = reduced();
     let effects = moved_planes();
     let mut p = vec![0.0; model.layout.len()];
-    assert_eq!(
-        model.reduced.readings(&[], &mut vec![]).expect("planes"),
-        vec![]
-    );
+    assert_eq!(model.reduced.readings(&[], &mut vec![]).expect("planes"), vec![]);
     for plane in [0, 3] {
         p[model.layout.machine.reading(plane)] = 0.3;
     }
     for speed in [0.0, 3000.0] {
         let mut probes = vec![];
-        let readings = model
-            .reduced
-            .readings(&effects, &mut probes)
-            .expect("planes");
+        let readings = model.reduced.readings(&effects, &mut probes).expect("planes");
         let (planes, numbers): (Vec<usize>, Vec<Number>) = readings.into_iter().unzip();
         assert_eq!(planes, [0, 3]);
         let here = model.reduced.assemble(
             &p,
-            Assembly {
-                effects: &effects,
-                speed_rad_s: speed,
-                derivatives: false,
-                further: &[],
-                probes: &probes,
-            },
+            Assembly { effects: &effects, speed_rad_s: speed, derivatives: false, further: &[], probes: &probes },
         );
         let here = here.expect("assembled");
         let first = here.ports() - probes.len();
@@ -292,10 +260,7 @@ fn derivatives_of_small_parameters() {
             };
             let (off, size) = off_and_size(own, (&ahead, &behind), step);
             // 5 % for left-out strains and coordinates that follow as springs: enough for steps and covariances.
-            assert!(
-                off < 2.5e-3 * size,
-                "parameter {k} at {speed}: {off} of {size}"
-            );
+            assert!(off < 2.5e-3 * size, "parameter {k} at {speed}: {off} of {size}");
         }
     }
 }
@@ -312,20 +277,13 @@ fn cubic_functions_leave_out_the_shear_angle() {
         let k = element::matrices(section).stiffness;
         let (a, b, d) = (k[(2, 2)], k[(2, 3)], k[(3, 3)]);
         let det = a * d - b * b;
-        [
-            (d * force - b * moment) / det,
-            (a * moment - b * force) / det,
-        ]
+        [(d * force - b * moment) / det, (a * moment - b * force) / det]
     };
     let whole = beam(length);
     let [w, psi] = end(&whole, force, moment);
     for s in [0.1, 0.35, 0.5, 0.8] {
         // To the cut, the rest of the beam is its force and its moment.
-        let [exact, _] = end(
-            &beam(s * length),
-            force,
-            moment + force * (1.0 - s) * length,
-        );
+        let [exact, _] = end(&beam(s * length), force, moment + force * (1.0 - s) * length);
         let read = element::hermite(s, length);
         let shear = element::shear(&whole);
         let angle = shear[2] * w + shear[3] * psi;
@@ -357,11 +315,7 @@ fn coordinates_have_slopes() {
             let step = 1e-5;
             let want = (number(step) - number(-step)) / (2.0 * step);
             let got = hypothesis.slope(i, &theta);
-            assert!(
-                (got - want).abs() < 1e-6 * want.abs(),
-                "{:?} {i}: {got} {want}",
-                hypothesis.kind
-            );
+            assert!((got - want).abs() < 1e-6 * want.abs(), "{:?} {i}: {got} {want}", hypothesis.kind);
         }
     }
 }
@@ -372,25 +326,13 @@ fn derivatives_of_effects() {
     let (machine, model) = reduced();
     let all = every(&machine, &model);
     let p = vec![0.0; model.layout.len()];
-    let beside = Effect::new(
-        EffectKind::AddedStiffness,
-        Location::Position(0.3),
-        vec![4e5],
-    );
+    let beside = Effect::new(EffectKind::AddedStiffness, Location::Position(0.3), vec![4e5]);
     let beside = beside.expect("effect");
     let mut known = vec![];
-    let in_plane = Effect::new(
-        EffectKind::AddedStiffness,
-        Location::InPlane(0.2, Plane::X),
-        vec![6e5],
-    );
+    let in_plane = Effect::new(EffectKind::AddedStiffness, Location::InPlane(0.2, Plane::X), vec![6e5]);
     let in_plane = in_plane.expect("effect");
     // Alone and beside others, at rest and at speed, from the start of a fit and further on.
-    let cases = [
-        (0.0, vec![]),
-        (3000.0, vec![beside.clone()]),
-        (3000.0, vec![in_plane, beside]),
-    ];
+    let cases = [(0.0, vec![]), (3000.0, vec![beside.clone()]), (3000.0, vec![in_plane, beside])];
     for (hypothesis, ((speed, others), further)) in all
         .iter()
         .flat_map(|h| cases.iter().map(move |case| (h, case)))
@@ -400,20 +342,12 @@ fn derivatives_of_effects() {
         theta[0] += further;
         let at = |theta: &[f64]| [&others[..], &[hypothesis.effect(theta)]].concat();
         let (effects, mut probes) = (at(&theta), vec![]);
-        let numbers = model
-            .reduced
-            .sensitivity(&effects, others.len(), &mut probes);
+        let numbers = model.reduced.sensitivity(&effects, others.len(), &mut probes);
         known.push(kind);
         assert_eq!(numbers.len(), theta.len(), "{kind:?}");
         let here = model.reduced.assemble(
             &p,
-            Assembly {
-                effects: &effects,
-                speed_rad_s: speed,
-                derivatives: true,
-                further: &[],
-                probes: &probes,
-            },
+            Assembly { effects: &effects, speed_rad_s: speed, derivatives: true, further: &[], probes: &probes },
         );
         let here = here.expect("assembled");
         let first = here.ports() - probes.len();
@@ -457,9 +391,7 @@ fn apart(machine: &Machine, model: &Model, effect: &Effect) -> f64 {
     let fine = refined(machine).with_effect(effect.clone());
     let plant = Plant::new(&fine, 0.0, ModelDetail::Full).expect("plant");
     let p = vec![0.0; model.layout.len()];
-    let own = model
-        .assemble(&p, std::slice::from_ref(effect), 0.0, false)
-        .expect("assembled");
+    let own = model.assemble(&p, std::slice::from_ref(effect), 0.0, false).expect("assembled");
     let mut worst = 0.0f64;
     for k in 0..200 {
         let w = TAU * 50.0 * 80f64.powf(k as f64 / 199.0);
@@ -477,14 +409,8 @@ fn apart(machine: &Machine, model: &Model, effect: &Effect) -> f64 {
 #[test]
 fn a_shaft_that_was_kept_answers_as_a_new_one() {
     let (machine, model) = reduced();
-    let mass = |z: f64, kg: f64| {
-        Effect::new(EffectKind::AddedMass, Location::Position(z), vec![kg]).expect("effect")
-    };
-    let joint = Effect::new(
-        EffectKind::ToolJoint,
-        Location::None,
-        vec![2.5e8, 1.2e5, 1.0],
-    );
+    let mass = |z: f64, kg: f64| Effect::new(EffectKind::AddedMass, Location::Position(z), vec![kg]).expect("effect");
+    let joint = Effect::new(EffectKind::ToolJoint, Location::None, vec![2.5e8, 1.2e5, 1.0]);
     let sets = [
         vec![],
         vec![mass(0.1, 0.05)],
@@ -531,23 +457,11 @@ fn places_are_followed_closely() {
         effects.push(make(EffectKind::AddedStiffness, z, &[1e6]));
     }
     for region in machine.regions() {
-        effects.push(make(
-            EffectKind::RegionStiffness,
-            Location::Region(region),
-            &[0.8],
-        ));
+        effects.push(make(EffectKind::RegionStiffness, Location::Region(region), &[0.8]));
     }
     effects.push(make(EffectKind::ToolMass, Location::None, &[0.015]));
-    effects.push(make(
-        EffectKind::ToolJoint,
-        Location::None,
-        &[2.5e8, 1.2e5, 1.0],
-    ));
-    effects.push(make(
-        EffectKind::ToolJoint,
-        Location::None,
-        &[8e8, 5e5, 1.0],
-    ));
+    effects.push(make(EffectKind::ToolJoint, Location::None, &[2.5e8, 1.2e5, 1.0]));
+    effects.push(make(EffectKind::ToolJoint, Location::None, &[8e8, 5e5, 1.0]));
     for effect in &effects {
         let error = apart(machine, &model, effect);
         // A modulus changes what the whole shaft can do; a place is among the coordinates or between two that are.
@@ -565,14 +479,9 @@ fn a_small_mass_acts_in_proportion() {
     let (_, model) = reduced();
     let p = vec![0.0; model.layout.len()];
     let at = |position_m: f64, mass_kg: f64| {
-        let effect = Effect {
-            kind: EffectKind::AddedMass,
-            location: Location::Position(position_m),
-            values: vec![mass_kg],
-        };
-        let own = model
-            .assemble(&p, &[effect], 0.0, false)
-            .expect("assembled");
+        let effect =
+            Effect { kind: EffectKind::AddedMass, location: Location::Position(position_m), values: vec![mass_kg] };
+        let own = model.assemble(&p, &[effect], 0.0, false).expect("assembled");
         own.line(TAU * 1069.0, None).response
     };
     let none = at(0.25, 0.0);
@@ -590,11 +499,7 @@ fn a_place_keeps_some_inertia() {
     for k in 0..=30 {
         let z = from + (to - from) * k as f64 / 30.0;
         let taken = -0.45 * model.reduced.inertia_kg(z, false).expect("inertia");
-        let effect = Effect {
-            kind: EffectKind::AddedMass,
-            location: Location::Position(z),
-            values: vec![taken],
-        };
+        let effect = Effect { kind: EffectKind::AddedMass, location: Location::Position(z), values: vec![taken] };
         for mesh in [-0.5, 0.0, 1.5] {
             let mut p = vec![0.0; model.layout.len()];
             p[model.layout.machine.mesh()] = mesh;

@@ -27,10 +27,9 @@ fn size(effect: &Effect, kind: EffectKind) -> f64 {
     match kind {
         // Bandwidths, corners, stiffness of a joint and mass of a housing: the larger, the less.
         EffectKind::AmplifierBandwidth => (1.0 / value - 1.0 / 2000.0).abs(),
-        EffectKind::EddyCurrents
-        | EffectKind::SensorLowpass
-        | EffectKind::ToolJoint
-        | EffectKind::HousingMode => 1.0 / value,
+        EffectKind::EddyCurrents | EffectKind::SensorLowpass | EffectKind::ToolJoint | EffectKind::HousingMode => {
+            1.0 / value
+        }
         EffectKind::NegativeStiffness
         | EffectKind::ForceConstant
         | EffectKind::SensorGain
@@ -47,64 +46,29 @@ fn a_tie_names_the_measurement_that_separates_and_coverage_gives_sizes() {
     measurement.sweeps.push(folder.sweep);
     let evidence = Evidence::new(&measurement).expect("evidence");
     let model = Model::new(&folder.machine, &evidence.axis_gain_sd()).expect("model");
-    let scope = Scope {
-        turning: false,
-        first_rad_s: TAU * 40.0,
-        top_rad_s: TAU * 4000.0,
-    };
-    let all = catalogue(
-        &folder.machine,
-        model.reduced.span_m(),
-        model.reduced.flexible_rad_s(),
-        scope,
-    )
-    .expect("catalogue");
-    let search = Case {
-        model: &model,
-        evidence: &evidence,
-        catalogue: &all,
-        progress: &|_| {},
-    };
-    let null = search
-        .finish(&[], &search.origin(), 0.03, Subset::ALL)
-        .expect("null");
+    let scope = Scope { turning: false, first_rad_s: TAU * 40.0, top_rad_s: TAU * 4000.0 };
+    let all =
+        catalogue(&folder.machine, model.reduced.span_m(), model.reduced.flexible_rad_s(), scope).expect("catalogue");
+    let search = Case { model: &model, evidence: &evidence, catalogue: &all, progress: &|_| {} };
+    let null = search.finish(&[], &search.origin(), 0.03, Subset::ALL).expect("null");
     // Two explanations of the same size, as a fit to a tie would leave them: 2 µs of delay in the loop, or of lag in all sensors.
     let member = |kind: EffectKind, place: Location, theta: f64| -> Candidate {
-        let h: Hypothesis = all
-            .iter()
-            .find(|h| h.kind == kind && h.place == place)
-            .expect("hypothesis")
-            .clone();
-        let start = Point {
-            p: null.fit.at.p.clone(),
-            theta: vec![vec![theta]],
-            smooth: null.fit.at.smooth,
-        };
-        let mut candidate = search
-            .finish(&[h], &start, 1e-3, Subset::ALL)
-            .expect("candidate");
+        let h: Hypothesis = all.iter().find(|h| h.kind == kind && h.place == place).expect("hypothesis").clone();
+        let start = Point { p: null.fit.at.p.clone(), theta: vec![vec![theta]], smooth: null.fit.at.smooth };
+        let mut candidate = search.finish(&[h], &start, 1e-3, Subset::ALL).expect("candidate");
         candidate.fit.at = start;
         candidate
     };
     let delay = member(EffectKind::LoopDelay, Location::None, 0.2);
     // A second-order low-pass at f delays by 1.414/(2π f): 2 µs at 112 kHz.
-    let lag = member(
-        EffectKind::SensorLowpass,
-        Location::Bearing(Bearings::Both),
-        1e4 / 112_500.0,
-    );
+    let lag = member(EffectKind::SensorLowpass, Location::Bearing(Bearings::Both), 1e4 / 112_500.0);
     let same = proposals(&search, &[&delay, &delay]).expect("menu");
     assert!(same.iter().all(|p| p.separation < 1e-6), "{same:?}");
     let menu = proposals(&search, &[&delay, &lag]).expect("menu");
     for p in &menu {
         println!("{:12.1} {}", p.separation, p.text);
     }
-    let of = |words: &str| {
-        menu.iter()
-            .find(|p| p.text.contains(words))
-            .expect("in the menu")
-            .separation
-    };
+    let of = |words: &str| menu.iter().find(|p| p.text.contains(words)).expect("in the menu").separation;
     // Another sweep of the same kind tells little, whatever the speed; without the command path they differ.
     assert!(of("coil currents measured") > 100.0);
     assert!(of("hammer") > 100.0);
@@ -113,15 +77,9 @@ fn a_tie_names_the_measurement_that_separates_and_coverage_gives_sizes() {
 
     let sizes = detectable(&search, &[], &null.fit.at).expect("sizes");
     for s in &sizes {
-        println!(
-            "{:?} {:?} {:?}",
-            s.effect.kind, s.effect.location, s.effect.values
-        );
+        println!("{:?} {:?} {:?}", s.effect.kind, s.effect.location, s.effect.values);
     }
-    let delay = sizes
-        .iter()
-        .find(|s| s.effect.kind == EffectKind::LoopDelay)
-        .expect("delay");
+    let delay = sizes.iter().find(|s| s.effect.kind == EffectKind::LoopDelay).expect("delay");
     assert!((1e-9..2e-6).contains(&delay.effect.values[0]), "{delay:?}");
     // Sixteen times the noise, in sweeps that are otherwise the same: no limit is smaller.
     let mut draw = Draw::new(16);
@@ -130,14 +88,10 @@ fn a_tie_names_the_measurement_that_separates_and_coverage_gives_sizes() {
         *y += c64::new(draw.normal(), draw.normal()) * sd;
     }
     let noisy = Evidence::new(&measurement).expect("evidence");
-    let noisy = Case {
-        evidence: &noisy,
-        ..search
-    };
+    let noisy = Case { evidence: &noisy, ..search };
     let larger = detectable(&noisy, &[], &null.fit.at).expect("sizes");
     for s in &sizes {
-        let twin =
-            |l: &&Detectable| l.effect.kind == s.effect.kind && same_place(&l.effect, &s.effect);
+        let twin = |l: &&Detectable| l.effect.kind == s.effect.kind && same_place(&l.effect, &s.effect);
         let own = larger.iter().find(twin);
         let ratio = own.map(|l| size(&l.effect, s.effect.kind) / size(&s.effect, s.effect.kind));
         // What is beyond all bounds with the noise has no limit; what is a nuisance parameter, too, is limited by its
@@ -154,9 +108,6 @@ fn a_tie_names_the_measurement_that_separates_and_coverage_gives_sizes() {
         let least = if free { 1.05 } else { 1.0 - 1e-9 };
         assert!(ratio.is_none_or(|r| r > least), "{s:?} {ratio:?}");
     }
-    let mass = sizes
-        .iter()
-        .find(|s| s.effect.kind == EffectKind::ToolMass)
-        .expect("mass");
+    let mass = sizes.iter().find(|s| s.effect.kind == EffectKind::ToolMass).expect("mass");
     assert!((1e-5..5e-3).contains(&mass.effect.values[0]), "{mass:?}");
 }

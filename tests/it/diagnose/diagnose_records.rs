@@ -16,10 +16,7 @@ use std::f64::consts::TAU;
 fn thinned(folder: &Folder) -> SweepRecord {
     let lines: Vec<usize> = (0..folder.sweep.frequency_hz.len()).step_by(2).collect();
     SweepRecord {
-        frequency_hz: lines
-            .iter()
-            .map(|k| folder.sweep.frequency_hz[*k])
-            .collect(),
+        frequency_hz: lines.iter().map(|k| folder.sweep.frequency_hz[*k]).collect(),
         current: folder.sweep.current.select(Dimension(0), &lines),
         signal: folder.sweep.signal.select(Dimension(0), &lines),
         ..folder.sweep.clone()
@@ -27,14 +24,7 @@ fn thinned(folder: &Folder) -> SweepRecord {
 }
 
 fn measured<'a>(folder: &'a Folder, sweep: SweepRecord, frf: HammerFrf) -> Measurement<'a> {
-    Measurement {
-        sweeps: vec![sweep],
-        taps: vec![HammerTest {
-            frf,
-            axis: Axis::X,
-            controller: &folder.controller,
-        }],
-    }
+    Measurement { sweeps: vec![sweep], taps: vec![HammerTest { frf, axis: Axis::X, controller: &folder.controller }] }
 }
 
 fn hammer(folder: &Folder) -> HammerFrf {
@@ -63,11 +53,7 @@ fn a_hammer_with_a_wrong_calibration_is_named() {
     let folder = read("c03");
     let mut frf = hammer(&folder);
     frf.compliance.iter_mut().for_each(|h| *h *= 0.88);
-    let d = diagnose(
-        &folder.machine,
-        &measured(&folder, thinned(&folder), frf),
-        &|_| {},
-    );
+    let d = diagnose(&folder.machine, &measured(&folder, thinned(&folder), frf), &|_| {});
     let d = d.expect("diagnosis");
     match only_fault(&d, RecordId::Hammer(0)) {
         RecordFault::HammerCalibration { factor } => {
@@ -90,16 +76,11 @@ fn sensors_that_drift_are_named() {
     for (k, mut line) in sweep.signal.outer_iter_mut().enumerate() {
         line.mapv_inplace(|y| y * (1.0 - 0.03 * k as f64 / last as f64));
     }
-    let d = diagnose(
-        &folder.machine,
-        &measured(&folder, sweep, hammer(&folder)),
-        &|_| {},
-    );
+    let d = diagnose(&folder.machine, &measured(&folder, sweep, hammer(&folder)), &|_| {});
     match only_fault(&d.expect("diagnosis"), RecordId::Sweep(0)) {
-        RecordFault::Drift {
-            signal: Signal::Displacement,
-            relative_change,
-        } => assert!((relative_change + 0.03).abs() < 0.004, "{relative_change}"),
+        RecordFault::Drift { signal: Signal::Displacement, relative_change } => {
+            assert!((relative_change + 0.03).abs() < 0.004, "{relative_change}")
+        }
         other => panic!("{other:?}"),
     }
 }
@@ -110,25 +91,16 @@ fn signals_that_are_cut_off_are_named_and_left_out() {
     let folder = read("c03");
     let mut sweep = thinned(&folder);
     let lines = sweep.signal.outer_iter();
-    let mut sizes: Vec<f64> = lines
-        .map(|l| l.iter().map(|y| y.norm()).fold(0.0, f64::max))
-        .collect();
+    let mut sizes: Vec<f64> = lines.map(|l| l.iter().map(|y| y.norm()).fold(0.0, f64::max)).collect();
     sizes.sort_by(f64::total_cmp);
     let (count, limit) = (sizes.len(), sizes[sizes.len() * 5 / 6]);
-    sweep
-        .signal
-        .mapv_inplace(|y| y * (limit / y.norm()).min(1.0));
-    let d = diagnose(
-        &folder.machine,
-        &measured(&folder, sweep, hammer(&folder)),
-        &|_| {},
-    );
+    sweep.signal.mapv_inplace(|y| y * (limit / y.norm()).min(1.0));
+    let d = diagnose(&folder.machine, &measured(&folder, sweep, hammer(&folder)), &|_| {});
     let d = d.expect("diagnosis");
     match only_fault(&d, RecordId::Sweep(0)) {
-        RecordFault::Clipping {
-            limit: found,
-            signal: Signal::Displacement,
-        } => assert!((found / limit - 1.0).abs() < 0.01, "{found} {limit}"),
+        RecordFault::Clipping { limit: found, signal: Signal::Displacement } => {
+            assert!((found / limit - 1.0).abs() < 0.01, "{found} {limit}")
+        }
         other => panic!("{other:?}"),
     }
     // The lines below the limit remain.
@@ -141,21 +113,10 @@ fn signals_that_are_cut_off_are_named_and_left_out() {
 fn folded_lines_are_named_with_the_sample_rate() {
     let folder = read("c03");
     let rate = 5200.0;
-    let label: Vec<f64> = (0..160)
-        .map(|k| 50.0 * 80f64.powf(f64::from(k) / 159.0))
-        .collect();
+    let label: Vec<f64> = (0..160).map(|k| 50.0 * 80f64.powf(f64::from(k) / 159.0)).collect();
     let fold = |f: f64| if f > 0.5 * rate { rate - f } else { f };
     let true_hz: Vec<f64> = label.iter().map(|f| fold(*f)).collect();
-    let mut sweep = simulate(
-        &folder.machine,
-        &folder.controller,
-        &[],
-        None,
-        0.0,
-        &true_hz,
-        &mut Draw::new(79),
-    )
-    .sweep;
+    let mut sweep = simulate(&folder.machine, &folder.controller, &[], None, 0.0, &true_hz, &mut Draw::new(79)).sweep;
     for (k, f) in label.iter().enumerate() {
         if *f > 0.5 * rate {
             for values in [&mut sweep.current, &mut sweep.signal] {
@@ -165,17 +126,11 @@ fn folded_lines_are_named_with_the_sample_rate() {
         }
     }
     sweep.frequency_hz = label;
-    let measurement = Measurement {
-        sweeps: vec![sweep],
-        taps: vec![],
-    };
+    let measurement = Measurement { sweeps: vec![sweep], taps: vec![] };
     let d = diagnose(&folder.machine, &measurement, &|_| {}).expect("diagnosis");
     match only_fault(&d, RecordId::Sweep(0)) {
         RecordFault::Alias { sample_rate_hz } => {
-            assert!(
-                (sample_rate_hz / rate - 1.0).abs() < 1e-3,
-                "{sample_rate_hz}"
-            );
+            assert!((sample_rate_hz / rate - 1.0).abs() < 1e-3, "{sample_rate_hz}");
         }
         other => panic!("{other:?}"),
     }
@@ -198,11 +153,7 @@ fn a_right_record_is_neither_cut_off_nor_folded() {
 fn swapped_channels_are_put_right_before_the_diagnosis() {
     let folder = read("c03");
     let right = thinned(&folder);
-    let fault = RecordFault::ChannelsSwapped {
-        a: 2,
-        b: 3,
-        signal: Signal::Displacement,
-    };
+    let fault = RecordFault::ChannelsSwapped { a: 2, b: 3, signal: Signal::Displacement };
     // The exchange is its own inverse.
     let measurement = measured(&folder, fault.corrected_sweep(&right), hammer(&folder));
     let d = diagnose(&folder.machine, &measurement, &|_| {}).expect("diagnosis");
@@ -219,10 +170,7 @@ fn another_tool_is_named() {
     tip.length_m *= 1.3;
     let measurement = measured(&folder, thinned(&folder), hammer(&folder));
     // The records are those of the tool of the folder; the machine says the longer one.
-    let alternatives = Alternatives {
-        tools: vec![("own".into(), folder.machine.clone())],
-        controllers: vec![],
-    };
+    let alternatives = Alternatives { tools: vec![("own".into(), folder.machine.clone())], controllers: vec![] };
     let d = diagnose_with(&longer, &measurement, &alternatives, &|_| {}).expect("diagnosis");
     assert_eq!(d.verdict, Verdict::Named);
     let tool = |f: &FoundFault| f.fault == RecordFault::Tool && f.name.as_deref() == Some("own");
@@ -233,32 +181,17 @@ fn another_tool_is_named() {
 #[test]
 fn a_wrong_speed_is_a_speed_label_and_no_gyroscopic_effect() {
     let folder = read("c03");
-    let lines: Vec<f64> = (0..244)
-        .map(|k| 50.0 * 80f64.powf(k as f64 / 243.0))
-        .collect();
-    let mut drawn = simulate(
-        &folder.machine,
-        &folder.controller,
-        &[],
-        None,
-        24_000.0 * TAU / 60.0,
-        &lines,
-        &mut Draw::new(77),
-    );
+    let lines: Vec<f64> = (0..244).map(|k| 50.0 * 80f64.powf(k as f64 / 243.0)).collect();
+    let mut drawn =
+        simulate(&folder.machine, &folder.controller, &[], None, 24_000.0 * TAU / 60.0, &lines, &mut Draw::new(77));
     drawn.sweep.speed_rpm = 16_000.0;
-    let measurement = Measurement {
-        sweeps: vec![drawn.sweep],
-        taps: vec![],
-    };
+    let measurement = Measurement { sweeps: vec![drawn.sweep], taps: vec![] };
     let d = diagnose(&folder.machine, &measurement, &|_| {}).expect("diagnosis");
     assert!(d.effects.is_empty(), "{:?}", d.effects);
     match &d.record_faults[..] {
-        [
-            FoundFault {
-                fault: RecordFault::SpeedLabel { speed_rpm },
-                ..
-            },
-        ] => assert!((speed_rpm / 24_000.0 - 1.0).abs() < 0.01, "{speed_rpm}"),
+        [FoundFault { fault: RecordFault::SpeedLabel { speed_rpm }, .. }] => {
+            assert!((speed_rpm / 24_000.0 - 1.0).abs() < 0.01, "{speed_rpm}")
+        }
         other => panic!("{other:?}"),
     }
 }
@@ -269,11 +202,7 @@ fn the_gain_of_one_axis_is_named_as_such() {
     let mut sweep = thinned(&folder);
     let mut axis = sweep.signal.index_axis_mut(Dimension(3), 3);
     axis.mapv_inplace(|y| y * 1.05);
-    let d = diagnose(
-        &folder.machine,
-        &measured(&folder, sweep, hammer(&folder)),
-        &|_| {},
-    );
+    let d = diagnose(&folder.machine, &measured(&folder, sweep, hammer(&folder)), &|_| {});
     let d = d.expect("diagnosis");
     // The gain of the bearing is not known so well that the other axis could not be off the other way.
     let right = matches!(d.verdict, Verdict::Named | Verdict::Tie);
@@ -323,10 +252,7 @@ mod long {
             let error = |n: usize| {
                 let wave = |cycles: f64, phase: f64| (TAU * (cycles * x + phase)).cos();
                 let n = n as f64;
-                c64::new(
-                    wave(0.5 + 0.11 * n, 0.37 * n),
-                    wave(1.7 - 0.07 * n, 0.23 * n),
-                ) * 3e-3
+                c64::new(wave(0.5 + 0.11 * n, 0.37 * n), wave(1.7 - 0.07 * n, 0.23 * n)) * 3e-3
             };
             for e in 0..4 {
                 for p in 0..sweep.signal.dim().2 {
@@ -334,19 +260,13 @@ mod long {
                     let u: [c64; 4] = std::array::from_fn(|j| sweep.current[(k, e, p, j)]);
                     let total: f64 = u.iter().map(|u| u.norm()).sum();
                     for i in 0..4 {
-                        let mean: c64 = (0..4)
-                            .map(|j| error(4 * i + j) * (u[j].norm() / total))
-                            .sum();
+                        let mean: c64 = (0..4).map(|j| error(4 * i + j) * (u[j].norm() / total)).sum();
                         sweep.signal[(k, e, p, i)] *= c64::new(1.0, 0.0) + mean;
                     }
                 }
             }
         }
-        let d = diagnose(
-            &folder.machine,
-            &measured(&folder, sweep, hammer(&folder)),
-            &|_| {},
-        );
+        let d = diagnose(&folder.machine, &measured(&folder, sweep, hammer(&folder)), &|_| {});
         let d = d.expect("diagnosis");
         assert_eq!(d.verdict, Verdict::Adequate, "{:?}", d.nearest);
         assert!(d.gap_after < 1.0);

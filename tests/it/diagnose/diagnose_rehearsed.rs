@@ -13,19 +13,13 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 fn data(file: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("tests/data")
-        .join(file)
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(file)
 }
 
 /// Runs the program in a folder; what it says on standard error.
 fn muspin(arguments: &[&str], folder: &Path) -> String {
     let mut command = Command::new(env!("CARGO_BIN_EXE_muspin"));
-    let run = command
-        .args(arguments)
-        .arg("--quiet")
-        .current_dir(folder)
-        .output();
+    let run = command.args(arguments).arg("--quiet").current_dir(folder).output();
     let run = run.unwrap();
     let said = String::from_utf8(run.stderr).unwrap();
     assert!(run.status.code().is_some_and(|c| c < 2), "{said}");
@@ -130,12 +124,7 @@ fn a_rotor_that_a_textbook_pid_does_not_float_is_rehearsed_with_a_pid_tuned_on_i
 fn the_longest_list_of_elements_can_be_halved_twice() {
     let mut machine = load_machine("reference", "paper-tool").unwrap();
     let section = machine.spindle.sections[0].clone();
-    let length = machine
-        .spindle
-        .sections
-        .iter()
-        .map(|s| s.length_m)
-        .sum::<f64>();
+    let length = machine.spindle.sections.iter().map(|s| s.length_m).sum::<f64>();
     machine.spindle.sections = vec![section; 300];
     for s in &mut machine.spindle.sections {
         s.length_m = length / 300.0;
@@ -158,10 +147,7 @@ fn a_finer_mesh_keeps_the_element_of_a_tilting_stiffness() {
     let machine = load_machine("reference", "paper-tool").unwrap();
     let count = |m: &muspin::spindle::Machine| (m.tool.sections.len(), m.spindle.sections.len());
     let (tool, own) = count(&machine);
-    assert_eq!(
-        count(&refined_around_tilting(&machine)),
-        (2 * tool, 2 * own)
-    );
+    assert_eq!(count(&refined_around_tilting(&machine)), (2 * tool, 2 * own));
     let lengths = machine.spindle.sections.iter().map(|s| s.length_m);
     let ends: Vec<f64> = lengths
         .scan(0.0, |z, l| {
@@ -176,12 +162,7 @@ fn a_finer_mesh_keeps_the_element_of_a_tilting_stiffness() {
         let effect = Effect::new(EffectKind::TiltingStiffness, place, vec![1e4]).unwrap();
         let finer = refined_around_tilting(&machine.with_effect(effect));
         assert_eq!(count(&finer), (2 * tool, 2 * own - whole));
-        assert!(
-            finer
-                .spindle
-                .sections
-                .contains(&machine.spindle.sections[5])
-        );
+        assert!(finer.spindle.sections.contains(&machine.spindle.sections[5]));
     }
 }
 
@@ -192,28 +173,12 @@ fn a_finer_mesh_keeps_the_element_of_a_tilting_stiffness() {
 #[test]
 #[ignore = "two minutes"]
 fn a_tilting_stiffness_beside_another_effect_is_found() {
-    let joint = Effect::new(
-        EffectKind::ToolJoint,
-        Location::None,
-        vec![2.557e9, 3.126e4, 0.288],
-    );
-    let at = |kind, position_m, value| {
-        Effect::new(kind, Location::Position(position_m), vec![value]).unwrap()
-    };
+    let joint = Effect::new(EffectKind::ToolJoint, Location::None, vec![2.557e9, 3.126e4, 0.288]);
+    let at = |kind, position_m, value| Effect::new(kind, Location::Position(position_m), vec![value]).unwrap();
     let tilting = EffectKind::TiltingStiffness;
     let cases = [
-        (
-            "s01-short-fast",
-            "endmill-16",
-            at(tilting, 0.077_81, 6575.0),
-            joint.unwrap(),
-        ),
-        (
-            "s04-noncollocated",
-            "drill-8",
-            at(tilting, 0.071_44, 83_643.0),
-            at(EffectKind::AddedMass, 0.091_19, 0.524),
-        ),
+        ("s01-short-fast", "endmill-16", at(tilting, 0.077_81, 6575.0), joint.unwrap()),
+        ("s04-noncollocated", "drill-8", at(tilting, 0.071_44, 83_643.0), at(EffectKind::AddedMass, 0.091_19, 0.524)),
         (
             "s01-short-fast",
             "endmill-12-long",
@@ -226,10 +191,7 @@ fn a_tilting_stiffness_beside_another_effect_is_found() {
         let want = strong.values[0];
         let found = named(&spindle, &[strong, other], &["--tool", tool]);
         let stiffness = value_of(&found, tilting, "stiffness_n_m_per_rad");
-        assert!(
-            (stiffness / want - 1.0).abs() < 0.02,
-            "{stiffness} for {want}"
-        );
+        assert!((stiffness / want - 1.0).abs() < 0.02, "{stiffness} for {want}");
     }
 }
 
@@ -245,12 +207,7 @@ mod long {
         let spindle = data("spindles/s06-strong-ks.yaml");
         let joint = vec![4.091e8, 7.086e4, 0.444];
         let hidden = [
-            Effect::new(
-                EffectKind::AddedStiffness,
-                Location::Position(0.2303),
-                vec![2.658e6],
-            )
-            .unwrap(),
+            Effect::new(EffectKind::AddedStiffness, Location::Position(0.2303), vec![2.658e6]).unwrap(),
             Effect::new(EffectKind::ToolJoint, Location::None, joint).unwrap(),
         ];
         let found = named(&spindle, &hidden, &["--tool", "endmill-12-long"]);
@@ -269,10 +226,9 @@ mod long {
         let folder = temporary.path();
         let spindle = data("spindles/s06-strong-ks.yaml");
         let mut truth = spindle_of(&spindle);
-        for (bearing, force, stiffness, gain) in [
-            (&mut truth.front, 1.1, 1.22, 1.04),
-            (&mut truth.rear, 0.91, 0.82, 0.965),
-        ] {
+        for (bearing, force, stiffness, gain) in
+            [(&mut truth.front, 1.1, 1.22, 1.04), (&mut truth.rear, 0.91, 0.82, 0.965)]
+        {
             bearing.ki_n_per_a *= force;
             bearing.ks_n_per_m *= stiffness;
             bearing.sensor_gain *= gain;
@@ -301,11 +257,7 @@ mod long {
         ] {
             // Twice what a careful updating leaves of the two.
             let tolerance = if f64::abs(exact) > 0.15 { 0.08 } else { 0.04 };
-            assert!(
-                (change(name) - exact).abs() < tolerance,
-                "{name}: {}",
-                change(name)
-            );
+            assert!((change(name) - exact).abs() < tolerance, "{name}: {}", change(name));
         }
         let usual = |f: &Value| f["usual_deviations"].as_f64().unwrap();
         assert!(off.windows(2).all(|w| usual(&w[0]) >= usual(&w[1])));
@@ -376,15 +328,9 @@ mod long {
         let folder = temporary.path();
         let spindle = data("spindles/s13-lab-rotor.yaml");
         let spindle_name = spindle.to_str().unwrap();
-        muspin(
-            &["rehearse", "--spindle", spindle_name, "--out", "m"],
-            folder,
-        );
+        muspin(&["rehearse", "--spindle", spindle_name, "--out", "m"], folder);
         // Nothing is hidden: the coarse mesh of the file is not what the data complain about.
-        muspin(
-            &["diagnose", "--measurement", "m", "--out", "nothing"],
-            folder,
-        );
+        muspin(&["diagnose", "--measurement", "m", "--out", "nothing"], folder);
         let nothing = part(folder, "nothing", "diagnosis");
         assert_eq!(nothing["verdict"], "adequate", "{}", nothing["sentence"]);
         assert!(nothing["gap_after"].as_f64().unwrap() < 1.0);
@@ -399,22 +345,13 @@ mod long {
         // The free-free rotor by the dense eigenvalue problem of a finer mesh. The sweep begins below its first mode.
         let machine = load_machine(spindle_name, "paper-tool").unwrap();
         let rotor = refined(&refined(&machine)).rotor().unwrap();
-        let modes = muspin::rotor::PlanarModes::new(&rotor)
-            .unwrap()
-            .flexible_hz();
-        let (measured, sd) = (
-            list("resonances_hz"),
-            list("resonances_standard_deviation_hz"),
-        );
+        let modes = muspin::rotor::PlanarModes::new(&rotor).unwrap().flexible_hz();
+        let (measured, sd) = (list("resonances_hz"), list("resonances_standard_deviation_hz"));
         assert_eq!(measured.len(), 11);
         for (k, f) in measured.iter().enumerate() {
             let exact = modes[k];
             // A thousandth is what the mesh of the rehearsal, every element in two, leaves at 1.8 kHz.
-            assert!(
-                (f - exact).abs() < 3.0 * sd[k] + 1e-3 * exact,
-                "{f} {exact} {}",
-                sd[k]
-            );
+            assert!((f - exact).abs() < 3.0 * sd[k] + 1e-3 * exact, "{f} {exact} {}", sd[k]);
         }
         let shift = found["magnet_shift_removed_hz"]["resonances"][1].as_f64();
         assert!((8.0..9.0).contains(&shift.unwrap()), "{shift:?}");
@@ -435,10 +372,7 @@ mod long {
             "n",
         ];
         muspin(&rehearse, folder);
-        muspin(
-            &["diagnose", "--measurement", "n", "--out", "stiffer"],
-            folder,
-        );
+        muspin(&["diagnose", "--measurement", "n", "--out", "stiffer"], folder);
         let stiffer = part(folder, "stiffer", "diagnosis");
         assert_eq!(stiffer["verdict"], "named", "{}", stiffer["sentence"]);
         assert_eq!(stiffer["effects"].as_array().unwrap().len(), 1);
@@ -482,12 +416,7 @@ mod long {
     fn a_strong_tilting_stiffness_is_found_wherever_it_acts() {
         let folder = data("diagnosis/c19");
         let [tool, controller] = ["tool.yaml", "k.json"].map(|f| folder.join(f));
-        let rest = [
-            "--tool",
-            tool.to_str().unwrap(),
-            "--controller",
-            controller.to_str().unwrap(),
-        ];
+        let rest = ["--tool", tool.to_str().unwrap(), "--controller", controller.to_str().unwrap()];
         for (position_m, stiffness) in [(0.15, 3e5), (0.1, 3e5), (0.2325, -3e5)] {
             tilting_is_found(&folder.join("spindle.yaml"), &rest, position_m, stiffness);
         }

@@ -30,27 +30,15 @@ fn mat_file(matrices: &[(&str, usize, usize, &[f64])], compressed: bool) -> Vec<
         bytes.resize(bytes.len().next_multiple_of(8), 0);
         bytes
     };
-    let words = |list: &[u32]| {
-        list.iter()
-            .flat_map(|w| w.to_le_bytes())
-            .collect::<Vec<u8>>()
-    };
+    let words = |list: &[u32]| list.iter().flat_map(|w| w.to_le_bytes()).collect::<Vec<u8>>();
     let mut file = vec![b' '; 124];
     file.extend_from_slice(&[0, 1, b'I', b'M']);
     for (name, rows, columns, values) in matrices {
         // Whole numbers are stored in bytes, as MATLAB does.
-        let small = values
-            .iter()
-            .all(|x| x.fract() == 0.0 && (0.0..256.0).contains(x));
+        let small = values.iter().all(|x| x.fract() == 0.0 && (0.0..256.0).contains(x));
         let numbers = match small {
             true => element(2, &values.iter().map(|x| *x as u8).collect::<Vec<u8>>()),
-            false => element(
-                9,
-                &values
-                    .iter()
-                    .flat_map(|x| x.to_le_bytes())
-                    .collect::<Vec<u8>>(),
-            ),
+            false => element(9, &values.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>()),
         };
         let parts = [
             element(6, &words(&[6, 0])),
@@ -61,8 +49,7 @@ fn mat_file(matrices: &[(&str, usize, usize, &[f64])], compressed: bool) -> Vec<
         let whole = element(14, &parts.concat());
         if compressed {
             use std::io::Write;
-            let mut encoder =
-                flate2::write::ZlibEncoder::new(vec![], flate2::Compression::default());
+            let mut encoder = flate2::write::ZlibEncoder::new(vec![], flate2::Compression::default());
             encoder.write_all(&whole).unwrap();
             let packed = encoder.finish().unwrap();
             file.extend([15u32.to_le_bytes(), (packed.len() as u32).to_le_bytes()].concat());
@@ -83,18 +70,11 @@ fn a_controller_from_matlab_is_read_compressed_or_not() {
     let c = [0.5; 8];
     let d = [0.0; 16];
     for compressed in [false, true] {
-        let all: [(&str, usize, usize, &[f64]); 5] = [
-            ("A", 2, 2, &a),
-            ("B", 2, 4, &b),
-            ("C", 4, 2, &c),
-            ("D", 4, 4, &d),
-            ("Ts", 1, 1, &[0.0]),
-        ];
+        let all: [(&str, usize, usize, &[f64]); 5] =
+            [("A", 2, 2, &a), ("B", 2, 4, &b), ("C", 4, 2, &c), ("D", 4, 4, &d), ("Ts", 1, 1, &[0.0])];
         std::fs::write(&file, mat_file(&all, compressed)).unwrap();
         let found = load_controller(file.to_str().unwrap()).unwrap();
-        let ControlLaw::Continuous(k) = found.law else {
-            panic!("Ts = 0 is continuous time")
-        };
+        let ControlLaw::Continuous(k) = found.law else { panic!("Ts = 0 is continuous time") };
         // Columns of the file are columns of the matrix.
         assert_eq!([k.a[(0, 0)], k.a[(1, 0)], k.a[(0, 1)], k.a[(1, 1)]], a);
         assert_eq!((k.b[(0, 0)], k.b[(1, 1)], k.b[(1, 0)]), (1.0, 1.0, 0.0));
@@ -111,51 +91,19 @@ fn what_export_writes_as_mat_is_the_controller_again() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("o");
     let out = out.to_str().unwrap();
-    let arguments = [
-        "export",
-        "--controller",
-        PID,
-        "--spindle",
-        SPINDLE,
-        "--tool",
-        TOOL,
-        "--out",
-        out,
-    ];
+    let arguments = ["export", "--controller", PID, "--spindle", SPINDLE, "--tool", TOOL, "--out", out];
     let (code, _, error) = muspin(&arguments, &here());
     assert_eq!(code, 0, "{error}");
     let mats = std::fs::read_dir(out).unwrap().map(|e| e.unwrap().path());
-    let mat = mats
-        .into_iter()
-        .find(|p| p.extension().is_some_and(|e| e == "mat"))
-        .unwrap();
+    let mat = mats.into_iter().find(|p| p.extension().is_some_and(|e| e == "mat")).unwrap();
     let json = format!("{out}/discrete.json");
-    let (a, b) = (
-        load_controller(mat.to_str().unwrap()).unwrap(),
-        load_controller(&json).unwrap(),
-    );
-    let (ControlLaw::Discrete(a), ControlLaw::Discrete(b)) = (a.law, b.law) else {
-        panic!("sampled")
-    };
+    let (a, b) = (load_controller(mat.to_str().unwrap()).unwrap(), load_controller(&json).unwrap());
+    let (ControlLaw::Discrete(a), ControlLaw::Discrete(b)) = (a.law, b.law) else { panic!("sampled") };
     assert_eq!(a.time, b.time);
     assert!((0..a.order()).all(|i| (0..a.order()).all(|j| a.a[(i, j)] == b.a[(i, j)])));
-    assert!(
-        (0..4)
-            .all(|i| (0..a.order())
-                .all(|j| a.c[(i, j)] == b.c[(i, j)] && a.b[(j, i)] == b.b[(j, i)]))
-    );
+    assert!((0..4).all(|i| (0..a.order()).all(|j| a.c[(i, j)] == b.c[(i, j)] && a.b[(j, i)] == b.b[(j, i)])));
     let frf = |controller: &str| {
-        let arguments = [
-            "frf",
-            "--controller",
-            controller,
-            "--spindle",
-            SPINDLE,
-            "--tool",
-            TOOL,
-            "--points",
-            "4",
-        ];
+        let arguments = ["frf", "--controller", controller, "--spindle", SPINDLE, "--tool", TOOL, "--points", "4"];
         muspin(&arguments, &here())
     };
     let (one, two) = (frf(mat.to_str().unwrap()), frf(&json));
@@ -174,47 +122,21 @@ fn damaged_mat_files_are_refused_without_a_panic() {
         other[k] ^= 0x5a;
         let _ = matrices("changed", &other);
     }
-    assert_eq!(
-        matrices("whole", &whole).unwrap()[0].values.as_deref(),
-        Some(&a[..])
-    );
+    assert_eq!(matrices("whole", &whole).unwrap()[0].values.as_deref(), Some(&a[..]));
 }
 
 /// The metadata of a picture give back the values of its curve from the points that are drawn.
 #[test]
 fn axes_in_a_picture_give_the_values_of_its_points() {
-    let x: Vec<f64> = (0..40)
-        .map(|k| 10f64.powf(1.0 + f64::from(k) / 13.0))
-        .collect();
+    let x: Vec<f64> = (0..40).map(|k| 10f64.powf(1.0 + f64::from(k) / 13.0)).collect();
     let y: Vec<f64> = x.iter().map(|x| 3.0 + x.ln()).collect();
-    let mut panel = Panel::new(
-        "",
-        Axis::log("Frequency", "Hz"),
-        Axis::linear("Height", "µm"),
-    );
-    panel.series.push(Series::curve(
-        "one",
-        &x,
-        &y,
-        Look::line(Color::Blue, Dash::Solid),
-    ));
+    let mut panel = Panel::new("", Axis::log("Frequency", "Hz"), Axis::linear("Height", "µm"));
+    panel.series.push(Series::curve("one", &x, &y, Look::line(Color::Blue, Dash::Solid)));
     let svg = picture(&Figure::new("t", "d", vec![panel])).unwrap().svg;
-    let text = svg
-        .split_once("<metadata>")
-        .unwrap()
-        .1
-        .split_once("</metadata>")
-        .unwrap()
-        .0;
-    let axes: Value =
-        serde_json::from_str(&text.replace("&quot;", "\"").replace("&amp;", "&")).unwrap();
+    let text = svg.split_once("<metadata>").unwrap().1.split_once("</metadata>").unwrap().0;
+    let axes: Value = serde_json::from_str(&text.replace("&quot;", "\"").replace("&amp;", "&")).unwrap();
     let panel = &axes[0];
-    let r: Vec<f64> = panel["r"]
-        .as_array()
-        .unwrap()
-        .iter()
-        .map(|v| v.as_f64().unwrap())
-        .collect();
+    let r: Vec<f64> = panel["r"].as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect();
     let number = |axis: &str, k: usize| panel[axis][k].as_f64().unwrap();
     assert_eq!(panel["x"][3], "Frequency");
     assert_eq!(panel["y"][4], "µm");
@@ -244,36 +166,21 @@ fn characteristic_loci_and_disc_margin_belong_to_the_loop() {
     let machine = load_machine(SPINDLE, TOOL).unwrap();
     let controller = load_controller(PID).unwrap();
     let plant = Plant::new(&machine, 0.0, ModelDetail::Full).unwrap();
-    let lines: Vec<f64> = (0..60)
-        .map(|k| 10.0 * 300f64.powf(f64::from(k) / 59.0))
-        .collect();
+    let lines: Vec<f64> = (0..60).map(|k| 10.0 * 300f64.powf(f64::from(k) / 59.0)).collect();
     let shape = LoopShape::new(&plant, &controller, &lines).unwrap();
     let mut least = f64::INFINITY;
     for (k, hz) in lines.iter().enumerate() {
         let loci: Vec<c64> = shape.loci.iter().map(|l| l[k]).collect();
         let g = plant.at(TAU * hz).submatrix(0, 0, 4, 4).to_owned();
         let held = muspin::lti::HeldResponse::held_at(&controller, TAU * hz);
-        let trace: c64 = (0..4)
-            .map(|i| (0..4).map(|j| g[(i, j)] * held[(j, i)]).sum::<c64>())
-            .sum();
+        let trace: c64 = (0..4).map(|i| (0..4).map(|j| g[(i, j)] * held[(j, i)]).sum::<c64>()).sum();
         let sum: c64 = loci.iter().sum();
-        assert!(
-            (sum + trace).norm() < 1e-9 * (1.0 + trace.norm()),
-            "{hz} Hz: {sum} {trace}"
-        );
+        assert!((sum + trace).norm() < 1e-9 * (1.0 + trace.norm()), "{hz} Hz: {sum} {trace}");
         // |1 + λ| is never below the smallest singular value of I + L.
-        least = least.min(
-            loci.iter()
-                .map(|l| (l + 1.0).norm())
-                .fold(f64::INFINITY, f64::min),
-        );
+        least = least.min(loci.iter().map(|l| (l + 1.0).norm()).fold(f64::INFINITY, f64::min));
     }
     let margin = shape.disc_margin();
-    assert!(
-        margin.radius > 0.0 && margin.radius <= least * (1.0 + 1e-9),
-        "{} {least}",
-        margin.radius
-    );
+    assert!(margin.radius > 0.0 && margin.radius <= least * (1.0 + 1e-9), "{} {least}", margin.radius);
     let [low, high] = margin.gain();
     assert!(low < 1.0 && high > 1.0 && margin.phase_deg() > 0.0);
 }
@@ -307,16 +214,9 @@ fn the_unbalance_response_is_the_compliance_at_the_speed() {
     assert_eq!(code, 0, "{error}");
     let columns: Value = serde_json::from_str(&out).unwrap();
     let entry = |name: &str| {
-        c64::new(
-            columns[format!("{name}_re")][0].as_f64().unwrap(),
-            columns[format!("{name}_im")][0].as_f64().unwrap(),
-        )
+        c64::new(columns[format!("{name}_re")][0].as_f64().unwrap(), columns[format!("{name}_im")][0].as_f64().unwrap())
     };
     let h = entry("t_xx") - c64::new(0.0, 1.0) * entry("t_xy");
     let expected = h.norm() * (rpm * TAU / 60.0).powi(2);
-    assert!(
-        (found[0] / expected - 1.0).abs() < 1e-9,
-        "{} {expected}",
-        found[0]
-    );
+    assert!((found[0] / expected - 1.0).abs() < 1e-9, "{} {expected}", found[0]);
 }

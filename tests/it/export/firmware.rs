@@ -14,38 +14,20 @@ use rand_chacha::ChaCha8Rng;
 use std::f64::consts::{PI, TAU};
 
 pub(crate) const TIME: Discrete = Discrete { period_s: 5e-5 };
-pub(crate) const LIMITS: SignalLimits = SignalLimits {
-    input_m: 2.54e-4,
-    output_a: 3.0,
-};
+pub(crate) const LIMITS: SignalLimits = SignalLimits { input_m: 2.54e-4, output_a: 3.0 };
 
 /// Block-diagonal system from pole blocks, hidden behind a random similarity.
-pub(crate) fn hidden(
-    blocks: &[Mat<f64>],
-    inputs: usize,
-    outputs: usize,
-    seed: u64,
-) -> StateSpace<Discrete> {
+pub(crate) fn hidden(blocks: &[Mat<f64>], inputs: usize, outputs: usize, seed: u64) -> StateSpace<Discrete> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut a = Mat::zeros(0, 0);
     for block in blocks {
-        a = block2(
-            &a,
-            &Mat::zeros(a.nrows(), block.ncols()),
-            &Mat::zeros(block.nrows(), a.ncols()),
-            block,
-        );
+        a = block2(&a, &Mat::zeros(a.nrows(), block.ncols()), &Mat::zeros(block.nrows(), a.ncols()), block);
     }
     let n = a.nrows();
-    let mut draw =
-        |r, c, scale: f64| Mat::from_fn(r, c, |_, _| scale * random.random_range(-1.0..1.0));
+    let mut draw = |r, c, scale: f64| Mat::from_fn(r, c, |_, _| scale * random.random_range(-1.0..1.0));
     let t = Mat::<f64>::identity(n, n) + draw(n, n, 0.5);
     let inverse = muspin::linalg::solve(&t, &Mat::identity(n, n)).unwrap();
-    let (b, c, d) = (
-        draw(n, inputs, 300.0),
-        draw(outputs, n, 1.0),
-        draw(outputs, inputs, 1000.0),
-    );
+    let (b, c, d) = (draw(n, inputs, 300.0), draw(outputs, n, 1.0), draw(outputs, inputs, 1000.0));
     StateSpace::new(&t * &a * &inverse, &t * &b, &c * &inverse, d, TIME).unwrap()
 }
 
@@ -76,11 +58,7 @@ fn largest_difference(first: &StateSpace<Discrete>, second: &StateSpace<Discrete
 
 pub(crate) fn typical() -> StateSpace<Discrete> {
     let mut blocks = vec![real(0.99), real(0.2), real(-0.3), real(0.9997)];
-    blocks.extend(
-        [90.0, 400.0, 1069.0, 1955.0, 3210.0, 5200.0]
-            .iter()
-            .map(|f| pair(*f, 0.05)),
-    );
+    blocks.extend([90.0, 400.0, 1069.0, 1955.0, 3210.0, 5200.0].iter().map(|f| pair(*f, 0.05)));
     hidden(&blocks, 4, 4, 1)
 }
 
@@ -109,34 +87,18 @@ fn repeated_and_defective_poles_share_a_larger_block() {
     });
     let twice = pair(700.0, 0.02);
     for (name, blocks) in [
-        (
-            "Jordan block of three",
-            vec![jordan, real(0.1), pair(500.0, 0.1)],
-        ),
-        (
-            "near-defective pair",
-            vec![near, real(-0.2), pair(2000.0, 0.3)],
-        ),
+        ("Jordan block of three", vec![jordan, real(0.1), pair(500.0, 0.1)]),
+        ("near-defective pair", vec![near, real(-0.2), pair(2000.0, 0.3)]),
         ("two equal pairs", vec![twice.clone(), twice, real(0.4)]),
-        (
-            "one equal pole in four",
-            vec![real(0.7), real(0.7), real(0.7), real(0.7)],
-        ),
-        (
-            "poles at zero",
-            vec![real(0.0), real(0.0), pair(100.0, 0.5)],
-        ),
+        ("one equal pole in four", vec![real(0.7), real(0.7), real(0.7), real(0.7)]),
+        ("poles at zero", vec![real(0.0), real(0.0), pair(100.0, 0.5)]),
         ("integrators", vec![real(1.0), real(1.0), real(0.5)]),
     ] {
         let k = hidden(&blocks, 2, 2, 7);
         let realisation = modal_form(&k).unwrap_or_else(|e| panic!("{name}: {e}"));
         let back = realisation.to_state_space().unwrap();
         assert!(largest_difference(&k, &back) < 1e-8, "{name}");
-        assert_eq!(
-            realisation.blocks.iter().sum::<usize>(),
-            k.order(),
-            "{name}"
-        );
+        assert_eq!(realisation.blocks.iter().sum::<usize>(), k.order(), "{name}");
     }
 }
 
@@ -144,30 +106,17 @@ fn repeated_and_defective_poles_share_a_larger_block() {
 fn a_gain_without_states_is_realised() {
     let k = StateSpace::gain(Mat::from_fn(4, 4, |i, j| (i * 4 + j) as f64 - 7.5), TIME);
     let realisation = modal_form(&k).unwrap();
-    assert_eq!(
-        largest_difference(&k, &realisation.rounded_f32().unwrap()),
-        0.0
-    );
+    assert_eq!(largest_difference(&k, &realisation.rounded_f32().unwrap()), 0.0);
 }
 
 pub(crate) fn pid_like() -> StateSpace<Discrete> {
     let mut axes = Vec::new();
     for (kp, f1, f2) in [(-11_000.0, 1400.0, 2500.0), (-9000.0, 900.0, 3000.0)] {
         let a = block2(
-            &block2(
-                &real(0.9997),
-                &Mat::zeros(1, 1),
-                &Mat::zeros(1, 1),
-                &real(0.3),
-            ),
+            &block2(&real(0.9997), &Mat::zeros(1, 1), &Mat::zeros(1, 1), &real(0.3)),
             &Mat::zeros(2, 4),
             &Mat::zeros(4, 2),
-            &block2(
-                &pair(f1, 0.3),
-                &Mat::zeros(2, 2),
-                &Mat::zeros(2, 2),
-                &pair(f2, 0.2),
-            ),
+            &block2(&pair(f1, 0.3), &Mat::zeros(2, 2), &Mat::zeros(2, 2), &pair(f2, 0.2)),
         );
         let b = Mat::from_fn(6, 1, |i, _| 0.5 + 0.1 * i as f64);
         let c = Mat::from_fn(1, 6, |_, j| kp * [1e-4, -0.8, 0.3, -0.2, 0.4, 0.1][j]);
@@ -188,10 +137,7 @@ fn second_order_sections_keep_the_transfer_and_refuse_coupled_axes() {
     proper.d = Mat::zeros(4, 4);
     let sections = second_order_sections(&proper).unwrap();
     assert!(largest_difference(&proper, &sections.to_state_space().unwrap()) < 1e-8);
-    assert!(matches!(
-        second_order_sections(&typical()),
-        Err(ControllerError::NotDecentralised { .. })
-    ));
+    assert!(matches!(second_order_sections(&typical()), Err(ControllerError::NotDecentralised { .. })));
 }
 
 #[test]
@@ -209,16 +155,11 @@ fn scaled_states_never_leave_their_range_for_inputs_within_the_limit() {
         x = (0..x.len())
             .map(|i| {
                 (0..x.len()).map(|j| system.a[(i, j)] * x[j]).sum::<f64>()
-                    + (0..4)
-                        .map(|j| system.b[(i, j)] * y[j] * LIMITS.input_m)
-                        .sum::<f64>()
+                    + (0..4).map(|j| system.b[(i, j)] * y[j] * LIMITS.input_m).sum::<f64>()
             })
             .collect();
         for (i, value) in x.iter().enumerate() {
-            assert!(
-                rows.anti_windup[i] || value.abs() <= 1.0 + 1e-9,
-                "state {i}: {value}"
-            );
+            assert!(rows.anti_windup[i] || value.abs() <= 1.0 + 1e-9, "state {i}: {value}");
         }
     }
 }
@@ -228,11 +169,7 @@ fn rounding_is_small(realisation: &Realisation, k: &StateSpace<Discrete>) {
     let single = rows.rows.rounded_f32().unwrap();
     let change = largest_difference(k, &single);
     // Direct-form sections hold a slow pole only to 6e-8/(1 − |z|), here 2e-4; modal form is free of that.
-    let allowed = if realisation.signals.is_empty() {
-        5e-6
-    } else {
-        1e-3
-    };
+    let allowed = if realisation.signals.is_empty() { 5e-6 } else { 1e-3 };
     assert!(change < allowed, "{change:e}");
     let fixed = q31(&rows).unwrap();
     assert!(largest_difference(k, &fixed.rounded().unwrap()) < 1e-5);
@@ -247,10 +184,9 @@ fn rounded_coefficients_keep_the_transfer() {
 
 #[test]
 fn q31_stays_within_its_derived_bound_of_exact_arithmetic() {
-    for (realisation, k) in [
-        (modal_form(&typical()).unwrap(), typical()),
-        (second_order_sections(&pid_like()).unwrap(), pid_like()),
-    ] {
+    for (realisation, k) in
+        [(modal_form(&typical()).unwrap(), typical()), (second_order_sections(&pid_like()).unwrap(), pid_like())]
+    {
         let rows = scaled(&realisation, LIMITS).unwrap();
         let mut fixed = q31(&rows).unwrap();
         let samples = 500;
@@ -259,28 +195,16 @@ fn q31_stays_within_its_derived_bound_of_exact_arithmetic() {
         let mut x = vec![0.0f64; k.order()];
         let mut worst = 0.0f64;
         for _ in 0..samples {
-            let y: Vec<i32> = (0..4)
-                .map(|_| fixed.encode_input(3e-6 * random.random_range(-1.0..1.0)))
-                .collect();
+            let y: Vec<i32> = (0..4).map(|_| fixed.encode_input(3e-6 * random.random_range(-1.0..1.0))).collect();
             let exact: Vec<f64> = y.iter().map(|v| fixed.decode_input(*v)).collect();
             let u = fixed.step(&y);
-            let dot = |m: &Mat<f64>, i: usize, v: &[f64]| {
-                v.iter()
-                    .enumerate()
-                    .map(|(j, v)| m[(i, j)] * v)
-                    .sum::<f64>()
-            };
+            let dot = |m: &Mat<f64>, i: usize, v: &[f64]| v.iter().enumerate().map(|(j, v)| m[(i, j)] * v).sum::<f64>();
             for (i, value) in u.iter().enumerate() {
                 let expected = dot(&k.c, i, &x) + dot(&k.d, i, &exact);
-                assert!(
-                    expected.abs() < LIMITS.output_a,
-                    "the comparison must be linear"
-                );
+                assert!(expected.abs() < LIMITS.output_a, "the comparison must be linear");
                 worst = worst.max((fixed.decode_output(*value) - expected).abs());
             }
-            x = (0..x.len())
-                .map(|i| dot(&k.a, i, &x) + dot(&k.b, i, &exact))
-                .collect();
+            x = (0..x.len()).map(|i| dot(&k.a, i, &x) + dot(&k.b, i, &exact)).collect();
         }
         assert!(worst <= bound, "{worst:e} A against a bound of {bound:e} A");
         assert!(bound < 1e-3, "a bound of {bound:e} A says nothing");
@@ -308,10 +232,7 @@ fn the_continuous_fit_is_close_below_a_quarter_of_the_nyquist_frequency() {
     for k in [typical(), pid_like()] {
         let fit = continuous_fit(&k).unwrap();
         let nyquist_hz = 0.5 / TIME.period_s;
-        let (low, middle) = (
-            fit.error_to(0.1 * nyquist_hz),
-            fit.error_to(0.25 * nyquist_hz),
-        );
+        let (low, middle) = (fit.error_to(0.1 * nyquist_hz), fit.error_to(0.25 * nyquist_hz));
         assert!(low < 0.02 && middle < 0.05, "{low} {middle}");
         // Every pole is where exp(s T) is one of the sampled poles, and the statement of the error is true.
         let (hz, stated) = fit.relative_error[200];
@@ -319,32 +240,16 @@ fn the_continuous_fit_is_close_below_a_quarter_of_the_nyquist_frequency() {
         let (exact, found) = (k.transfer(z), fit.law.transfer(c64::new(0.0, TAU * hz)));
         let norm = |m: &Mat<c64>| muspin::linalg::max_singular_value_complex(m);
         assert!((norm(&(&found - &exact)) / norm(&exact) - stated).abs() < 1e-9);
-        let slow = fit
-            .law
-            .poles()
-            .unwrap()
-            .iter()
-            .map(|s| (s * TIME.period_s).exp())
-            .collect::<Vec<_>>();
-        for pole in k
-            .poles()
-            .unwrap()
-            .iter()
-            .filter(|z| z.re > 0.0 && z.im >= 0.0)
-        {
+        let slow = fit.law.poles().unwrap().iter().map(|s| (s * TIME.period_s).exp()).collect::<Vec<_>>();
+        for pole in k.poles().unwrap().iter().filter(|z| z.re > 0.0 && z.im >= 0.0) {
             assert!(slow.iter().any(|z| (z - pole).norm() < 1e-6), "{pole}");
         }
         // Tustin's rule taken back, the usual stand-in, is further off.
-        let bilinear = |w: f64| {
-            k.transfer(
-                c64::new(1.0, 0.5 * TIME.period_s * w) / c64::new(1.0, -0.5 * TIME.period_s * w),
-            )
-        };
+        let bilinear =
+            |w: f64| k.transfer(c64::new(1.0, 0.5 * TIME.period_s * w) / c64::new(1.0, -0.5 * TIME.period_s * w));
         let w = TAU * 0.25 * nyquist_hz;
         let back = bilinear(w) - k.transfer(c64::from_polar(1.0, w * TIME.period_s));
-        assert!(
-            norm(&back) / norm(&k.transfer(c64::from_polar(1.0, w * TIME.period_s))) > 2.0 * middle
-        );
+        assert!(norm(&back) / norm(&k.transfer(c64::from_polar(1.0, w * TIME.period_s))) > 2.0 * middle);
     }
 }
 

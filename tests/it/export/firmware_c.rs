@@ -18,14 +18,7 @@ use std::path::Path;
 use std::process::Command;
 use tempfile::TempDir;
 
-const STRICT: [&str; 6] = [
-    "-std=c99",
-    "-Wall",
-    "-Wextra",
-    "-Werror",
-    "-Wconversion",
-    "-pedantic",
-];
+const STRICT: [&str; 6] = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-Wconversion", "-pedantic"];
 
 /// What an export needs to own.
 pub(crate) struct Case {
@@ -36,16 +29,9 @@ pub(crate) struct Case {
 }
 
 impl Case {
-    pub(crate) fn new(
-        law: StateSpace<Discrete>,
-        rows: ScaledRealisation,
-        prefix: &'static str,
-    ) -> Self {
+    pub(crate) fn new(law: StateSpace<Discrete>, rows: ScaledRealisation, prefix: &'static str) -> Self {
         Self {
-            controller: Controller {
-                name: "test */ case".to_owned(),
-                law: ControlLaw::Discrete(law),
-            },
+            controller: Controller { name: "test */ case".to_owned(), law: ControlLaw::Discrete(law) },
             rows,
             verification: Verification::none(),
             prefix,
@@ -80,25 +66,13 @@ impl Case {
 }
 
 fn compiles(folder: &Path, compiler: &str, arguments: &[&str]) -> Result<(), String> {
-    let done = Command::new(compiler)
-        .args(arguments)
-        .current_dir(folder)
-        .output()
-        .unwrap();
+    let done = Command::new(compiler).args(arguments).current_dir(folder).output().unwrap();
     let message = String::from_utf8_lossy(&done.stderr).into_owned();
-    if done.status.success() {
-        Ok(())
-    } else {
-        Err(message)
-    }
+    if done.status.success() { Ok(()) } else { Err(message) }
 }
 
 fn run(folder: &Path, program: &str, arguments: &[&str]) -> String {
-    let done = Command::new(folder.join(program))
-        .args(arguments)
-        .current_dir(folder)
-        .output()
-        .unwrap();
+    let done = Command::new(folder.join(program)).args(arguments).current_dir(folder).output().unwrap();
     let printed = String::from_utf8_lossy(&done.stdout).trim().to_owned();
     assert!(done.status.success(), "{printed}");
     printed
@@ -118,13 +92,7 @@ fn reproduces_the_vectors(case: &Case, flags: &[&str]) {
     let header = std::fs::read_to_string(folder.path().join("controller.h")).unwrap();
     let verified = format!("#define {}_VERIFIED 0", case.prefix.to_uppercase());
     assert!(header.contains("NOT VERIFIED") && header.contains(&verified));
-    let own = [
-        "-O2",
-        "-DMUSPIN_SELF_TEST",
-        "controller.c",
-        "-o",
-        "selftest",
-    ];
+    let own = ["-O2", "-DMUSPIN_SELF_TEST", "controller.c", "-o", "selftest"];
     compiles(folder.path(), "cc", &[flags, &own[..]].concat()).unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(
         run(folder.path(), "selftest", &["test_vectors.csv"]),
@@ -163,29 +131,17 @@ fn generated_c_corrects_the_states_of_a_limited_controller_bit_for_bit() {
     for (law, plain) in [(typical(), modal), (pid_like(), sections)] {
         let mut rows = plain.clone();
         for i in [0, 1, 5] {
-            let term = |j: usize| Term {
-                source: j,
-                coefficient: 0.003 * (i as f64 - 2.5 + j as f64),
-            };
+            let term = |j: usize| Term { source: j, coefficient: 0.003 * (i as f64 - 2.5 + j as f64) };
             rows.conditioning[i] = (0..4).map(term).collect();
         }
         let vectors = |rows: &ScaledRealisation| {
             let case = Case::new(law.clone(), rows.clone(), "conditioned");
             let files = write_all(&case.firmware(), &[Format::Csv]).unwrap();
-            files
-                .into_iter()
-                .find(|f| f.0 == "test_vectors.csv")
-                .unwrap()
-                .1
+            files.into_iter().find(|f| f.0 == "test_vectors.csv").unwrap().1
         };
         let (with, without) = (vectors(&rows), vectors(&plain));
-        let lines = |bytes: &[u8]| {
-            String::from_utf8(bytes.to_vec())
-                .unwrap()
-                .lines()
-                .map(str::to_owned)
-                .collect::<Vec<_>>()
-        };
+        let lines =
+            |bytes: &[u8]| String::from_utf8(bytes.to_vec()).unwrap().lines().map(str::to_owned).collect::<Vec<_>>();
         let (with, without) = (lines(&with), lines(&without));
         // Lines 97 to 176 stay within the limits, where nothing is corrected; the step after them is limited.
         assert!(with[177..] != without[177..], "the correction must act");
@@ -203,11 +159,7 @@ fn no_option_of_the_compiler_brings_in_a_fused_multiply_add() {
     }
     let folder = TempDir::new().unwrap();
     case.write(folder.path());
-    let refused = compiles(
-        folder.path(),
-        "cc",
-        &["-O2", "-ffast-math", "-c", "controller.c"],
-    );
+    let refused = compiles(folder.path(), "cc", &["-O2", "-ffast-math", "-c", "controller.c"]);
     assert!(refused.unwrap_err().contains("-ffast-math"));
 }
 
@@ -216,16 +168,10 @@ const INVALID_SAMPLES: &str = include_str!("../../firmware/invalid_samples.c");
 #[test]
 fn an_invalid_sample_is_held_counted_and_leaves_nothing_behind() {
     let sections = scaled(&second_order_sections(&pid_like()).unwrap(), LIMITS).unwrap();
-    for case in [
-        Case::modal(typical(), "typical"),
-        Case::new(pid_like(), sections, "sections"),
-    ] {
+    for case in [Case::modal(typical(), "typical"), Case::new(pid_like(), sections, "sections")] {
         let folder = TempDir::new().unwrap();
         case.write(folder.path());
-        assert_eq!(
-            main_prints(folder.path(), INVALID_SAMPLES, &["controller.c"]),
-            "0"
-        );
+        assert_eq!(main_prints(folder.path(), INVALID_SAMPLES, &["controller.c"]), "0");
     }
 }
 
@@ -245,11 +191,7 @@ fn two_controllers_link_and_generic_names_are_withdrawn() {
     assert_eq!(main_prints(folder.path(), &main, &sources), "16 24");
     let check = |text: String, compiler: &str, name: &str| {
         std::fs::write(folder.path().join(name), text).unwrap();
-        compiles(
-            folder.path(),
-            compiler,
-            &["-Wall", "-Wextra", "-Werror", "-c", name],
-        )
+        compiles(folder.path(), compiler, &["-Wall", "-Wextra", "-Werror", "-c", name])
     };
     let generic = "muspin_f32 state;\nint states = MUSPIN_STATES;\n";
     let single = "#include \"first/controller.h\"\n";
@@ -257,15 +199,8 @@ fn two_controllers_link_and_generic_names_are_withdrawn() {
     assert!(check(format!("{includes}{generic}"), "cc", "both.c").is_err());
     let call = "void start(void);\nvoid start(void) { static first_f32 c; first_f32_init(&c); }\n";
     check(format!("{single}{call}"), "c++", "caller.cpp").unwrap();
-    let symbols = Command::new("nm")
-        .args(["-u", "caller.o"])
-        .current_dir(folder.path())
-        .output()
-        .unwrap();
-    assert!(
-        String::from_utf8_lossy(&symbols.stdout).contains(" first_f32_init\n"),
-        "linked by its C name"
-    );
+    let symbols = Command::new("nm").args(["-u", "caller.o"]).current_dir(folder.path()).output().unwrap();
+    assert!(String::from_utf8_lossy(&symbols.stdout).contains(" first_f32_init\n"), "linked by its C name");
 }
 
 #[test]
@@ -280,11 +215,7 @@ fn names_become_c_identifiers() {
         assert_eq!(c_identifier(name), identifier);
         assert!(is_prefix(identifier), "{identifier}");
     }
-    assert!(
-        ["1a", "_a", "a-b", "", "MUSPIN", "é"]
-            .iter()
-            .all(|p| !is_prefix(p))
-    );
+    assert!(["1a", "_a", "a-b", "", "MUSPIN", "é"].iter().all(|p| !is_prefix(p)));
 }
 
 /// Both library structures as their manuals define them, on the tables of sections.h and the vectors before any limit.
@@ -297,11 +228,7 @@ fn library_tables_of_sections_reproduce_the_vectors() {
     Case::new(pid_like(), rows, "sections").write(folder.path());
     std::fs::write(folder.path().join("main.c"), LIBRARIES).unwrap();
     // The tables of the two axes in between are not used.
-    let arguments = [
-        &STRICT[..],
-        &["-Wno-unused-variable", "-O2", "main.c", "-o", "main", "-lm"],
-    ]
-    .concat();
+    let arguments = [&STRICT[..], &["-Wno-unused-variable", "-O2", "main.c", "-o", "main", "-lm"]].concat();
     compiles(folder.path(), "cc", &arguments).unwrap_or_else(|e| panic!("{e}"));
     let printed = run(folder.path(), "main", &[]);
     let values: Vec<f64> = printed.split(' ').map(|v| v.parse().unwrap()).collect();
@@ -345,22 +272,14 @@ const CHANGE: &str = include_str!("../../firmware/change.c");
 #[test]
 fn a_change_of_controller_continues_the_currents_and_the_loop_settles() {
     let folder = TempDir::new().unwrap();
-    let (lift, work) = (
-        Case::modal(levitation(0.0), "lift"),
-        Case::modal(levitation(100.0), "work"),
-    );
+    let (lift, work) = (Case::modal(levitation(0.0), "lift"), Case::modal(levitation(100.0), "work"));
     for case in [&lift, &work] {
         case.write(&folder.path().join(case.prefix));
     }
     for (name, bytes) in controller_table(&[lift.firmware(), work.firmware()]).unwrap() {
         std::fs::write(folder.path().join(name), bytes).unwrap();
     }
-    let sources = [
-        "lift/controller.c",
-        "work/controller.c",
-        "controllers.c",
-        "-lm",
-    ];
+    let sources = ["lift/controller.c", "work/controller.c", "controllers.c", "-lm"];
     let printed = main_prints(folder.path(), CHANGE, &sources);
     assert_eq!(printed.lines().count(), 2);
     for line in printed.lines() {
@@ -371,11 +290,7 @@ fn a_change_of_controller_continues_the_currents_and_the_loop_settles() {
         // The integrator starts at the resting current and moves on by 60 A/m times 4e-5 m a sample. The way back is to
         // a controller whose only memory is a derivative filter with the pole 0.5: it continues the current for one
         // sample.
-        assert!(
-            values[1] < 5e-2,
-            "the current moves by {} A in a sample",
-            values[1]
-        );
+        assert!(values[1] < 5e-2, "the current moves by {} A in a sample", values[1]);
         // The integrator has 0.2 s, 20 of its time constants; 1e-3 µm is 2e-5 of the resting position.
         assert!(values[2] < 1e-3, "{} µm from rest", values[2]);
     }
@@ -394,9 +309,7 @@ fn a_controller_with_a_fast_unstable_mode_is_handed_over() {
     let system = rows.rows.to_state_space().unwrap();
     let y = Mat::from_fn(4, 1, |i, _| 1e-6 * (i as f64 + 1.0));
     let wanted = [0.5, -1.0, 2.0, 0.1];
-    let given: Vec<f64> = (0..8)
-        .map(|i| if i < 4 { y[(i, 0)] } else { wanted[i - 4] })
-        .collect();
+    let given: Vec<f64> = (0..8).map(|i| if i < 4 { y[(i, 0)] } else { wanted[i - 4] }).collect();
     let mut x = Mat::from_fn(system.order(), 1, |i, _| {
         let terms = map.float32[i].iter();
         terms.map(|t| t.coefficient * given[t.source]).sum::<f64>()
@@ -408,14 +321,8 @@ fn a_controller_with_a_fast_unstable_mode_is_handed_over() {
         last = &system.c * &x + &system.d * &y;
     }
     for i in 0..4 {
-        assert!(
-            (first[(i, 0)] - wanted[i]).abs() < 1e-4,
-            "output {i}: {first:?}"
-        );
-        assert!(
-            (last[(i, 0)] - wanted[i]).abs() < 4.0,
-            "output {i}: {last:?}"
-        );
+        assert!((first[(i, 0)] - wanted[i]).abs() < 1e-4, "output {i}: {first:?}");
+        assert!((last[(i, 0)] - wanted[i]).abs() < 4.0, "output {i}: {last:?}");
     }
 }
 
@@ -425,11 +332,7 @@ fn the_handed_over_states_reproduce_the_last_output() {
     let map = hand_over(&rows).unwrap();
     let system = rows.rows.to_state_space().unwrap();
     let given = [1e-5, -2e-5, 0.0, 3e-5, 0.5, -1.0, 2.0, 0.1];
-    let x: Vec<f64> = map
-        .float32
-        .iter()
-        .map(|row| row.iter().map(|t| t.coefficient * given[t.source]).sum())
-        .collect();
+    let x: Vec<f64> = map.float32.iter().map(|row| row.iter().map(|t| t.coefficient * given[t.source]).sum()).collect();
     for i in 0..4 {
         let states: f64 = (0..x.len()).map(|j| system.c[(i, j)] * x[j]).sum();
         let inputs: f64 = (0..4).map(|j| system.d[(i, j)] * given[j]).sum();

@@ -28,20 +28,11 @@ fn complex(rng: &mut ChaCha8Rng, sd: f64) -> c64 {
 }
 
 /// A sweep of the plant at rest with sensor noise `noise_m` on every coefficient.
-fn sweep(
-    machine: &Machine,
-    noise_m: f64,
-    seed: u64,
-) -> (SweepRecord, Vec<muspin::linalg::Mat<c64>>) {
+fn sweep(machine: &Machine, noise_m: f64, seed: u64) -> (SweepRecord, Vec<muspin::linalg::Mat<c64>>) {
     let plant = Plant::new(machine, 0.0, ModelDetail::Full).unwrap();
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let frequency_hz: Vec<f64> = (0..480)
-        .map(|k| 50.0 * 80f64.powf(k as f64 / 479.0))
-        .collect();
-    let truth: Vec<_> = frequency_hz
-        .iter()
-        .map(|f| plant.at(TAU * f).submatrix(0, 0, AXES, AXES).to_owned())
-        .collect();
+    let frequency_hz: Vec<f64> = (0..480).map(|k| 50.0 * 80f64.powf(k as f64 / 479.0)).collect();
+    let truth: Vec<_> = frequency_hz.iter().map(|f| plant.at(TAU * f).submatrix(0, 0, AXES, AXES).to_owned()).collect();
     let repeats = 3;
     let mut current = Array4::from_elem((480, AXES, repeats, AXES), c64::new(0.0, 0.0));
     let mut signal = current.clone();
@@ -56,19 +47,13 @@ fn sweep(
             for p in 0..repeats {
                 for i in 0..AXES {
                     current[(l, e, p, i)] = u[i];
-                    signal[(l, e, p, i)] = (0..AXES).map(|j| truth[l][(i, j)] * u[j]).sum::<c64>()
-                        + complex(&mut rng, noise_m);
+                    signal[(l, e, p, i)] =
+                        (0..AXES).map(|j| truth[l][(i, j)] * u[j]).sum::<c64>() + complex(&mut rng, noise_m);
                 }
             }
         }
     }
-    let record = SweepRecord {
-        name: "synthetic".into(),
-        speed_rpm: 0.0,
-        frequency_hz,
-        current,
-        signal,
-    };
+    let record = SweepRecord { name: "synthetic".into(), speed_rpm: 0.0, frequency_hz, current, signal };
     (record, truth)
 }
 
@@ -115,10 +100,7 @@ fn peaks_of_the_free_free_rotor_come_back_within_their_standard_deviations() {
         }
     }
     let mean = chi.iter().sum::<f64>() / chi.len() as f64;
-    println!(
-        "mean chi2 {mean:.2}, worst {:.1} sd",
-        chi.iter().copied().fold(0.0, f64::max).sqrt()
-    );
+    println!("mean chi2 {mean:.2}, worst {:.1} sd", chi.iter().copied().fold(0.0, f64::max).sqrt());
     // The share for the magnets' stiffness is generous here, where ks is exact: below one is right, above two would be
     // bias.
     assert!(mean < 2.0, "{mean}");
@@ -141,12 +123,7 @@ fn null_case_of_the_simulator_shows_the_updated_model() {
     check(&found.resonances, &[1069.0, 1955.0, 3210.0]);
     check(&found.front, &[1109.0, 1767.0, 3429.0]);
     check(&found.rear, &[952.0, 1716.0, 2828.6]);
-    assert!(
-        found
-            .damping_ratio
-            .iter()
-            .all(|z| (0.002..0.008).contains(z))
-    );
+    assert!(found.damping_ratio.iter().all(|z| (0.002..0.008).contains(z)));
 }
 
 /// Σ r/(f_k² − f² + 2jζ f_k f) with white noise.
@@ -155,25 +132,17 @@ fn channel(lines: &[f64], modes: &[(f64, f64)], noise: f64, seed: u64) -> Channe
     let value = lines
         .iter()
         .map(|f| {
-            let sum: c64 = modes
-                .iter()
-                .map(|(fk, r)| c64::new(*r, 0.0) / c64::new(fk * fk - f * f, 0.008 * fk * f))
-                .sum();
+            let sum: c64 =
+                modes.iter().map(|(fk, r)| c64::new(*r, 0.0) / c64::new(fk * fk - f * f, 0.008 * fk * f)).sum();
             sum - 3.0 / (f * f) + complex(&mut rng, noise)
         })
         .collect();
-    Channel {
-        name: "synthetic".into(),
-        value,
-        sigma: vec![noise; lines.len()],
-    }
+    Channel { name: "synthetic".into(), value, sigma: vec![noise; lines.len()] }
 }
 
 #[test]
 fn two_close_resonances_are_told_apart() {
-    let lines: Vec<f64> = (0..500)
-        .map(|k| 500.0 * 4f64.powf(k as f64 / 499.0))
-        .collect();
+    let lines: Vec<f64> = (0..500).map(|k| 500.0 * 4f64.powf(k as f64 / 499.0)).collect();
     let channels = [
         channel(&lines, &[(1000.0, 1.0), (1016.0, 0.7)], 2e-9, 1),
         channel(&lines, &[(1000.0, 0.6), (1016.0, -0.9)], 2e-9, 2),
@@ -188,14 +157,9 @@ fn two_close_resonances_are_told_apart() {
 
 #[test]
 fn a_shallow_resonance_is_found_and_noise_is_not() {
-    let lines: Vec<f64> = (0..500)
-        .map(|k| 500.0 * 4f64.powf(k as f64 / 499.0))
-        .collect();
+    let lines: Vec<f64> = (0..500).map(|k| 500.0 * 4f64.powf(k as f64 / 499.0)).collect();
     // The second mode stands out of the first one's flank by a few per cent.
-    let found = resonances(
-        &lines,
-        &[channel(&lines, &[(900.0, 1.0), (1300.0, 0.002)], 2e-10, 3)],
-    );
+    let found = resonances(&lines, &[channel(&lines, &[(900.0, 1.0), (1300.0, 0.002)], 2e-10, 3)]);
     assert_eq!(found.len(), 2, "{found:?}");
     assert!((found[1].frequency_hz - 1300.0).abs() < 5.0 * found[1].standard_deviation_hz);
     for seed in 0..20 {
@@ -206,37 +170,23 @@ fn a_shallow_resonance_is_found_and_noise_is_not() {
 
 #[test]
 fn an_antiresonance_that_noise_hides_is_null_with_the_reason() {
-    let lines: Vec<f64> = (0..500)
-        .map(|k| 500.0 * 4f64.powf(k as f64 / 499.0))
-        .collect();
+    let lines: Vec<f64> = (0..500).map(|k| 500.0 * 4f64.powf(k as f64 / 499.0)).collect();
     let modes = [(800.0, 1.0), (1400.0, 1.0)];
     let clear = channel(&lines, &modes, 1e-9, 4);
     let poles = resonances(&lines, std::slice::from_ref(&clear));
     let found = antiresonances(&lines, &clear, 0, &poles, 100.0);
-    let between: Vec<_> = found
-        .iter()
-        .filter(|z| (800.0..1400.0).contains(&z.place_hz()))
-        .collect();
-    assert!(
-        matches!(between[..], [Antiresonance::Found { .. }]),
-        "{found:?}"
-    );
+    let between: Vec<_> = found.iter().filter(|z| (800.0..1400.0).contains(&z.place_hz())).collect();
+    assert!(matches!(between[..], [Antiresonance::Found { .. }]), "{found:?}");
     // The same rotor; noise hides the flat bottom between the two peaks, but not the peaks.
     let hidden = channel(&lines, &modes, 2e-6, 4);
     let poles = resonances(&lines, std::slice::from_ref(&hidden));
     assert_eq!(poles.len(), 2);
     let found = antiresonances(&lines, &hidden, 0, &poles, 100.0);
-    let between: Vec<_> = found
-        .iter()
-        .filter(|z| (800.0..1400.0).contains(&z.place_hz()))
-        .collect();
+    let between: Vec<_> = found.iter().filter(|z| (800.0..1400.0).contains(&z.place_hz())).collect();
     let [Antiresonance::NotIdentified { reason, .. }] = between[..] else {
         panic!("{found:?}");
     };
-    assert!(
-        reason.contains("standard deviation") || reason.contains("minimum"),
-        "{reason}"
-    );
+    assert!(reason.contains("standard deviation") || reason.contains("minimum"), "{reason}");
     // Above the last peak nothing crosses zero: roots of the noise are not antiresonances.
     assert!(found.iter().all(|z| z.place_hz() < 1400.0), "{found:?}");
 }
@@ -268,30 +218,20 @@ fn bad_sweep_files_are_refused_by_name_and_line() {
     assert_eq!(read_sweep("s.csv", &good, 0.0).unwrap().repeats(), 2);
     type Edit = fn(usize, usize, usize, Vec<String>) -> Option<Vec<String>>;
     let cases: [(&str, usize, Edit); 7] = [
-        (
-            "experiment 3 (injection into rear_x) is missing",
-            10,
-            |l, e, _, r| (l != 1 || e != 3).then_some(r),
-        ),
-        ("has repeats [1], others have 1 to 2", 10, |l, e, p, r| {
-            (l != 1 || e != 2 || p != 2).then_some(r)
-        }),
+        ("experiment 3 (injection into rear_x) is missing", 10, |l, e, _, r| (l != 1 || e != 3).then_some(r)),
+        ("has repeats [1], others have 1 to 2", 10, |l, e, p, r| (l != 1 || e != 2 || p != 2).then_some(r)),
         ("y2_re: \"nan\" is not a number", 5, |l, e, p, mut r| {
             if (l, e, p) == (0, 2, 2) {
                 r[13] = "nan".into();
             }
             Some(r)
         }),
-        (
-            "experiment: 5 must be a whole number from 1 to 4",
-            9,
-            |l, e, p, mut r| {
-                if (l, e, p) == (0, 4, 2) {
-                    r[1] = "5".into();
-                }
-                Some(r)
-            },
-        ),
+        ("experiment: 5 must be a whole number from 1 to 4", 9, |l, e, p, mut r| {
+            if (l, e, p) == (0, 4, 2) {
+                r[1] = "5".into();
+            }
+            Some(r)
+        }),
         ("18 columns, the header has 19", 3, |l, e, p, mut r| {
             if (l, e, p) == (0, 1, 2) {
                 r.pop();
@@ -318,11 +258,7 @@ fn bad_sweep_files_are_refused_by_name_and_line() {
     }
     let text = String::from_utf8(good.clone()).unwrap();
     let error = read_sweep("s.csv", text.replace("u3_im", "u3_mi").as_bytes(), 0.0).unwrap_err();
-    assert!(
-        error
-            .message
-            .contains("column 9 is \"u3_mi\", expected \"u3_im\"")
-    );
+    assert!(error.message.contains("column 9 is \"u3_mi\", expected \"u3_im\""));
     assert!(read_sweep("s.csv", b"", 0.0).is_err());
     assert!(read_sweep("s.csv", &[0xff, 0xfe, 0x00], 0.0).is_err());
 }
@@ -333,10 +269,7 @@ fn rows_in_any_order_give_the_same_sweep() {
     let mut lines: Vec<&str> = good.lines().collect();
     lines[1..].reverse();
     let turned = lines.join("\r\n");
-    assert_eq!(
-        read_sweep("s", good.as_bytes(), 0.0).unwrap(),
-        read_sweep("s", turned.as_bytes(), 0.0).unwrap()
-    );
+    assert_eq!(read_sweep("s", good.as_bytes(), 0.0).unwrap(), read_sweep("s", turned.as_bytes(), 0.0).unwrap());
 }
 
 #[test]

@@ -4,9 +4,7 @@
 use crate::diagnose::generator::{Draw, Drawn, simulate};
 use muspin::controller::Controller;
 use muspin::identify::plausibility::{Quantity, RecordFault, Signal};
-use muspin::identify::{
-    HammerFrf, Plausibility, SweepRecord, hammer_plausibility, open_loop, sweep_plausibility,
-};
+use muspin::identify::{HammerFrf, Plausibility, SweepRecord, hammer_plausibility, open_loop, sweep_plausibility};
 use muspin::input::{load_controller, load_machine};
 use muspin::linalg::c64;
 use muspin::spindle::Machine;
@@ -34,19 +32,13 @@ fn rigs() -> &'static [Rig; 2] {
             let machine = load_machine(spindle, "paper-tool").unwrap();
             let controller = load_controller(&data("identify/c03/pid.json")).unwrap();
             let record = drawn(&machine, &controller, 7);
-            Rig {
-                machine,
-                controller,
-                record,
-            }
+            Rig { machine, controller, record }
         })
     })
 }
 
 fn drawn(machine: &Machine, controller: &Controller, seed: u64) -> Drawn {
-    let lines: Vec<f64> = (0..60)
-        .map(|k| 40.0 * 100f64.powf(f64::from(k) / 59.0))
-        .collect();
+    let lines: Vec<f64> = (0..60).map(|k| 40.0 * 100f64.powf(f64::from(k) / 59.0)).collect();
     let mut draw = Draw::new(seed);
     simulate(machine, controller, &[], None, 0.0, &lines, &mut draw)
 }
@@ -66,10 +58,9 @@ fn mistaken(record: &SweepRecord, fault: RecordFault) -> SweepRecord {
     if let RecordFault::Clock { factor } = fault {
         wrong.frequency_hz.iter_mut().for_each(|f| *f *= factor);
     }
-    for (is_current, values, source) in [
-        (true, &mut wrong.current, &record.current),
-        (false, &mut wrong.signal, &record.signal),
-    ] {
+    for (is_current, values, source) in
+        [(true, &mut wrong.current, &record.current), (false, &mut wrong.signal, &record.signal)]
+    {
         let concerns = |s: Signal| (s == Signal::Current) == is_current;
         for (at, value) in values.indexed_iter_mut() {
             let channel = at.3;
@@ -85,16 +76,12 @@ fn mistaken(record: &SweepRecord, fault: RecordFault) -> SweepRecord {
                 RecordFault::PlanesSwapped { signal } if concerns(signal) => {
                     *value = from((channel + 2) % 4);
                 }
-                RecordFault::Sign { channel: c, signal }
-                    if concerns(signal) && c.is_none_or(|c| c == channel) =>
-                {
+                RecordFault::Sign { channel: c, signal } if concerns(signal) && c.is_none_or(|c| c == channel) => {
                     *value = -*value;
                 }
-                RecordFault::Unit {
-                    signal,
-                    decades,
-                    channel: c,
-                } if concerns(signal) && c.is_none_or(|c| c == channel) => {
+                RecordFault::Unit { signal, decades, channel: c }
+                    if concerns(signal) && c.is_none_or(|c| c == channel) =>
+                {
                     *value *= 10f64.powi(decades);
                 }
                 RecordFault::Conjugate => *value = value.conj(),
@@ -110,11 +97,7 @@ const Y: Signal = Signal::Displacement;
 const H: Signal = Signal::Compliance;
 
 fn unit(signal: Signal, decades: i32, channel: Option<usize>) -> RecordFault {
-    RecordFault::Unit {
-        signal,
-        decades,
-        channel,
-    }
+    RecordFault::Unit { signal, decades, channel }
 }
 
 #[test]
@@ -158,16 +141,8 @@ fn every_mistake_in_a_sweep_is_named_with_its_fields() {
 
 #[test]
 fn two_mistakes_in_one_sweep_are_both_named() {
-    let swap = RecordFault::ChannelsSwapped {
-        a: 0,
-        b: 1,
-        signal: Y,
-    };
-    let rear = RecordFault::ChannelsSwapped {
-        a: 2,
-        b: 3,
-        signal: Y,
-    };
+    let swap = RecordFault::ChannelsSwapped { a: 0, b: 1, signal: Y };
+    let rear = RecordFault::ChannelsSwapped { a: 2, b: 3, signal: Y };
     let cases = [
         [unit(Y, 6, None), swap],
         [unit(U, 3, None), RecordFault::Conjugate],
@@ -222,29 +197,17 @@ fn every_mistake_in_a_hammer_test_is_named() {
         }
         record
     };
-    let sign = RecordFault::Sign {
-        channel: None,
-        signal: H,
-    };
+    let sign = RecordFault::Sign { channel: None, signal: H };
     let j_omega = |f: f64| c64::new(0.0, TAU * f);
     let cases: [(RecordFault, HammerFrf); 8] = [
         (unit(H, 6, None), changed(&|_, h| 1e6 * h, 1.0)),
         (unit(H, -3, None), changed(&|_, h| 1e-3 * h, 1.0)),
         (sign, changed(&|_, h| -h, 1.0)),
         (RecordFault::Conjugate, changed(&|_, h| h.conj(), 1.0)),
-        (
-            RecordFault::Clock { factor: 1e-3 },
-            changed(&|_, h| h, 1e-3),
-        ),
+        (RecordFault::Clock { factor: 1e-3 }, changed(&|_, h| h, 1e-3)),
         (RecordFault::Clock { factor: TAU }, changed(&|_, h| h, TAU)),
-        (
-            RecordFault::Quantity(Quantity::Mobility),
-            changed(&|f, h| h * j_omega(f), 1.0),
-        ),
-        (
-            RecordFault::Quantity(Quantity::Accelerance),
-            changed(&|f, h| h * j_omega(f) * j_omega(f), 1.0),
-        ),
+        (RecordFault::Quantity(Quantity::Mobility), changed(&|f, h| h * j_omega(f), 1.0)),
+        (RecordFault::Quantity(Quantity::Accelerance), changed(&|f, h| h * j_omega(f) * j_omega(f), 1.0)),
     ];
     for (fault, record) in cases {
         let found = of_hammer(rig, &record);
@@ -271,8 +234,5 @@ fn a_record_of_another_kind_is_implausible_without_a_name() {
     let found = of_sweep(rig, &record);
     assert!(found.faults.is_empty(), "{:?}", found.faults);
     let statement = found.statement().unwrap();
-    assert!(
-        statement.contains("no known mistake explains it"),
-        "{statement}"
-    );
+    assert!(statement.contains("no known mistake explains it"), "{statement}");
 }

@@ -3,8 +3,8 @@
 use assert_cmd::Command;
 use muspin::input::write::number;
 use muspin::input::{
-    load_machine, load_spindle, load_tool, load_weights, read_controller, read_spindle, read_tool,
-    read_weights, spindle_yaml, tool_yaml,
+    load_machine, load_spindle, load_tool, load_weights, read_controller, read_spindle, read_tool, read_weights,
+    spindle_yaml, tool_yaml,
 };
 use std::path::PathBuf;
 use tempfile::TempDir;
@@ -32,12 +32,7 @@ fn write(folder: &TempDir, name: &str, text: &str) -> PathBuf {
 fn refused(spindle: &str, parts: &[&str]) {
     let folder = TempDir::new().unwrap();
     let path = write(&folder, "machine.yaml", spindle);
-    let output = muspin()
-        .arg("modes")
-        .arg("--spindle")
-        .arg(&path)
-        .output()
-        .unwrap();
+    let output = muspin().arg("modes").arg("--spindle").arg(&path).output().unwrap();
     let message = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(2), "{message}");
     assert!(output.stdout.is_empty());
@@ -50,29 +45,15 @@ fn refused(spindle: &str, parts: &[&str]) {
 #[test]
 fn an_unknown_key_names_file_line_key_and_the_nearest_known_key() {
     let bad = edited(SPINDLE, "sensor_noise_m", "senser_noise_m");
-    let line = bad
-        .lines()
-        .position(|l| l.contains("senser_noise_m"))
-        .unwrap()
-        + 1;
-    refused(
-        &bad,
-        &[
-            &format!("machine.yaml:{line}"),
-            "senser_noise_m",
-            "`sensor_noise_m`",
-        ],
-    );
+    let line = bad.lines().position(|l| l.contains("senser_noise_m")).unwrap() + 1;
+    refused(&bad, &[&format!("machine.yaml:{line}"), "senser_noise_m", "`sensor_noise_m`"]);
     let bad = edited(SPINDLE, "length_m: 0.0167", "lenght_m: 0.0167");
     refused(&bad, &["rotor.elements[0]", "lenght_m", "`length_m`"]);
 }
 
 #[test]
 fn a_missing_file_is_named_with_what_is_shipped() {
-    let output = muspin()
-        .args(["modes", "--spindle", "no/such.yaml"])
-        .output()
-        .unwrap();
+    let output = muspin().args(["modes", "--spindle", "no/such.yaml"]).output().unwrap();
     let message = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(2));
     for part in ["no/such.yaml", "no such spindle file", "reference", "hint:"] {
@@ -93,56 +74,16 @@ fn numbers_that_make_no_sense_are_refused_with_their_key_path() {
             "outer_diameter_m: 0.0482, inner_diameter_m: 0.05",
             &["rotor.elements[0].inner_diameter_m", "smaller than"],
         ),
-        (
-            "position_m: 0.0943",
-            "position_m: 0.0973",
-            &["rotor.discs[0].position_m", "not on a node", "0.0943"],
-        ),
-        (
-            "length_m: 0.0167",
-            "length_m: long",
-            &["rotor.elements[0].length_m", "long", "expected a number"],
-        ),
-        (
-            "length_m: 0.0167",
-            "length_m: .nan",
-            &["rotor.elements[0].length_m"],
-        ),
-        (
-            "gap_m: 5.0e-4",
-            "gap_m: .inf",
-            &["bearings.front.gap_m", "inf"],
-        ),
-        (
-            "ks_n_per_m: 1.5e+6",
-            "ks_n_per_m: -1.5e+6",
-            &["bearings.front.ks_n_per_m", "positive"],
-        ),
-        (
-            "rear_sensor_m: 0.3032",
-            "rear_sensor_m: 3.032",
-            &["planes.rear_sensor_m", "must lie on the rotor"],
-        ),
-        (
-            "flexible_modes: 3",
-            "flexible_modes: 300",
-            &["rotor.flexible_modes", "between"],
-        ),
-        (
-            "delay_s: 7.5e-5",
-            "delay_s: 1.0e-5",
-            &["electronics.delay_s", "half a sample"],
-        ),
-        (
-            "poisson_ratio: 0.29",
-            "poisson_ratio: 0.6",
-            &["rotor.materials.steel.poisson_ratio", "0.5"],
-        ),
-        (
-            "material: steel",
-            "material: stell",
-            &["rotor.elements[0].material", "`steel`"],
-        ),
+        ("position_m: 0.0943", "position_m: 0.0973", &["rotor.discs[0].position_m", "not on a node", "0.0943"]),
+        ("length_m: 0.0167", "length_m: long", &["rotor.elements[0].length_m", "long", "expected a number"]),
+        ("length_m: 0.0167", "length_m: .nan", &["rotor.elements[0].length_m"]),
+        ("gap_m: 5.0e-4", "gap_m: .inf", &["bearings.front.gap_m", "inf"]),
+        ("ks_n_per_m: 1.5e+6", "ks_n_per_m: -1.5e+6", &["bearings.front.ks_n_per_m", "positive"]),
+        ("rear_sensor_m: 0.3032", "rear_sensor_m: 3.032", &["planes.rear_sensor_m", "must lie on the rotor"]),
+        ("flexible_modes: 3", "flexible_modes: 300", &["rotor.flexible_modes", "between"]),
+        ("delay_s: 7.5e-5", "delay_s: 1.0e-5", &["electronics.delay_s", "half a sample"]),
+        ("poisson_ratio: 0.29", "poisson_ratio: 0.6", &["rotor.materials.steel.poisson_ratio", "0.5"]),
+        ("material: steel", "material: stell", &["rotor.elements[0].material", "`steel`"]),
     ];
     for (from, to, parts) in cases {
         refused(&edited(SPINDLE, from, to), parts);
@@ -157,27 +98,12 @@ fn effects_are_checked_against_the_catalogue_and_the_machine() {
             "{effect: region_stiffness, region: e99, factor: 0.9}",
             &["effects[0].region", "e99", "no element has", "e15"],
         ),
-        (
-            "{effect: loop_dealy, delay_s: 1.0e-5}",
-            &["effects[0].effect", "`loop_delay`"],
-        ),
-        (
-            "{effect: loop_delay, corner_hz: 1.0}",
-            &["effects[0].corner_hz", "does not belong", "delay_s"],
-        ),
+        ("{effect: loop_dealy, delay_s: 1.0e-5}", &["effects[0].effect", "`loop_delay`"]),
+        ("{effect: loop_delay, corner_hz: 1.0}", &["effects[0].corner_hz", "does not belong", "delay_s"]),
         ("{effect: loop_delay}", &["effects[0].delay_s", "missing"]),
-        (
-            "{effect: loop_delay, dely_s: 1.0}",
-            &["dely_s", "`delay_s`"],
-        ),
-        (
-            "{effect: sensor_gain, bearing: middle, factor: 1.0}",
-            &["effects[0].bearing", "front, rear or both"],
-        ),
-        (
-            "{effect: sensor_gain, axis: front_z, factor: 1.0}",
-            &["effects[0].axis", "front_x", "rear_y"],
-        ),
+        ("{effect: loop_delay, dely_s: 1.0}", &["dely_s", "`delay_s`"]),
+        ("{effect: sensor_gain, bearing: middle, factor: 1.0}", &["effects[0].bearing", "front, rear or both"]),
+        ("{effect: sensor_gain, axis: front_z, factor: 1.0}", &["effects[0].axis", "front_x", "rear_y"]),
         (
             "{effect: sensor_gain, axis: front_x, bearing: front, factor: 1.0}",
             &["effects[0].bearing", "does not belong", "axis"],
@@ -186,18 +112,12 @@ fn effects_are_checked_against_the_catalogue_and_the_machine() {
             "{effect: sensor_lowpass, axis: front_x, bandwidth_hz: 5000.0}",
             &["effects[0].axis", "does not belong", "bearing"],
         ),
-        (
-            "{effect: added_mass, position_m: 2.0, mass_kg: 0.1}",
-            &["effects[0].position_m", "must lie on the rotor"],
-        ),
+        ("{effect: added_mass, position_m: 2.0, mass_kg: 0.1}", &["effects[0].position_m", "must lie on the rotor"]),
         (
             "{effect: housing_mode, mass_kg: -4.0, frequency_hz: 600.0, damping_ratio: 0.03}",
             &["effects[0].mass_kg", "positive"],
         ),
-        (
-            "{effect: modal_damping, mode: 0, factor: 1.1}",
-            &["effects[0].mode", "1 or more"],
-        ),
+        ("{effect: modal_damping, mode: 0, factor: 1.1}", &["effects[0].mode", "1 or more"]),
     ];
     for (effect, parts) in cases {
         refused(&with(effect), parts);
@@ -208,30 +128,15 @@ fn effects_are_checked_against_the_catalogue_and_the_machine() {
 fn the_other_kinds_of_files_are_checked_too() {
     let spindle = load_spindle("reference").unwrap();
     let tool = |from, to| read_tool("t.yaml", &edited(TOOL, from, to), &spindle).unwrap_err();
-    assert!(
-        tool("material: steel", "material: bone")
-            .message
-            .contains("elements[0].material")
-    );
-    assert!(
-        tool("tool_plane_m: 0.1005", "tool_plane_m: 0.2")
-            .message
-            .contains("tool_plane_m")
-    );
+    assert!(tool("material: steel", "material: bone").message.contains("elements[0].material"));
+    assert!(tool("tool_plane_m: 0.1005", "tool_plane_m: 0.2").message.contains("tool_plane_m"));
     assert!(tool("name:", "nam:").message.contains("nam"));
     let negative = tool("outer_diameter_m: 0.0332", "outer_diameter_m: -0.0332").to_string();
-    assert!(
-        negative.contains("elements[0].outer_diameter_m"),
-        "{negative}"
-    );
+    assert!(negative.contains("elements[0].outer_diameter_m"), "{negative}");
     let weights = |from, to| read_weights("w.yaml", &edited(WEIGHTS, from, to)).unwrap_err();
     let zero = weights("max_dc_load_n: 40", "max_dc_load_n: 0");
     assert!(zero.message.contains("tool.max_dc_load_n"), "{zero}");
-    assert!(
-        weights("[0.01, 0.01]", "[0.01, 1.5]")
-            .message
-            .contains("mode_uncertainty[1]")
-    );
+    assert!(weights("[0.01, 0.01]", "[0.01, 1.5]").message.contains("mode_uncertainty[1]"));
     assert!(weights("rear:", "raer:").hint.unwrap().contains("`rear`"));
 }
 
@@ -240,17 +145,11 @@ fn optional_weights_have_documented_defaults_and_can_be_set() {
     let table = load_weights("benchmark").unwrap();
     assert_eq!(table.load_crossover_hz, [40.0; 3]);
     assert_eq!(table.displacement_crossover_hz, [40.0, 100.0, 100.0]);
-    assert_eq!(
-        (table.current_limit_a, table.current_rolloff_hz),
-        (2.5, 3000.0)
-    );
+    assert_eq!((table.current_limit_a, table.current_rolloff_hz), (2.5, 3000.0));
     assert_eq!((table.sensor_noise_m, table.tool_tightening), (0.2e-6, 1.0));
     assert_eq!(table.complementary_sensitivity_limit, None);
-    let text = edited(
-        WEIGHTS,
-        "max_dc_load_n: 40,",
-        "max_dc_load_n: 40, load_crossover_hz: 25,",
-    ) + "complementary_sensitivity_limit: 4\ntool_tightening: 2\n";
+    let text = edited(WEIGHTS, "max_dc_load_n: 40,", "max_dc_load_n: 40, load_crossover_hz: 25,")
+        + "complementary_sensitivity_limit: 4\ntool_tightening: 2\n";
     let set = read_weights("w.yaml", &text).unwrap();
     assert_eq!(set.load_crossover_hz, [25.0, 40.0, 40.0]);
     assert_eq!(set.complementary_sensitivity_limit, Some(4.0));
@@ -270,31 +169,16 @@ fn controllers_are_read_in_both_times_and_refused_with_the_bad_matrix() {
     let c = "[[1],[0],[0],[0]]";
     use muspin::controller::ControlLaw;
     let law = |text: &str| read_controller("k.json", text).unwrap().law;
-    assert!(matches!(
-        law(&file(names, "0", c)),
-        ControlLaw::Continuous(_)
-    ));
-    assert!(matches!(
-        law(&file(names, "5e-5", c)),
-        ControlLaw::Discrete(_)
-    ));
+    assert!(matches!(law(&file(names, "0", c)), ControlLaw::Continuous(_)));
+    assert!(matches!(law(&file(names, "5e-5", c)), ControlLaw::Discrete(_)));
     let bad = |text: &str| read_controller("k.json", text).unwrap_err().to_string();
     assert!(bad(&file(names, "0", "[[1],[0],[0]]")).contains("C: has 3 rows"));
     assert!(bad(&file(names, "0", "[[1],[0, 1],[0],[0]]")).contains("C[1]: has 2 columns"));
     assert!(bad(&file(names, "-1", c)).contains("sample_time_s"));
-    assert!(
-        bad(&file(
-            r#"["front_y", "front_x", "rear_x", "rear_y"]"#,
-            "0",
-            c
-        ))
-        .contains("inputs")
-    );
+    assert!(bad(&file(r#"["front_y", "front_x", "rear_x", "rear_y"]"#, "0", c)).contains("inputs"));
     assert!(bad("{\"name\": 3}").starts_with("k.json:1"));
     // A pure gain has no states at all.
-    let gain = file(names, "0", "[[],[],[],[]]")
-        .replace("[[-1.0]]", "[]")
-        .replace("[[1, 0, 0, 0]]", "[]");
+    let gain = file(names, "0", "[[],[],[],[]]").replace("[[-1.0]]", "[]").replace("[[1, 0, 0, 0]]", "[]");
     assert!(matches!(law(&gain), ControlLaw::Continuous(_)));
 }
 
@@ -311,10 +195,7 @@ fn a_written_spindle_loads_as_the_same_spindle() {
     let text = spindle_yaml(&spindle);
     assert_eq!(read_spindle("again.yaml", &text).unwrap(), spindle);
     let tool = load_tool("paper-tool", &spindle).unwrap();
-    assert_eq!(
-        read_tool("again.yaml", &tool_yaml(&tool), &spindle).unwrap(),
-        tool
-    );
+    assert_eq!(read_tool("again.yaml", &tool_yaml(&tool), &spindle).unwrap(), tool);
 }
 
 #[test]
@@ -347,33 +228,18 @@ fn check_tells_the_kinds_apart_and_reports_the_bad_one() {
     let spindle = write(&folder, "s.yaml", SPINDLE);
     let tool = write(&folder, "t.yaml", TOOL);
     let weights = write(&folder, "w.yaml", WEIGHTS);
-    let output = muspin()
-        .arg("check")
-        .args([&spindle, &tool, &weights])
-        .output()
-        .unwrap();
+    let output = muspin().arg("check").args([&spindle, &tool, &weights]).output().unwrap();
     let text = String::from_utf8(output.stdout).unwrap();
     assert_eq!(output.status.code(), Some(0));
     for kind in ["spindle ok", "tool ok", "weights ok"] {
         assert!(text.contains(kind), "{text}");
     }
-    let bad = write(
-        &folder,
-        "bad.yaml",
-        &edited(TOOL, "tool_plane_m", "toolplane_m"),
-    );
-    let output = muspin()
-        .arg("check")
-        .args([&spindle, &bad])
-        .output()
-        .unwrap();
+    let bad = write(&folder, "bad.yaml", &edited(TOOL, "tool_plane_m", "toolplane_m"));
+    let output = muspin().arg("check").args([&spindle, &bad]).output().unwrap();
     let message = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(2));
     assert!(output.stdout.is_empty());
-    assert!(
-        message.contains("bad.yaml") && message.contains("`tool_plane_m`"),
-        "{message}"
-    );
+    assert!(message.contains("bad.yaml") && message.contains("`tool_plane_m`"), "{message}");
 }
 
 #[test]
@@ -383,18 +249,10 @@ fn broken_files_of_every_sort_end_in_one_message() {
         ("a list", "[1, 2]\n".into(), "mapping"),
         ("unclosed", "[1, 2\n".into(), "machine.yaml"),
         ("another kind", "a: 1\n".into(), "unknown field `a`"),
-        (
-            "a key twice",
-            format!("name: again\n{SPINDLE}"),
-            "duplicate",
-        ),
+        ("a key twice", format!("name: again\n{SPINDLE}"), "duplicate"),
         (
             "no damping",
-            edited(
-                SPINDLE,
-                "damping_ratio: [0.004, 0.004, 0.004]",
-                "damping_ratio: []",
-            ),
+            edited(SPINDLE, "damping_ratio: [0.004, 0.004, 0.004]", "damping_ratio: []"),
             "rotor.damping_ratio",
         ),
     ];
@@ -428,20 +286,13 @@ fn a_reader_that_leaves_early_is_no_error() {
 
 #[test]
 fn modes_and_frf_write_the_documented_columns() {
-    let output = muspin()
-        .args(["modes", "--speeds", "0,50000"])
-        .output()
-        .unwrap();
+    let output = muspin().args(["modes", "--speeds", "0,50000"]).output().unwrap();
     let modes: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(modes["speeds"][1]["speed_rpm"], 50000.0);
-    let at_rest = modes["speeds"][0]["natural_frequencies_hz"][0]
-        .as_f64()
-        .unwrap();
+    let at_rest = modes["speeds"][0]["natural_frequencies_hz"][0].as_f64().unwrap();
     assert!((at_rest - 1165.151).abs() < 6e-4);
     assert!((modes["mass_kg"].as_f64().unwrap() - 7.99368643476).abs() < 1e-9);
-    let arguments = [
-        "frf", "--speed", "20000", "--from", "50", "--to", "4000", "--points", "7",
-    ];
+    let arguments = ["frf", "--speed", "20000", "--from", "50", "--to", "4000", "--points", "7"];
     let output = muspin().args(arguments).output().unwrap();
     let text = String::from_utf8(output.stdout).unwrap();
     let lines: Vec<&str> = text.lines().collect();

@@ -1,9 +1,7 @@
 //! What files leave to the machine: levels of a specification, contact with the backup bearings.
 
 use muspin::augment::weights::Weights;
-use muspin::input::{
-    load_machine, load_spindle, load_weights, read_spindle, read_weights, shipped, spindle_yaml,
-};
+use muspin::input::{load_machine, load_spindle, load_weights, read_spindle, read_weights, shipped, spindle_yaml};
 use muspin::spindle::Machine;
 
 fn reference() -> Machine {
@@ -11,10 +9,7 @@ fn reference() -> Machine {
 }
 
 fn near(value: f64, expected: f64, share: f64) {
-    assert!(
-        (value / expected - 1.0).abs() < share,
-        "{value} is not {expected}"
-    );
+    assert!((value / expected - 1.0).abs() < share, "{value} is not {expected}");
 }
 
 #[test]
@@ -31,11 +26,7 @@ fn on_the_machine_of_the_paper_the_levels_are_those_of_the_benchmark() {
     // √(Σks/m)/2π of the rotor without its tool is 85 Hz: halves and 1.2 of it are within 7 % of 40 and 100 Hz.
     for place in 0..3 {
         near(filled.load_crossover_hz[place], 40.0, 0.07);
-        near(
-            filled.displacement_crossover_hz[place],
-            [40.0, 100.0, 100.0][place],
-            0.07,
-        );
+        near(filled.displacement_crossover_hz[place], [40.0, 100.0, 100.0][place], 0.07);
     }
     // A specification that leaves nothing open is the same on every machine.
     assert_eq!(table.on(&machine).unwrap(), table);
@@ -55,35 +46,16 @@ fn the_levels_follow_the_machine_and_stated_ones_stay() {
     let after = load_weights("machine").unwrap().on(&machine).unwrap();
     near(after.current_limit_a, 0.5 * before.current_limit_a, 1e-9);
     near(after.sensor_noise_m, 3.0 * before.sensor_noise_m, 1e-9);
-    near(
-        after.current_rolloff_hz,
-        2.0 * before.current_rolloff_hz,
-        1e-9,
-    );
-    near(
-        after.displacement_crossover_hz[1],
-        2.0 * before.displacement_crossover_hz[1],
-        1e-9,
-    );
-    let text = shipped::WEIGHTS
-        .iter()
-        .find(|w| w.name == "machine")
-        .unwrap()
-        .text;
+    near(after.current_rolloff_hz, 2.0 * before.current_rolloff_hz, 1e-9);
+    near(after.displacement_crossover_hz[1], 2.0 * before.displacement_crossover_hz[1], 1e-9);
+    let text = shipped::WEIGHTS.iter().find(|w| w.name == "machine").unwrap().text;
     let stated = read_weights("w.yaml", &format!("{text}\ncurrent_limit_a: 1.25\n")).unwrap();
     assert_eq!(stated.on(&machine).unwrap().current_limit_a, 1.25);
     // A sensor without noise: a thousandth of the clearance.
     machine.spindle.electronics.sensor_noise_m = 0.0;
     let silent: Weights = stated.on(&machine).unwrap();
-    near(
-        silent.sensor_noise_m,
-        1e-3 * machine.spindle.backup_clearance_m,
-        1e-9,
-    );
-    let error = read_weights(
-        "w.yaml",
-        &text.replace("defaults: machine", "defaults: rotor"),
-    );
+    near(silent.sensor_noise_m, 1e-3 * machine.spindle.backup_clearance_m, 1e-9);
+    let error = read_weights("w.yaml", &text.replace("defaults: machine", "defaults: rotor"));
     assert!(error.unwrap_err().to_string().contains("defaults"));
 }
 
@@ -104,11 +76,7 @@ fn contact_follows_the_rotor_unless_the_file_says_it() {
         })
         .chain(spindle.discs.iter().map(|d| d.mass_kg))
         .sum();
-    near(
-        contact.damping_n_s_per_m,
-        0.3 * (3e7 * 0.5 * mass).sqrt(),
-        1e-9,
-    );
+    near(contact.damping_n_s_per_m, 0.3 * (3e7 * 0.5 * mass).sqrt(), 1e-9);
     // The reference rotor is a cylinder at each actuator.
     let radius_at = |position: f64| {
         let mut from = 0.0;
@@ -130,19 +98,8 @@ fn contact_follows_the_rotor_unless_the_file_says_it() {
     );
     let read = read_spindle("s.yaml", &given).unwrap();
     let contact = read.backup_contact().unwrap();
-    assert_eq!(
-        (
-            contact.stiffness_n_per_m,
-            contact.friction,
-            contact.radius_m
-        ),
-        (5e7, 0.25, 0.013)
-    );
-    near(
-        contact.damping_n_s_per_m,
-        0.3 * (5e7 * 0.5 * mass).sqrt(),
-        1e-9,
-    );
+    assert_eq!((contact.stiffness_n_per_m, contact.friction, contact.radius_m), (5e7, 0.25, 0.013));
+    near(contact.damping_n_s_per_m, 0.3 * (5e7 * 0.5 * mass).sqrt(), 1e-9);
     // What is written is what is read.
     let again = read_spindle("s.yaml", &spindle_yaml(&read)).unwrap();
     assert_eq!(again.backup_bearings, read.backup_bearings);

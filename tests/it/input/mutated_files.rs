@@ -11,13 +11,8 @@ use std::time::{Duration, Instant};
 const LONGEST: Duration = Duration::from_secs(5);
 
 fn corpus(format: &str) -> Vec<Vec<u8>> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("tests/fuzz/corpus")
-        .join(format);
-    let mut paths: Vec<_> = std::fs::read_dir(folder)
-        .unwrap()
-        .map(|e| e.unwrap().path())
-        .collect();
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fuzz/corpus").join(format);
+    let mut paths: Vec<_> = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
     paths.sort();
     paths.iter().map(|p| std::fs::read(p).unwrap()).collect()
 }
@@ -51,14 +46,10 @@ fn undamaged_files_are_read() {
             let answer = read(format, bytes);
             // Universal files without a frequency response belong to the corpus as well; they are refused as such.
             let other = answer.as_ref().err().filter(|_| format == "uff");
-            let is_read =
-                other.is_some_and(|m| m.contains("no frequency response")) || answer.is_ok();
+            let is_read = other.is_some_and(|m| m.contains("no frequency response")) || answer.is_ok();
             assert!(is_read, "{format} {k}: {answer:?}");
         }
-        assert!(
-            files.iter().any(|bytes| read(format, bytes).is_ok()),
-            "{format}"
-        );
+        assert!(files.iter().any(|bytes| read(format, bytes).is_ok()), "{format}");
     }
 }
 

@@ -15,8 +15,7 @@ fn data() -> PathBuf {
 }
 
 fn frequencies() -> Value {
-    serde_json::from_str(&std::fs::read_to_string(data().join("frequencies.json")).unwrap())
-        .unwrap()
+    serde_json::from_str(&std::fs::read_to_string(data().join("frequencies.json")).unwrap()).unwrap()
 }
 
 fn loaded(file: &str) -> RossRotor {
@@ -29,9 +28,7 @@ fn shaft(rotor: &RossRotor) -> Rotor {
 
 /// Frequencies above a hertz with their direction of whirl, Hz.
 fn whirl(rotor: &Rotor, rpm: f64, to_hz: f64) -> Vec<(f64, i64)> {
-    let found = rotor
-        .whirl(rpm * TAU / 60.0, &Damping::Modal(vec![0.0]), &[], to_hz)
-        .unwrap();
+    let found = rotor.whirl(rpm * TAU / 60.0, &Damping::Modal(vec![0.0]), &[], to_hz).unwrap();
     let modes = found.modes.iter();
     let all = modes.map(|m| (m.natural_rad_s / TAU, m.whirl.round() as i64));
     all.filter(|(hz, _)| *hz > 1.0).collect()
@@ -48,10 +45,7 @@ fn free_rotors_of_ross_files_whirl_as_in_ross() {
     for (name, case) in expected["rotors"].as_object().unwrap() {
         let rotor = shaft(&loaded(case["file"].as_str().unwrap()));
         let mass = case["mass_kg"].as_f64().unwrap();
-        assert!(
-            (rotor.mass_properties().mass_kg / mass - 1.0).abs() < 1e-12,
-            "{name}: mass"
-        );
+        assert!((rotor.mass_properties().mass_kg / mass - 1.0).abs() < 1e-12, "{name}: mass");
         for speed in case["speeds"].as_array().unwrap() {
             let rpm = speed["rpm"].as_f64().unwrap();
             let found = whirl(&rotor, rpm, to_hz);
@@ -59,15 +53,8 @@ fn free_rotors_of_ross_files_whirl_as_in_ross() {
             assert_eq!(found.len(), theirs.len(), "{name} at {rpm} rpm");
             for ((hz, sense), mode) in found.iter().zip(theirs) {
                 let there = mode[0].as_f64().unwrap();
-                assert!(
-                    (hz / there - 1.0).abs() < SAME,
-                    "{name} at {rpm} rpm: {hz}, ROSS {there}"
-                );
-                assert_eq!(
-                    *sense,
-                    mode[1].as_i64().unwrap(),
-                    "{name} at {rpm} rpm: {hz} Hz"
-                );
+                assert!((hz / there - 1.0).abs() < SAME, "{name} at {rpm} rpm: {hz}, ROSS {there}");
+                assert_eq!(*sense, mode[1].as_i64().unwrap(), "{name} at {rpm} rpm: {hz} Hz");
                 compared += 1;
             }
         }
@@ -82,22 +69,14 @@ fn a_written_spindle_asks_for_what_ross_does_not_say() {
     let (code, text, told) = muspin(&["ross", &file, "--out", "own"], place.path());
     assert_eq!(code, 0, "{told}");
     let answer: Value = serde_json::from_str(&text).unwrap();
-    let asked: Vec<&str> = answer["to_be_given"]
-        .as_array()
-        .unwrap()
-        .iter()
-        .map(|v| v.as_str().unwrap())
-        .collect();
+    let asked: Vec<&str> = answer["to_be_given"].as_array().unwrap().iter().map(|v| v.as_str().unwrap()).collect();
     assert_eq!(asked.len(), 14, "{asked:?}");
     let (code, _, told) = muspin(&["check", "own/spindle.yaml"], place.path());
     assert_eq!(code, 2);
     for key in &asked {
         // A block that is missing whole is named by its head.
         let head = key.split('.').next().unwrap();
-        assert!(
-            told.contains(key) || told.contains(&format!(", {head},")),
-            "{key} is not named: {told}"
-        );
+        assert!(told.contains(key) || told.contains(&format!(", {head},")), "{key} is not named: {told}");
     }
     // Every gap filled as the file says: the # of the key and of the heads above it removed, the value behind it.
     let path = place.path().join("own/spindle.yaml");
@@ -126,16 +105,11 @@ fn a_written_spindle_asks_for_what_ross_does_not_say() {
     let (code, _, told) = muspin(&["check", "own/spindle.yaml"], place.path());
     assert_eq!(code, 0, "{told}");
     // The magnet of the file: ki = 4 cos(α) μ0 N² A i0 / (4 g²), ks = ki i0/g. The file has eight digits of α = π/8.
-    let ki =
-        4.0 * FRAC_PI_8.cos() * 4e-7 * PI * 100.0f64.powi(2) * 3e-4 * 3.0 / (4.0 * 5e-4f64.powi(2));
+    let ki = 4.0 * FRAC_PI_8.cos() * 4e-7 * PI * 100.0f64.powi(2) * 3e-4 * 3.0 / (4.0 * 5e-4f64.powi(2));
     let front = spindle.bearing(Side::Front);
+    assert!((front.ki_n_per_a / ki - 1.0).abs() < 1e-8 && (front.ks_n_per_m / (ki * 3.0 / 5e-4) - 1.0).abs() < 1e-8);
     assert!(
-        (front.ki_n_per_a / ki - 1.0).abs() < 1e-8
-            && (front.ks_n_per_m / (ki * 3.0 / 5e-4) - 1.0).abs() < 1e-8
-    );
-    assert!(
-        (spindle.planes.front_actuator_m - 0.09).abs() < 1e-12
-            && (spindle.planes.rear_actuator_m - 0.27).abs() < 1e-12
+        (spindle.planes.front_actuator_m - 0.09).abs() < 1e-12 && (spindle.planes.rear_actuator_m - 0.27).abs() < 1e-12
     );
     assert!((spindle.max_rpm * TAU / 60.0 - 4000.0).abs() < 1e-9);
     // The written rotor is that of ROSS, at rest and at speed.
@@ -152,10 +126,7 @@ fn a_cone_becomes_cylinders_that_keep_its_frequencies() {
     let rotor = loaded("cones.json");
     let (cylinders, told) = rotor.cylinders();
     assert_eq!(cylinders.len(), 5 + 2 * 8);
-    assert!(
-        told.iter().any(|t| t.contains("cone")) && told.iter().any(|t| t.contains("Cowper")),
-        "{told:?}"
-    );
+    assert!(told.iter().any(|t| t.contains("cone")) && told.iter().any(|t| t.contains("Cowper")), "{told:?}");
     let sliced = Rotor::new(0.0, cylinders, &rotor.discs).unwrap();
     let mass = |r: &Rotor| r.mass_properties().mass_kg;
     assert!((mass(&sliced) / mass(&shaft(&rotor)) - 1.0).abs() < 1e-12);
@@ -164,10 +135,7 @@ fn a_cone_becomes_cylinders_that_keep_its_frequencies() {
     let mut fine = vec![];
     for section in &rotor.sections {
         let cylinder = |d: [f64; 2]| d[0] == d[1];
-        let section = Section {
-            shear: Shear::Cowper,
-            ..section.clone()
-        };
+        let section = Section { shear: Shear::Cowper, ..section.clone() };
         if cylinder(section.outer_diameter_m) && cylinder(section.inner_diameter_m) {
             fine.push(section);
             continue;
@@ -179,28 +147,15 @@ fn a_cone_becomes_cylinders_that_keep_its_frequencies() {
     for ((a, b), c) in hz(&sliced).iter().zip(hz(&fine)).zip(hz(&coarse)).take(2) {
         // Eight and thirty-two slices differ by 4e-4.
         assert!((a / b - 1.0).abs() < 2e-3, "{a} {b}");
-        assert!(
-            (a / b - 1.0).abs() < (c / b - 1.0).abs(),
-            "{a} {b}, coarse {c}"
-        );
+        assert!((a / b - 1.0).abs() < (c / b - 1.0).abs(), "{a} {b}, coarse {c}");
     }
 }
 
 #[test]
 fn a_shaft_that_is_written_for_ross_is_read_back_as_it_was() {
     let place = tempfile::tempdir().unwrap();
-    let (code, _, told) = muspin(
-        &[
-            "ross",
-            "--spindle",
-            "reference",
-            "--tool",
-            "paper-tool",
-            "--out",
-            "there",
-        ],
-        place.path(),
-    );
+    let (code, _, told) =
+        muspin(&["ross", "--spindle", "reference", "--tool", "paper-tool", "--out", "there"], place.path());
     assert_eq!(code, 0, "{told}");
     let machine = load_machine("reference", "paper-tool").unwrap();
     let own = machine.rotor().unwrap();
@@ -213,17 +168,11 @@ fn a_shaft_that_is_written_for_ross_is_read_back_as_it_was() {
             assert_eq!(a.len(), b.len(), "{file}");
             for (a, b) in a.iter().zip(&b) {
                 // The layer without stiffness keeps 1e-9 of the modulus.
-                assert!(
-                    (a.0 / b.0 - 1.0).abs() < 1e-7 && a.1 == b.1,
-                    "{file}: {a:?} {b:?}"
-                );
+                assert!((a.0 / b.0 - 1.0).abs() < 1e-7 && a.1 == b.1, "{file}: {a:?} {b:?}");
             }
         }
         // Split at the nose face it is spindle and tool again.
-        let (code, _, told) = muspin(
-            &["ross", file, "--nose-face-m", &nose, "--out", "back"],
-            place.path(),
-        );
+        let (code, _, told) = muspin(&["ross", file, "--nose-face-m", &nose, "--out", "back"], place.path());
         assert_eq!(code, 0, "{told}");
         let text = std::fs::read_to_string(place.path().join("back/tool.yaml")).unwrap();
         let tool = muspin::input::read_tool("tool.yaml", &text, &machine.spindle).unwrap();
@@ -234,12 +183,9 @@ fn a_shaft_that_is_written_for_ross_is_read_back_as_it_was() {
 
 #[test]
 fn what_is_no_rotor_for_a_spindle_is_refused_by_name() {
-    let good: Value =
-        serde_json::from_str(&std::fs::read_to_string(data().join("cones.json")).unwrap()).unwrap();
+    let good: Value = serde_json::from_str(&std::fs::read_to_string(data().join("cones.json")).unwrap()).unwrap();
     let refused = |value: &Value, words: &str| {
-        let error = read_ross("rotor.json", &value.to_string())
-            .unwrap_err()
-            .to_string();
+        let error = read_ross("rotor.json", &value.to_string()).unwrap_err().to_string();
         assert!(error.contains(words), "{words}: {error}");
     };
     let second = "ShaftElement_Shaft Element 1";
@@ -261,26 +207,12 @@ fn what_is_no_rotor_for_a_spindle_is_refused_by_name() {
     changed = good;
     changed[second].as_object_mut().unwrap().remove("material");
     refused(&changed, "material");
-    refused(
-        &serde_json::json!({ "ross_version": "2.3.0" }),
-        "ShaftElement",
-    );
-    assert!(
-        read_ross("rotor.toml", "[[[")
-            .unwrap_err()
-            .to_string()
-            .contains("TOML")
-    );
+    refused(&serde_json::json!({ "ross_version": "2.3.0" }), "ShaftElement");
+    assert!(read_ross("rotor.toml", "[[[").unwrap_err().to_string().contains("TOML"));
     let place = tempfile::tempdir().unwrap();
     let file = data().join("cones.json").display().to_string();
-    let (code, _, told) = muspin(
-        &["ross", &file, "--nose-face-m", "0.03", "--out", "o"],
-        place.path(),
-    );
-    assert!(
-        code == 2 && told.contains("--nose-face-m") && !Path::new(&place.path().join("o")).exists(),
-        "{told}"
-    );
+    let (code, _, told) = muspin(&["ross", &file, "--nose-face-m", "0.03", "--out", "o"], place.path());
+    assert!(code == 2 && told.contains("--nose-face-m") && !Path::new(&place.path().join("o")).exists(), "{told}");
 }
 
 #[test]
@@ -297,11 +229,7 @@ fn a_rotor_turned_round_has_the_same_frequencies_and_its_discs_at_the_other_end(
         let length = one.to_m() - one.from_m();
         let [a, b] = [&one, &other].map(Rotor::mass_properties);
         let mirrored = length - b.centre_of_gravity_m;
-        assert!(
-            (a.centre_of_gravity_m - mirrored).abs() < 1e-9,
-            "{file}: {} {mirrored}",
-            a.centre_of_gravity_m
-        );
+        assert!((a.centre_of_gravity_m - mirrored).abs() < 1e-9, "{file}: {} {mirrored}", a.centre_of_gravity_m);
     }
 }
 

@@ -8,11 +8,7 @@ use muspin::report::uff::{UffRecord, universal_file};
 use std::f64::consts::TAU;
 
 fn file(name: &str) -> Vec<u8> {
-    std::fs::read(format!(
-        "{}/tests/data/uff/{name}",
-        env!("CARGO_MANIFEST_DIR")
-    ))
-    .unwrap()
+    std::fs::read(format!("{}/tests/data/uff/{name}", env!("CARGO_MANIFEST_DIR"))).unwrap()
 }
 
 #[test]
@@ -23,10 +19,7 @@ fn receptance_in_double_precision_ascii_is_read() {
     assert_eq!((g.response, g.reference), ((8, 1), (11, 1)));
     assert_eq!(g.frequency_hz.len(), 1976);
     assert_eq!(g.frequency_hz[3], 56.0);
-    assert_eq!(
-        g.compliance[0],
-        c64::new(-1.51265890077e-6, 3.53986239253e-14)
-    );
+    assert_eq!(g.compliance[0], c64::new(-1.51265890077e-6, 3.53986239253e-14));
 }
 
 #[test]
@@ -96,11 +89,7 @@ fn binary(big: bool, double: bool, even: bool, wide_x: bool, values: &[(f64, c64
     text += "         0    0    0    0 NONE                 NONE                \r\n";
     let mut bytes = text.into_bytes();
     let mut put = |v: f64, wide: bool| {
-        let mut b = if wide {
-            v.to_le_bytes().to_vec()
-        } else {
-            (v as f32).to_le_bytes().to_vec()
-        };
+        let mut b = if wide { v.to_le_bytes().to_vec() } else { (v as f32).to_le_bytes().to_vec() };
         if big {
             b.reverse();
         }
@@ -133,8 +122,7 @@ fn every_binary_variant_gives_the_same_compliance() {
                 }
                 let bytes = binary(big, double, even, wide_x, &values);
                 let h = read_hammer("tap.uff", &bytes, 0.0).unwrap();
-                for ((f, v), (g, c)) in values.iter().zip(h.frequency_hz.iter().zip(&h.compliance))
-                {
+                for ((f, v), (g, c)) in values.iter().zip(h.frequency_hz.iter().zip(&h.compliance)) {
                     assert!((f - g).abs() < 1e-5, "{f} {g}");
                     // Mobility to compliance; single precision carries seven digits.
                     let expected = v / c64::new(0.0, TAU * g);
@@ -148,13 +136,8 @@ fn every_binary_variant_gives_the_same_compliance() {
 #[test]
 fn what_is_written_is_read_back() {
     for uneven in [0.0, 0.1] {
-        let x: Vec<f64> = (0..33)
-            .map(|k| 50.0 + 2.0 * k as f64 + uneven * ((k * k) % 7) as f64)
-            .collect();
-        let y: Vec<c64> = x
-            .iter()
-            .map(|f| c64::new(-1.23456789012e-7 * f, 9.87654321e-12 / f))
-            .collect();
+        let x: Vec<f64> = (0..33).map(|k| 50.0 + 2.0 * k as f64 + uneven * ((k * k) % 7) as f64).collect();
+        let y: Vec<c64> = x.iter().map(|f| c64::new(-1.23456789012e-7 * f, 9.87654321e-12 / f)).collect();
         let record = |node| UffRecord {
             description: "tool plane µ",
             response: (node, 1),

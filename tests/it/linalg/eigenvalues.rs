@@ -8,11 +8,7 @@ use std::f64::consts::TAU;
 /// Largest distance of a value of one list from the nearest of the other, both ways.
 fn gap(a: &[c64], b: &[c64]) -> f64 {
     let one_way = |a: &[c64], b: &[c64]| {
-        let nearest = |v: &c64| {
-            b.iter()
-                .map(|w| (v - w).norm())
-                .fold(f64::INFINITY, f64::min)
-        };
+        let nearest = |v: &c64| b.iter().map(|w| (v - w).norm()).fold(f64::INFINITY, f64::min);
         a.iter().map(nearest).fold(0.0, f64::max)
     };
     assert_eq!(a.len(), b.len());
@@ -31,10 +27,7 @@ fn a_circulant_matrix_has_the_transform_of_its_first_row() {
         let a = Mat::from_fn(n, n, |i, j| row[(j + n - i) % n]);
         let value = |k: usize| {
             let turn = |j: usize| c64::from_polar(1.0, TAU * (j * k % n) as f64 / n as f64);
-            row.iter()
-                .enumerate()
-                .map(|(j, r)| r * turn(j))
-                .sum::<c64>()
+            row.iter().enumerate().map(|(j, r)| r * turn(j)).sum::<c64>()
         };
         let exact: Vec<c64> = (0..n).map(value).collect();
         let found = eigenvalues_complex(&a).unwrap();
@@ -56,10 +49,7 @@ fn eigenvalues_of_any_order_are_those_of_another_library() {
         let other = nalgebra::DMatrix::from_fn(n, n, |i, j| real[(i, j)]);
         let other: Vec<c64> = other.complex_eigenvalues().iter().copied().collect();
         let apart = gap(&found, &other);
-        assert!(
-            apart < 1e-12 * real.norm_l2(),
-            "real, order {n}: {apart:.1e}"
-        );
+        assert!(apart < 1e-12 * real.norm_l2(), "real, order {n}: {apart:.1e}");
         // Complex ones come in pairs.
         let conjugates: Vec<c64> = found.iter().map(|v| v.conj()).collect();
         assert_eq!(gap(&found, &conjugates), 0.0);
@@ -89,9 +79,7 @@ fn a_real_matrix_of_known_blocks_has_their_eigenvalues() {
         let mirror = Mat::<f64>::identity(n, n) - &v * v.transpose() * faer::Scale(2.0 / square);
         let found = eigenvalues(&(&mirror * &form * &mirror)).unwrap();
         let pairs = (0..blocks).flat_map(|k| [damped(k), damped(k).conj()]);
-        let exact: Vec<c64> = pairs
-            .chain((0..singles).map(|k| c64::from(single(k))))
-            .collect();
+        let exact: Vec<c64> = pairs.chain((0..singles).map(|k| c64::from(single(k)))).collect();
         let apart = gap(&found, &exact);
         assert!(apart < 1e-10, "{n}: {apart:.1e}");
         let trace: c64 = found.iter().sum::<c64>() - exact.iter().sum::<c64>();
@@ -105,11 +93,7 @@ fn iterations_on_graded_matrices_and_hamiltonians_end() {
     for round in 0..300 {
         let n = 2 * rng.random_range(2..30);
         let spread = rng.random_range(0.0..14.0);
-        let mut scale = || -> Vec<f64> {
-            (0..n)
-                .map(|_| 10f64.powf(-spread * rng.random::<f64>()))
-                .collect()
-        };
+        let mut scale = || -> Vec<f64> { (0..n).map(|_| 10f64.powf(-spread * rng.random::<f64>())).collect() };
         let (rows, columns) = (scale(), scale());
         let mut drawn = |i: usize, j: usize| {
             let entry = 2.0 * rng.random::<f64>() - 1.0;
@@ -137,10 +121,7 @@ fn iterations_on_graded_matrices_and_hamiltonians_end() {
                 let norm = a.norm_l2();
                 let tolerance = 1e-13 * n as f64;
                 assert!((trace - own).norm() < tolerance * norm, "{round}");
-                assert!(
-                    (square - own_square).norm() < tolerance * norm * norm,
-                    "{round}"
-                );
+                assert!((square - own_square).norm() < tolerance * norm * norm, "{round}");
             }
         }
     }
@@ -181,21 +162,12 @@ fn the_size_of_the_entries_does_not_matter() {
 #[test]
 fn eigenvalues_of_special_matrices() {
     let zero = c64::new(0.0, 0.0);
-    assert!(
-        eigenvalues_complex(&Mat::<c64>::zeros(0, 0))
-            .unwrap()
-            .is_empty()
-    );
-    assert_eq!(
-        eigenvalues_complex(&Mat::<c64>::zeros(4, 4)).unwrap(),
-        [zero; 4]
-    );
+    assert!(eigenvalues_complex(&Mat::<c64>::zeros(0, 0)).unwrap().is_empty());
+    assert_eq!(eigenvalues_complex(&Mat::<c64>::zeros(4, 4)).unwrap(), [zero; 4]);
     // A cycle, on which steps without shifts from outside stand still: the roots of unity.
     for n in [2, 3, 4, 16] {
         let cycle = Mat::from_fn(n, n, |i, j| c64::from(f64::from(i == (j + 1) % n)));
-        let roots: Vec<c64> = (0..n)
-            .map(|k| c64::from_polar(1.0, TAU * k as f64 / n as f64))
-            .collect();
+        let roots: Vec<c64> = (0..n).map(|k| c64::from_polar(1.0, TAU * k as f64 / n as f64)).collect();
         assert!(gap(&eigenvalues_complex(&cycle).unwrap(), &roots) < 1e-13);
         let real = Mat::from_fn(n, n, |i, j| cycle[(i, j)].re);
         assert!(gap(&eigenvalues(&real).unwrap(), &roots) < 1e-13);

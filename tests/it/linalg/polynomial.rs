@@ -29,18 +29,8 @@ fn known_roots_are_found() {
     let pair = [c64::new(-0.3, 40.0), c64::new(-0.3, -40.0)];
     for (lead, known) in [
         (c64::new(2.0, 0.0), real(&[-1.0, -2.0, -3.0, -4.0])),
-        (
-            c64::new(-1e-3, 0.0),
-            [real(&[-1e-4, 700.0]), pair.to_vec()].concat(),
-        ),
-        (
-            c64::new(0.2, -3.0),
-            vec![
-                c64::new(1.0, 2.0),
-                c64::new(-4.0, 0.5),
-                c64::new(0.0, -30.0),
-            ],
-        ),
+        (c64::new(-1e-3, 0.0), [real(&[-1e-4, 700.0]), pair.to_vec()].concat()),
+        (c64::new(0.2, -3.0), vec![c64::new(1.0, 2.0), c64::new(-4.0, 0.5), c64::new(0.0, -30.0)]),
     ] {
         let found = polynomial_roots(&of_roots(lead, &known)).unwrap();
         assert_eq!(found.len(), known.len());
@@ -54,11 +44,7 @@ fn known_roots_are_found() {
 
 #[test]
 fn roots_of_a_real_polynomial_are_real_or_exact_pairs() {
-    let known = [
-        c64::new(-5.0, 0.0),
-        c64::new(-1.0, 3.0),
-        c64::new(-1.0, -3.0),
-    ];
+    let known = [c64::new(-5.0, 0.0), c64::new(-1.0, 3.0), c64::new(-1.0, -3.0)];
     let found = polynomial_roots(&of_roots(c64::new(1.0, 0.0), &known)).unwrap();
     assert_eq!(found.iter().filter(|r| r.im == 0.0).count(), 1, "{found:?}");
     for root in &found {

@@ -20,10 +20,7 @@ fn holds(a: &Mat<f64>, what: &str) {
     for j in 0..n {
         for i in j + 1..n {
             let (below, next) = (t[(i, j)], i > 1 && t[(i - 1, i - 2)] != 0.0);
-            assert!(
-                below == 0.0 || i == j + 1 && !next,
-                "{what}: a block larger than 2×2"
-            );
+            assert!(below == 0.0 || i == j + 1 && !next, "{what}: a block larger than 2×2");
             if below.abs().min(t[(j, i)].abs()) > least {
                 let half = 0.5 * (t[(j, j)] - t[(i, i)]);
                 let above = t[(j, i)];
@@ -71,20 +68,16 @@ fn entries_of_any_size_leave_a_schur_form() {
         let a = drawn(&mut rng, n);
         // Rows and columns apart by up to all the powers that a number has.
         let spread = [3.0, 30.0, 300.0, 330.0][round % 4];
-        let of_size: Vec<f64> = (0..n)
-            .map(|_| 10f64.powf(-spread * rng.random::<f64>()))
-            .collect();
+        let of_size: Vec<f64> = (0..n).map(|_| 10f64.powf(-spread * rng.random::<f64>())).collect();
         let scaled = Mat::from_fn(n, n, |i, j| a[(i, j)] * of_size[i]);
         holds(&scaled, &format!("rows, round {round}"));
         let scaled = Mat::from_fn(n, n, |i, j| a[(i, j)] * of_size[j]);
         holds(&scaled, &format!("columns, round {round}"));
         let share = rng.random::<f64>();
         let tiny = [1e-310, 1e-300, 5e-324, 1e-160][round / 4 % 4];
-        let some = Mat::from_fn(n, n, |i, j| {
-            match rng.random::<f64>() < share && i + j > 0 {
-                true => tiny * a[(i, j)],
-                false => 8e6 * a[(i, j)],
-            }
+        let some = Mat::from_fn(n, n, |i, j| match rng.random::<f64>() < share && i + j > 0 {
+            true => tiny * a[(i, j)],
+            false => 8e6 * a[(i, j)],
         });
         holds(&some, &format!("tiny entries, round {round}"));
         let size = 10f64.powi(rng.random_range(-150..150));

@@ -17,20 +17,12 @@ fn error_is_at_most_ten_times_the_better_of_scipy_and_slicot() {
             .iter()
             .filter_map(|tool| reference["solver_relative_error"][tool].as_f64())
             .fold(f64::INFINITY, f64::min);
-        assert!(
-            error <= 10.0 * best,
-            "{}: {error:e} against {best:e}",
-            case.name
-        );
+        assert!(error <= 10.0 * best, "{}: {error:e} against {best:e}", case.name);
         // Residuals in f64 reach the noise of their own evaluation, which carex_2_2 raises.
         assert!(number(&found["residual"]) < 1e-14, "{}", case.name);
         let growth = number(&found["closed_loop_max_real"]);
         let expected = number(&reference["closed_loop_max_real"]);
-        assert!(
-            (growth / expected - 1.0).abs() < 1e-6,
-            "{}: {growth}",
-            case.name
-        );
+        assert!((growth / expected - 1.0).abs() < 1e-6, "{}: {growth}", case.name);
     }
 }
 
@@ -95,20 +87,11 @@ fn identical_channels_and_scaled_states_are_solved() {
 fn scalar_solution_is_the_closed_form() {
     // 2ax − gx² + q = 0, x = (a + √(a² + gq))/g.
     let m = |x: f64| Mat::from_fn(1, 1, |_, _| x);
-    for (a, g, q) in [
-        (1.0, 2.0, 3.0),
-        (-1.0, 1e-8, 5.0),
-        (3.0, 1e6, 1e-6),
-        (-1.0, -1.0, 0.5),
-    ] {
+    for (a, g, q) in [(1.0, 2.0, 3.0), (-1.0, 1e-8, 5.0), (3.0, 1e6, 1e-6), (-1.0, -1.0, 0.5)] {
         let found = care(&m(a), &m(g), &m(q)).unwrap();
         let root: f64 = f64::sqrt(a * a + g * q);
         // The branch without cancellation.
-        let expected = if a < 0.0 {
-            q / (root - a)
-        } else {
-            (a + root) / g
-        };
+        let expected = if a < 0.0 { q / (root - a) } else { (a + root) / g };
         assert!((found.x[(0, 0)] / expected - 1.0).abs() < 4.0 * f64::EPSILON);
     }
 }
@@ -121,37 +104,18 @@ fn equations_without_stabilising_solution_are_refused_by_name() {
     let rotation = two([0.0, 1.0, -1.0, 0.0]);
     // The eigenvalue is double and defective: known to the root of the rounding error.
     let axis = care(&rotation, &zero, &one).unwrap_err();
-    assert!(
-        matches!(axis, RiccatiError::AxisEigenvalue { omega_rad_s } if (omega_rad_s - 1.0).abs() < 1e-6),
-        "{axis}"
-    );
-    let unstable = care(
-        &two([1.0, 0.0, 0.0, -1.0]),
-        &two([0.0, 0.0, 0.0, 1.0]),
-        &one,
-    );
-    assert!(
-        matches!(unstable, Err(RiccatiError::NoStabilisingSolution { .. })),
-        "{unstable:?}"
-    );
+    assert!(matches!(axis, RiccatiError::AxisEigenvalue { omega_rad_s } if (omega_rad_s - 1.0).abs() < 1e-6), "{axis}");
+    let unstable = care(&two([1.0, 0.0, 0.0, -1.0]), &two([0.0, 0.0, 0.0, 1.0]), &one);
+    assert!(matches!(unstable, Err(RiccatiError::NoStabilisingSolution { .. })), "{unstable:?}");
     let skew = care(&one, &rotation, &one).unwrap_err();
-    assert!(matches!(
-        skew,
-        RiccatiError::NotSymmetric { which: "G", .. }
-    ));
+    assert!(matches!(skew, RiccatiError::NotSymmetric { which: "G", .. }));
 }
 
 #[test]
 fn bad_problems_are_refused_with_the_field() {
-    let text = refusal(
-        "care",
-        r#"{"A": [[0, 1], [-1, 0]], "G": [[0, 0], [0, 0]], "Q": [[1, 0], [0, 1]]}"#,
-    );
+    let text = refusal("care", r#"{"A": [[0, 1], [-1, 0]], "G": [[0, 0], [0, 0]], "Q": [[1, 0], [0, 1]]}"#);
     assert!(text.contains("imaginary axis"), "{text}");
-    let text = refusal(
-        "care",
-        r#"{"data": {"A": [[1, 2], [3, null]], "G": [[1]], "Q": [[1]]}}"#,
-    );
+    let text = refusal("care", r#"{"data": {"A": [[1, 2], [3, null]], "G": [[1]], "Q": [[1]]}}"#);
     assert!(text.contains("A[1][1]") && text.contains("null"), "{text}");
     let text = refusal("care", r#"{"A": [[1]], "G": [[1]]}"#);
     assert!(text.contains("Q: missing"), "{text}");

@@ -47,10 +47,7 @@ fn a_sampled_controller_acts_with_the_magnitude_of_its_hold_and_a_continuous_one
         let omega = TAU * hz;
         let (plain, held) = (law.at(omega), law.held_at(omega));
         let magnitude = hold(omega, 1e-4).norm();
-        assert!(
-            (hold_magnitude(omega, 1e-4) - magnitude).abs() < 1e-9,
-            "{hz} Hz"
-        );
+        assert!((hold_magnitude(omega, 1e-4) - magnitude).abs() < 1e-9, "{hz} Hz");
         let off = (held[(0, 0)] - plain[(0, 0)] * magnitude).norm();
         assert!(off <= 1e-9 * plain[(0, 0)].norm(), "{hz} Hz: {off}");
     }
@@ -83,13 +80,7 @@ impl Response for Mass {
         let s = c64::new(0.0, omega_rad_s);
         let compliance = (s * s * MASS_KG - KS).inv();
         let force = (-s * self.delay_s).exp() * KI / (s / AMPLIFIER_RAD_S + 1.0);
-        Mat::from_fn(2, 2, |_, j| {
-            if j == 0 {
-                compliance * force
-            } else {
-                compliance
-            }
-        })
+        Mat::from_fn(2, 2, |_, j| if j == 0 { compliance * force } else { compliance })
     }
 }
 
@@ -109,36 +100,21 @@ fn the_compliance_of_a_levitated_mass_is_the_one_worked_out_by_hand() {
     for hz in [5.0, 120.0, 900.0, 2400.0, 4000.0] {
         let omega = TAU * hz;
         let s = c64::new(0.0, omega);
-        let k = -kp
-            * (c64::new(1.0, 0.0)
-                + derivative / period * (c64::new(1.0, 0.0) - (-s * period).exp()));
+        let k = -kp * (c64::new(1.0, 0.0) + derivative / period * (c64::new(1.0, 0.0) - (-s * period).exp()));
         // The rest of the delay is pure.
-        let chain = hold(omega, period) * (-s * (delay_s - 0.5 * period)).exp() * KI
-            / (s / AMPLIFIER_RAD_S + 1.0);
+        let chain = hold(omega, period) * (-s * (delay_s - 0.5 * period)).exp() * KI / (s / AMPLIFIER_RAD_S + 1.0);
         let expected = (s * s * MASS_KG - KS - chain * k).inv();
         let found = closed_response(&Mass { delay_s }, &law, 1, omega)[(0, 0)];
-        assert!(
-            (found - expected).norm() < 1e-9 * expected.norm(),
-            "{hz} Hz"
-        );
+        assert!((found - expected).norm() < 1e-9 * expected.norm(), "{hz} Hz");
     }
 }
 
 /// Tool stiffness of the loop at a frequency, the commands multiplied by the hold by hand.
-fn stiffness_by_hand(
-    plant: &Plant,
-    law: &StateSpace<Discrete>,
-    omega: f64,
-    with_hold: bool,
-) -> f64 {
+fn stiffness_by_hand(plant: &Plant, law: &StateSpace<Discrete>, omega: f64, with_hold: bool) -> f64 {
     let (p, k) = (plant.at(omega), law.at(omega));
     // `delay_s` is in the plant whole: the hold replaces half a sample of it by its own response.
     let (s, period) = (c64::new(0.0, omega), plant.sample_period_s());
-    let factor = if with_hold {
-        hold(omega, period) * (s * (0.5 * period)).exp()
-    } else {
-        c64::new(1.0, 0.0)
-    };
+    let factor = if with_hold { hold(omega, period) * (s * (0.5 * period)).exp() } else { c64::new(1.0, 0.0) };
     let commands = Mat::from_fn(10, 4, |i, j| p[(i, j)] * factor);
     let open = Mat::from_fn(4, 4, |i, j| commands[(i, j)]);
     let difference = Mat::<c64>::identity(4, 4) - &open * &k;
@@ -157,24 +133,15 @@ fn the_certified_stiffness_is_that_of_the_held_loop_at_two_sample_rates() {
         let closed = close(&plant.sampled().unwrap(), &law).unwrap();
         let (certified, hz) = softest(&plant, &law, closed.poles().unwrap(), (1.0, 4000.0));
         let there = stiffness_by_hand(&plant, &law, TAU * hz, true);
-        assert!(
-            (certified / there - 1.0).abs() < 1e-9,
-            "{rate} Hz: {certified} and {there} N/m"
-        );
+        assert!((certified / there - 1.0).abs() < 1e-9, "{rate} Hz: {certified} and {there} N/m");
         // No line of a grid of its own lies lower, and the prediction on that grid is the same curve.
         let grid = FrequencyGrid::log_hz(1.0, 4000.0, 2000);
         let predicted = dynamic_stiffness(&plant, &law, 0, &grid);
         let mut hold_shows = 0.0f64;
         for (omega, found) in grid.omega_rad_s().iter().zip(&predicted.magnitude_n_per_m) {
             let by_hand = stiffness_by_hand(&plant, &law, *omega, true);
-            assert!(
-                by_hand > certified * (1.0 - 1e-6),
-                "{rate} Hz: {by_hand} at {omega} rad/s"
-            );
-            assert!(
-                (found / by_hand - 1.0).abs() < 1e-6,
-                "{rate} Hz: {found} and {by_hand} N/m"
-            );
+            assert!(by_hand > certified * (1.0 - 1e-6), "{rate} Hz: {by_hand} at {omega} rad/s");
+            assert!((found / by_hand - 1.0).abs() < 1e-6, "{rate} Hz: {found} and {by_hand} N/m");
             let without = stiffness_by_hand(&plant, &law, *omega, false);
             hold_shows = hold_shows.max((without / by_hand - 1.0).abs());
         }
@@ -236,8 +203,5 @@ fn currents_logged_before_the_hold_are_brought_behind_it() {
     let wrong = text.replacen("file: hammer-0.csv", "file: hammer-0.csv\n  hold: true", 1);
     std::fs::write(&list, wrong).unwrap();
     let refused = load_measurement(&source).unwrap_err().to_string();
-    assert!(
-        refused.contains("hold") && refused.contains("hammer"),
-        "{refused}"
-    );
+    assert!(refused.contains("hold") && refused.contains("hammer"), "{refused}");
 }

@@ -27,11 +27,7 @@ fn responses_match_the_references() {
             for name in ["A", "B", "C", "D"] {
                 let exact = matrix(&case.json["reference"][kind][format!("{name}d")]);
                 let error = (&m(name) - &exact).norm_max();
-                assert!(
-                    error <= 1e-10 * exact.norm_max(),
-                    "{} {kind} {name}",
-                    case.name
-                );
+                assert!(error <= 1e-10 * exact.norm_max(), "{} {kind} {name}", case.name);
             }
         }
     }
@@ -53,12 +49,7 @@ fn inverse_tustin_returns_the_same_matrices() {
     )
     .unwrap();
     let back = inverse_tustin(&tustin(&s, 0.05).unwrap()).unwrap();
-    for (x, y) in [
-        (&s.a, &back.a),
-        (&s.b, &back.b),
-        (&s.c, &back.c),
-        (&s.d, &back.d),
-    ] {
+    for (x, y) in [(&s.a, &back.a), (&s.b, &back.b), (&s.c, &back.c), (&s.d, &back.d)] {
         assert!((x - y).norm_max() < 1e-12);
     }
     let omega = 17.0;
@@ -103,9 +94,7 @@ fn schur_forms_lyapunov_and_sylvester_solutions_have_small_residuals() {
     for n in [1, 2, 3, 7, 20, 40] {
         let a = random(&mut rng, n, n);
         let (form, stable) = schur(&a).unwrap().ordered(|v| v.re < 0.0);
-        assert!(
-            (&form.z * &form.t * form.z.transpose() - &a).norm_l2() < 1e-12 * (1.0 + a.norm_l2())
-        );
+        assert!((&form.z * &form.t * form.z.transpose() - &a).norm_l2() < 1e-12 * (1.0 + a.norm_l2()));
         let values = form.eigenvalues();
         assert!(values[..stable].iter().all(|v| v.re < 0.0));
         assert!(values[stable..].iter().all(|v| v.re >= 0.0));
@@ -113,18 +102,12 @@ fn schur_forms_lyapunov_and_sylvester_solutions_have_small_residuals() {
         let q = &q * q.transpose();
         let x = lyapunov(&a, &q).unwrap();
         let rest = (a.transpose() * &x + &x * &a + &q).norm_l2();
-        assert!(
-            rest < 1e-11 * (x.norm_l2() * a.norm_l2() + q.norm_l2()),
-            "{n}"
-        );
+        assert!(rest < 1e-11 * (x.norm_l2() * a.norm_l2() + q.norm_l2()), "{n}");
         let b = random(&mut rng, 5, 5);
         let c = random(&mut rng, n, 5);
         let x = sylvester(&a, &b, &c).unwrap();
         let rest = (&a * &x + &x * &b - &c).norm_l2();
-        assert!(
-            rest < 1e-11 * (x.norm_l2() * (a.norm_l2() + b.norm_l2()) + c.norm_l2()),
-            "{n}"
-        );
+        assert!(rest < 1e-11 * (x.norm_l2() * (a.norm_l2() + b.norm_l2()) + c.norm_l2()), "{n}");
         let contraction = Mat::from_fn(n, n, |i, j| a[(i, j)] / (n as f64 + 1.0));
         let x = discrete_lyapunov(&contraction, &q).unwrap();
         let rest = (contraction.transpose() * &x * &contraction - &x + &q).norm_l2();
@@ -134,14 +117,8 @@ fn schur_forms_lyapunov_and_sylvester_solutions_have_small_residuals() {
 
 #[test]
 fn impossible_periods_are_refused() {
-    let text = refusal(
-        "discretise",
-        r#"{"A": [[-1]], "B": [[1]], "C": [[1]], "D": [[0]], "Ts": 0}"#,
-    );
+    let text = refusal("discretise", r#"{"A": [[-1]], "B": [[1]], "C": [[1]], "D": [[0]], "Ts": 0}"#);
     assert!(text.contains("Ts: must be positive"), "{text}");
-    let text = refusal(
-        "discretise",
-        r#"{"A": [[-1]], "B": [[1]], "C": [[1]], "D": [[0]], "Ts": 1, "w_prewarp": 4}"#,
-    );
+    let text = refusal("discretise", r#"{"A": [[-1]], "B": [[1]], "C": [[1]], "D": [[0]], "Ts": 1, "w_prewarp": 4}"#);
     assert!(text.contains("w_prewarp"), "{text}");
 }

@@ -14,24 +14,12 @@ fn norm_and_certificate_match_the_references() {
         let found = answer("hinfnorm", &case.path);
         let reference = &case.json["reference"];
         let (norm, exact) = (number(&found["norm"]), number(&reference["norm"]));
-        assert!(
-            (norm / exact - 1.0).abs() < 1e-8,
-            "{}: {norm} {exact}",
-            case.name
-        );
+        assert!((norm / exact - 1.0).abs() < 1e-8, "{}: {norm} {exact}", case.name);
         let upper = number(&found["upper"]);
-        assert!(
-            upper >= exact * (1.0 - 1e-12) && upper <= exact * (1.0 + 1e-8),
-            "{}",
-            case.name
-        );
+        assert!(upper >= exact * (1.0 - 1e-12) && upper <= exact * (1.0 + 1e-8), "{}", case.name);
         if let Some(omega) = reference["peak_freq_rad_s"].as_f64() {
             let peak = number(&found["peak_freq_rad_s"]);
-            assert!(
-                (peak - omega).abs() <= 1e-5 * omega,
-                "{}: {peak} {omega}",
-                case.name
-            );
+            assert!((peak - omega).abs() <= 1e-5 * omega, "{}: {peak} {omega}", case.name);
         }
     }
 }
@@ -56,10 +44,7 @@ fn peak_of_a_mode_is_its_closed_form() {
         let found = hinf_norm(&mode, 1e-10).unwrap();
         let exact = 1.0 / (2.0 * zeta * f64::sqrt(1.0 - zeta * zeta));
         // The damping of the data is known to ε/ζ only.
-        assert!(
-            (found.norm / exact - 1.0).abs() < 1e-14 / zeta + 1e-12,
-            "{zeta}"
-        );
+        assert!((found.norm / exact - 1.0).abs() < 1e-14 / zeta + 1e-12, "{zeta}");
         let peak = w * f64::sqrt(1.0 - 2.0 * zeta * zeta);
         assert!((found.peak_omega_rad_s / peak - 1.0).abs() < 1e-6, "{zeta}");
     }
@@ -93,11 +78,7 @@ fn bounds_enclose_a_dense_search_on_random_systems() {
         }
         let mut r = |p, q| Mat::from_fn(p, q, |_, _| rng.random_range(-1.0..1.0));
         let (b, c) = (r(n, 2), r(3, n));
-        let d = if k % 2 == 0 {
-            r(3, 2)
-        } else {
-            Mat::zeros(3, 2)
-        };
+        let d = if k % 2 == 0 { r(3, 2) } else { Mat::zeros(3, 2) };
         let s = StateSpace::new(a, b, c, d, Continuous).unwrap();
         let found = hinf_norm(&s, 1e-10).unwrap();
         let poles = s.poles().unwrap();
@@ -109,10 +90,7 @@ fn bounds_enclose_a_dense_search_on_random_systems() {
             }
         }
         assert!(found.upper >= best * (1.0 - 1e-12), "{k}");
-        assert!(
-            found.norm <= found.upper && found.norm >= best * (1.0 - 1e-9),
-            "{k}"
-        );
+        assert!(found.norm <= found.upper && found.norm >= best * (1.0 - 1e-9), "{k}");
         let attained = max_singular_value_complex(&s.at(found.peak_omega_rad_s));
         if found.peak_omega_rad_s.is_finite() {
             assert!((attained / found.norm - 1.0).abs() < 1e-9, "{k}");
@@ -137,32 +115,17 @@ fn sampled_norm_is_attained_on_the_unit_circle() {
 #[test]
 fn hessenberg_evaluation_agrees_with_the_direct_solve() {
     let mut rng = ChaCha8Rng::seed_from_u64(3);
-    for (n, m, p) in [
-        (17, 3, 2),
-        (1, 1, 1),
-        (2, 9, 4),
-        (40, 4, 4),
-        (23, 5, 1),
-        (30, 12, 8),
-        (0, 2, 2),
-    ] {
+    for (n, m, p) in [(17, 3, 2), (1, 1, 1), (2, 9, 4), (40, 4, 4), (23, 5, 1), (30, 12, 8), (0, 2, 2)] {
         // Whole, and with small entries off the diagonal or on it, so that either column is the pivot.
         for scale in [1.0, 1e-3, 1e3] {
             let mut r = |p, q| Mat::from_fn(p, q, |_, _| rng.random_range(-1.0..1.0));
             let (a, b, c, d) = (r(n, n), r(n, m), r(p, n), r(p, m));
-            let a = Mat::from_fn(
-                n,
-                n,
-                |i, j| if i == j { scale * a[(i, j)] } else { a[(i, j)] },
-            );
+            let a = Mat::from_fn(n, n, |i, j| if i == j { scale * a[(i, j)] } else { a[(i, j)] });
             let s = StateSpace::new(a, b, c, d, Continuous).unwrap();
             let fast = FrequencyResponder::new(&s);
             for omega in [0.0, 0.1, 1.0, 7.0, 1e3] {
                 let (x, y) = (s.at(omega), fast.at(omega));
-                assert!(
-                    (&x - &y).norm_l2() <= 1e-11 * x.norm_l2(),
-                    "{n} {m} {p} {omega}"
-                );
+                assert!((&x - &y).norm_l2() <= 1e-11 * x.norm_l2(), "{n} {m} {p} {omega}");
             }
         }
     }
@@ -172,14 +135,8 @@ fn hessenberg_evaluation_agrees_with_the_direct_solve() {
 fn unstable_systems_are_refused_by_name() {
     let error = hinf_norm(&system(&[1.0], &[1.0], &[1.0], 0.0), 1e-10).unwrap_err();
     assert!(matches!(error, NormError::Unstable { growth_rate } if growth_rate == 1.0));
-    let text = refusal(
-        "hinfnorm",
-        r#"{"A": [[0]], "B": [[1]], "C": [[1]], "D": [[0]]}"#,
-    );
+    let text = refusal("hinfnorm", r#"{"A": [[0]], "B": [[1]], "C": [[1]], "D": [[0]]}"#);
     assert!(text.contains("unstable") && text.contains("hint"), "{text}");
-    let text = refusal(
-        "hinfnorm",
-        r#"{"A": [[-1]], "B": [[1]], "C": [[1, 2]], "D": [[0]]}"#,
-    );
+    let text = refusal("hinfnorm", r#"{"A": [[-1]], "B": [[1]], "C": [[1, 2]], "D": [[0]]}"#);
     assert!(text.contains("C: expected a 1 x 1 matrix"), "{text}");
 }

@@ -3,8 +3,7 @@
 use crate::robust::solve_cases::{answer, cases, matrix, number, refusal};
 use muspin::linalg::Mat;
 use muspin::lti::balance::{
-    Balancing, balanced_truncation, frequency_weighted_balance, hankel_values,
-    singular_perturbation, split,
+    Balancing, balanced_truncation, frequency_weighted_balance, hankel_values, singular_perturbation, split,
 };
 use muspin::lti::connect::{add, series};
 use muspin::lti::norm::{hinf_norm, linf_norm};
@@ -28,9 +27,7 @@ fn hankel_values_and_errors_match_the_references() {
     for case in cases("modred", 3) {
         let found = answer("reduce", &case.path);
         let reference = &case.json["reference"];
-        let exact = reference
-            .get("hsv")
-            .unwrap_or(&reference["hsv_stable_part"]);
+        let exact = reference.get("hsv").unwrap_or(&reference["hsv_stable_part"]);
         let (first, list) = (number(&exact[0]), exact.as_array().unwrap());
         for (k, value) in list.iter().enumerate() {
             let (h, e) = (number(&found["hsv"][k]), number(value));
@@ -49,23 +46,13 @@ fn hankel_values_and_errors_match_the_references() {
                 .fold(f64::INFINITY, f64::min);
             let answer = &found["orders"][order];
             let error = number(&answer["error_hinf"]);
-            assert!(
-                error <= best * 1.001,
-                "{} {order}: {error} {best}",
-                case.name
-            );
+            assert!(error <= best * 1.001, "{} {order}: {error} {best}", case.name);
             let reduced = system(answer);
             assert_eq!(reduced.order().to_string(), *order);
             // The claimed error is that of the matrices in the file.
             let measured = linf_norm(&difference(&full, &reduced), 1e-9).unwrap().norm;
-            assert!(
-                (measured / error - 1.0).abs() < 1e-6,
-                "{} {order}",
-                case.name
-            );
-            let unstable = |s: &StateSpace<Continuous>| {
-                s.poles().unwrap().iter().filter(|p| p.re >= 0.0).count()
-            };
+            assert!((measured / error - 1.0).abs() < 1e-6, "{} {order}", case.name);
+            let unstable = |s: &StateSpace<Continuous>| s.poles().unwrap().iter().filter(|p| p.re >= 0.0).count();
             assert_eq!(unstable(&reduced), unstable(&full), "{}", case.name);
         }
     }
@@ -88,10 +75,7 @@ fn errors_lie_between_the_hankel_bounds() {
         let hankel = hankel_values(&s).unwrap();
         for r in 1..8 {
             let tail: f64 = 2.0 * hankel[r..].iter().sum::<f64>();
-            for reduced in [
-                balanced_truncation(&s, r).unwrap(),
-                singular_perturbation(&s, r).unwrap(),
-            ] {
+            for reduced in [balanced_truncation(&s, r).unwrap(), singular_perturbation(&s, r).unwrap()] {
                 assert!(reduced.growth_rate().unwrap() < 0.0);
                 let error = hinf_norm(&difference(&s, &reduced), 1e-9).unwrap().norm;
                 assert!(error <= tail * (1.0 + 1e-7) && error >= hankel[r] * (1.0 - 1e-7));
@@ -131,11 +115,7 @@ fn tiny_hankel_values_keep_their_digits() {
     }
     // Symmetric impulse response h(t) = t⁷e⁻ᵗ/7!: the trace of the cross gramian is half the DC gain,
     // so the signed sum of the values is 1/2.
-    let signed: f64 = hankel
-        .iter()
-        .enumerate()
-        .map(|(k, h)| if k % 2 == 0 { *h } else { -*h })
-        .sum();
+    let signed: f64 = hankel.iter().enumerate().map(|(k, h)| if k % 2 == 0 { *h } else { -*h }).sum();
     assert!((signed - 0.5).abs() < 1e-12, "{signed}");
 }
 
@@ -188,17 +168,8 @@ fn weighted_reduction_is_better_where_the_weight_is_large() {
 
 #[test]
 fn orders_that_cannot_be_met_are_refused() {
-    let text = refusal(
-        "reduce",
-        r#"{"A": [[1,0],[0,-1]], "B": [[1],[1]], "C": [[1,1]], "D": [[0]], "orders": [0]}"#,
-    );
-    assert!(
-        text.contains("orders[0]") && text.contains("1 poles"),
-        "{text}"
-    );
-    let text = refusal(
-        "reduce",
-        r#"{"A": [[-1]], "B": [[1]], "C": [[1]], "D": [[0]], "orders": [2]}"#,
-    );
+    let text = refusal("reduce", r#"{"A": [[1,0],[0,-1]], "B": [[1],[1]], "C": [[1,1]], "D": [[0]], "orders": [0]}"#);
+    assert!(text.contains("orders[0]") && text.contains("1 poles"), "{text}");
+    let text = refusal("reduce", r#"{"A": [[-1]], "B": [[1]], "C": [[1]], "D": [[0]], "orders": [2]}"#);
     assert!(text.contains("has 1 states"), "{text}");
 }

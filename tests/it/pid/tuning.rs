@@ -3,9 +3,7 @@
 use crate::pid::reference_pid::reference_pid;
 use crate::support::inputs::{short_search, short_search_found};
 use muspin::controller::ControlLaw;
-use muspin::controller::amplifier_demand::{
-    AmplifierDemand, high_frequency_gain, high_frequency_hz,
-};
+use muspin::controller::amplifier_demand::{AmplifierDemand, high_frequency_gain, high_frequency_hz};
 use muspin::controller::verification::growth_rate;
 use muspin::input::load_machine;
 use muspin::linalg::{Mat, c64};
@@ -31,9 +29,7 @@ fn reference() -> Machine {
 #[test]
 fn the_state_space_is_the_formula() {
     let parameters = reference_pid(&reference());
-    let ControlLaw::Continuous(k) = pid_continuous(&parameters, "pid").unwrap().law else {
-        panic!("continuous")
-    };
+    let ControlLaw::Continuous(k) = pid_continuous(&parameters, "pid").unwrap().law else { panic!("continuous") };
     for f in [0.1, 3.0, 50.0, 800.0, 1400.0, 2900.0, 9000.0] {
         let s = c64::new(0.0, TAU * f);
         let h = k.transfer(s);
@@ -43,9 +39,7 @@ fn the_state_space_is_the_formula() {
         assert_eq!(h[(0, 2)].norm(), 0.0);
     }
     // Tustin: the same at s = (2/T) tan(ωT/2).
-    let ControlLaw::Discrete(d) = pid_controller(&parameters, 5e-5, "pid").unwrap().law else {
-        panic!("sampled")
-    };
+    let ControlLaw::Discrete(d) = pid_controller(&parameters, 5e-5, "pid").unwrap().law else { panic!("sampled") };
     let w = TAU * 2000.0;
     let warped = c64::new(0.0, 2.0 / 5e-5 * (0.5 * w * 5e-5f64).tan());
     let found = d.transfer(c64::from_polar(1.0, w * 5e-5))[(1, 1)];
@@ -56,9 +50,7 @@ fn the_state_space_is_the_formula() {
 #[test]
 fn the_gain_at_the_amplifiers_is_the_largest_singular_value_above_the_modes_of_the_model() {
     let machine = reference();
-    let modes = PlanarModes::new(&machine.rotor().unwrap())
-        .unwrap()
-        .flexible_hz();
+    let modes = PlanarModes::new(&machine.rotor().unwrap()).unwrap().flexible_hz();
     // Between the third mode, the last that the model keeps, and the fourth.
     let from_hz = high_frequency_hz(&machine).unwrap();
     assert!((from_hz / (modes[2] * modes[3]).sqrt() - 1.0).abs() < 1e-12);
@@ -71,25 +63,17 @@ fn the_gain_at_the_amplifiers_is_the_largest_singular_value_above_the_modes_of_t
     assert!((high_frequency_gain(&ones, from_hz).unwrap() - 4.0).abs() < 1e-12);
     // A controller per axis: the larger axis of the formula.
     let parameters = reference_pid(&machine);
-    let ControlLaw::Discrete(law) = pid_controller(&parameters, 5e-5, "pid").unwrap().law else {
-        panic!("sampled")
-    };
+    let ControlLaw::Discrete(law) = pid_controller(&parameters, 5e-5, "pid").unwrap().law else { panic!("sampled") };
     let formula = |hz: f64| {
         let s = c64::new(0.0, 2.0 / 5e-5 * (0.5 * TAU * hz * 5e-5).tan());
         let (front, rear) = (parameters.front.response(s), parameters.rear.response(s));
         front.norm().max(rear.norm())
     };
-    let largest = (0..4000)
-        .map(|k| formula(from_hz + (9990.0 - from_hz) * f64::from(k) / 4000.0))
-        .fold(0.0, f64::max);
+    let largest = (0..4000).map(|k| formula(from_hz + (9990.0 - from_hz) * f64::from(k) / 4000.0)).fold(0.0, f64::max);
     let found = high_frequency_gain(&law, from_hz).unwrap();
     assert!((found / largest - 1.0).abs() < 2e-3, "{found} {largest}");
     // Without a noise current, that of an unstable loop, the limit of the settings stays.
-    let demand = AmplifierDemand {
-        from_hz,
-        high_frequency_gain_a_per_m: 4e6,
-        noise_current_a: f64::INFINITY,
-    };
+    let demand = AmplifierDemand { from_hz, high_frequency_gain_a_per_m: 4e6, noise_current_a: f64::INFINITY };
     let held = TuneSettings::quick().held_to(&demand);
     assert_eq!(held.high_frequency_gain_a_per_m, 4e6);
     assert_eq!(held.noise_current_a, TuneSettings::quick().noise_current_a);
@@ -98,21 +82,13 @@ fn the_gain_at_the_amplifiers_is_the_largest_singular_value_above_the_modes_of_t
 /// The turns of the determinant counted an unstable loop of this machine as stable.
 #[test]
 fn a_pid_for_a_slender_tool_levitates_within_the_limits_of_a_controller() {
-    let spindle = concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/tests/data/spindles/s09-four-modes.yaml"
-    );
-    let settings = TuneSettings {
-        noise_current_a: 0.09428,
-        high_frequency_gain_a_per_m: 1.5049e6,
-        ..TuneSettings::quick()
-    };
+    let spindle = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/spindles/s09-four-modes.yaml");
+    let settings =
+        TuneSettings { noise_current_a: 0.09428, high_frequency_gain_a_per_m: 1.5049e6, ..TuneSettings::quick() };
     let machine = load_machine(spindle, "drill-8").unwrap();
     let tuned = tune(&machine, &settings, &mut |_, _| {}).unwrap();
     assert!(tuned.certificate.nominal.is_stable());
-    let ControlLaw::Discrete(law) = &tuned.controller.law else {
-        panic!("sampled")
-    };
+    let ControlLaw::Discrete(law) = &tuned.controller.law else { panic!("sampled") };
     for rpm in [0.0, machine.spindle.max_rpm] {
         let plant = Plant::new(&machine, rpm * TAU / 60.0, ModelDetail::Full).unwrap();
         let rate = growth_rate(&plant.sampled().unwrap(), law).unwrap();
@@ -130,28 +106,17 @@ fn a_pid_for_a_slender_tool_levitates_within_the_limits_of_a_controller() {
 /// The figures of the loop against a sum over time and level sets on all states.
 /// Upper and lower bound of a peak are at most `apart_db` apart.
 fn figures_are_those_of_other_roads(machine: &Machine, tuned: &TunedPid, apart_db: f64) {
-    let ControlLaw::Discrete(law) = &tuned.controller.law else {
-        panic!("sampled")
-    };
+    let ControlLaw::Discrete(law) = &tuned.controller.law else { panic!("sampled") };
     let c = &tuned.certificate;
     let mut noise = 0.0f64;
-    for (rpm, seen) in [
-        (0.0, &c.sensitivity),
-        (machine.spindle.max_rpm, &c.sensitivity_at_speed),
-    ] {
+    for (rpm, seen) in [(0.0, &c.sensitivity), (machine.spindle.max_rpm, &c.sensitivity_at_speed)] {
         let plant = Plant::new(machine, rpm * TAU / 60.0, ModelDetail::Full).unwrap();
         let axes = [0, 1, 2, 3];
         let sampled = plant.sampled().unwrap().select(&axes, &axes);
         // Noise and currents to currents, signals, and signals again for the law.
-        let (n, unit) = (sampled.order(), |i: usize, j: usize| {
-            f64::from(u8::from(i == j))
-        });
+        let (n, unit) = (sampled.order(), |i: usize, j: usize| f64::from(u8::from(i == j)));
         let b = Mat::from_fn(n, 8, |i, j| if j < 4 { 0.0 } else { sampled.b[(i, j - 4)] });
-        let rows = Mat::from_fn(
-            12,
-            n,
-            |i, j| if i < 4 { 0.0 } else { sampled.c[(i % 4, j)] },
-        );
+        let rows = Mat::from_fn(12, n, |i, j| if i < 4 { 0.0 } else { sampled.c[(i % 4, j)] });
         let d = Mat::from_fn(12, 8, |i, j| match (i < 4, j < 4) {
             (true, true) => 0.0,
             (true, false) => unit(i, j - 4),
@@ -181,11 +146,7 @@ fn figures_are_those_of_other_roads(machine: &Machine, tuned: &TunedPid, apart_d
         }
     }
     let noise = noise * machine.spindle.electronics.sensor_noise_m;
-    assert!(
-        (c.noise_current_a / noise - 1.0).abs() < 1e-6,
-        "{} and {noise} A",
-        c.noise_current_a
-    );
+    assert!((c.noise_current_a / noise - 1.0).abs() < 1e-6, "{} and {noise} A", c.noise_current_a);
 }
 
 #[test]
@@ -209,23 +170,15 @@ fn quick_tuning_gives_a_stiff_stable_pid_in_zone_b() {
     let grid = FrequencyGrid::log_hz(1.0, 4000.0, 3000);
     let stiffness = dynamic_stiffness(&plant, &tuned.controller, 0, &grid);
     let (minimum, _) = stiffness.minimum().unwrap();
-    assert!(
-        (minimum / c.stiffness_n_per_m - 1.0).abs() < 0.01,
-        "{minimum} N/m"
-    );
+    assert!((minimum / c.stiffness_n_per_m - 1.0).abs() < 0.01, "{minimum} N/m");
     let s = axis_sensitivity(&plant, &tuned.controller, &grid);
     for axis in 0..4 {
         let db = 20.0 * s.peak(axis).0.log10();
-        assert!(
-            (db - c.sensitivity[axis / 2].db).abs() < 1.0,
-            "axis {axis}: {db} dB"
-        );
+        assert!((db - c.sensitivity[axis / 2].db).abs() < 1.0, "axis {axis}: {db} dB");
     }
     figures_are_those_of_other_roads(&reference(), &tuned, 1e-3);
     // Third road: plants drawn from the set of shifted modes at any speed are stable.
-    let ControlLaw::Discrete(law) = &tuned.controller.law else {
-        panic!("sampled")
-    };
+    let ControlLaw::Discrete(law) = &tuned.controller.law else { panic!("sampled") };
     let mut random = ChaCha8Rng::seed_from_u64(11);
     for _ in 0..20 {
         let speed = 50_000.0 * TAU / 60.0 * random.random_range(0.0..=1.0);
@@ -262,15 +215,9 @@ fn show(c: &PidCertificate, clock: std::time::Instant) {
 
 #[test]
 fn the_search_depends_on_the_seed_and_not_on_the_threads() {
-    let settings = TuneSettings {
-        starts: 800,
-        ..short_search()
-    };
+    let settings = TuneSettings { starts: 800, ..short_search() };
     let with = |threads: usize, seed: u64| {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .unwrap();
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let settings = TuneSettings { seed, ..settings };
         pool.install(|| tune(&reference(), &settings, &mut |_, _| {}).unwrap())
     };
@@ -284,17 +231,13 @@ fn the_search_depends_on_the_seed_and_not_on_the_threads() {
 fn a_search_goes_on_from_a_pid_that_levitates_and_from_no_other() {
     let machine = reference();
     let settings = short_search();
-    let within = |noise_current_a: f64| TuneSettings {
-        noise_current_a,
-        ..settings
-    };
+    let within = |noise_current_a: f64| TuneSettings { noise_current_a, ..settings };
     let stiffness = |pid: &TunedPid| {
         let c = &pid.certificate;
         c.stiffness_n_per_m.min(c.stiffness_at_speed_n_per_m)
     };
-    let from = |start: &PidParameters, settings: &TuneSettings| {
-        tune_from(start, &machine, settings, &mut |_, _| {}).unwrap()
-    };
+    let from =
+        |start: &PidParameters, settings: &TuneSettings| tune_from(start, &machine, settings, &mut |_, _| {}).unwrap();
     let first = short_search_found();
     assert!(first.certificate.meets(&settings));
     // Under the same limits it ends no softer than it began, but for what a repair takes off.
@@ -320,11 +263,7 @@ fn a_search_goes_on_from_a_pid_that_levitates_and_from_no_other() {
 fn of_several_searches_the_best_is_taken() {
     let settings = short_search();
     let tuned = |seed: u64, searches: usize| {
-        let settings = TuneSettings {
-            seed,
-            searches,
-            ..settings
-        };
+        let settings = TuneSettings { seed, searches, ..settings };
         tune(&reference(), &settings, &mut |_, _| {}).unwrap()
     };
     let each = [short_search_found().clone(), tuned(2, 1), tuned(3, 1)];
@@ -347,10 +286,7 @@ fn of_several_searches_the_best_is_taken() {
 #[test]
 fn a_search_is_not_judged_on_the_lines_that_it_descended_on() {
     // A long descent lets peaks grow between its lines; judged there, this search ended at a PID that does not levitate.
-    let spindle = format!(
-        "{}/tests/data/spindles/s04-noncollocated.yaml",
-        env!("CARGO_MANIFEST_DIR")
-    );
+    let spindle = format!("{}/tests/data/spindles/s04-noncollocated.yaml", env!("CARGO_MANIFEST_DIR"));
     let machine = load_machine(&spindle, "facemill-40").unwrap();
     let settings = TuneSettings::quick();
     let tuned = tune(&machine, &settings, &mut |_, _| {}).unwrap();
@@ -365,15 +301,9 @@ fn a_search_is_not_judged_on_the_lines_that_it_descended_on() {
 #[test]
 fn a_pid_whose_shifted_loop_is_unstable_is_searched_again_with_that_loop() {
     // From these starts the first PID is unstable at top speed with shifted modes, and stays so when it is searched on.
-    let spindle = format!(
-        "{}/tests/data/spindles/s06-strong-ks.yaml",
-        env!("CARGO_MANIFEST_DIR")
-    );
+    let spindle = format!("{}/tests/data/spindles/s06-strong-ks.yaml", env!("CARGO_MANIFEST_DIR"));
     let machine = load_machine(&spindle, "paper-tool").unwrap();
-    let settings = TuneSettings {
-        starts: 3000,
-        ..TuneSettings::quick()
-    };
+    let settings = TuneSettings { starts: 3000, ..TuneSettings::quick() };
     let tuned = tune(&machine, &settings, &mut |_, _| {}).unwrap();
     assert!(tuned.certificate.meets(&settings));
 }
@@ -381,14 +311,7 @@ fn a_pid_whose_shifted_loop_is_unstable_is_searched_again_with_that_loop() {
 #[test]
 fn a_figure_outside_its_limit_is_a_violation() {
     let settings = TuneSettings::quick();
-    let tuned = certify(
-        &reference(),
-        reference_pid(&reference()),
-        &settings,
-        0,
-        "start",
-    )
-    .unwrap();
+    let tuned = certify(&reference(), reference_pid(&reference()), &settings, 0, "start").unwrap();
     let c = &tuned.certificate;
     // The start was found for other limits: whatever it is, the verdict follows from the figures.
     let inside = c.is_stable()
@@ -427,20 +350,14 @@ mod long {
     #[test]
     #[ignore = "long: see the command of the module"]
     fn thorough_tuning_meets_its_limits_whatever_the_seed() {
-        let folder = concat!(
-            env!("CARGO_MANIFEST_DIR"),
-            "/results/reference/spindle.yaml"
-        );
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/results/reference/spindle.yaml");
         for (machine, seed) in [
             (reference(), 1),
             (load_machine(folder, "paper-tool").unwrap(), 1),
             (load_machine(folder, "paper-tool").unwrap(), 2),
         ] {
             let clock = std::time::Instant::now();
-            let settings = TuneSettings {
-                seed,
-                ..TuneSettings::thorough()
-            };
+            let settings = TuneSettings { seed, ..TuneSettings::thorough() };
             let tuned = tune(&machine, &settings, &mut |_, _| {}).unwrap();
             show(&tuned.certificate, clock);
             assert!(tuned.certificate.meets(&settings));

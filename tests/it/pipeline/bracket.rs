@@ -31,10 +31,7 @@ fn a_step_and_a_floor_are_found_about_as_fast_as_by_bisection() {
         for known in [None, Some(gamma(1.0))] {
             let (evaluations, factor) = narrowed(gamma, (1.0, known));
             assert!(evaluations <= 2 * 8 + 2, "{evaluations}");
-            assert!(
-                gamma(factor) <= 1.0 && gamma(factor / 1.05) > 1.0,
-                "{factor}"
-            );
+            assert!(gamma(factor) <= 1.0 && gamma(factor / 1.05) > 1.0, "{factor}");
         }
     }
 }

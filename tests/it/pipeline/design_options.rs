@@ -28,19 +28,13 @@ use muspin::spindle::{Machine, ModelDetail, Plant};
 use std::f64::consts::TAU;
 
 fn reference() -> (Machine, Weights) {
-    (
-        load_machine("reference", "paper-tool").unwrap(),
-        load_weights("benchmark").unwrap(),
-    )
+    (load_machine("reference", "paper-tool").unwrap(), load_weights("benchmark").unwrap())
 }
 
 /// A spindle of `tests/data/spindles` with a shipped tool, and Table 2.
 fn of_tests(spindle: &str, tool: &str) -> (Machine, Weights) {
     let path = below_root(&format!("tests/data/spindles/{spindle}.yaml"));
-    (
-        load_machine(path.to_str().unwrap(), tool).unwrap(),
-        load_weights("benchmark").unwrap(),
-    )
+    (load_machine(path.to_str().unwrap(), tool).unwrap(), load_weights("benchmark").unwrap())
 }
 
 /// Plain H∞ design of one plane: generalized plant, level, four-axis controller at the sample rate.
@@ -58,10 +52,7 @@ fn plain(machine: &Machine, weights: &Weights) -> (GeneralizedPlant, f64, StateS
 
 /// The model of the synthesis: kept modes and one guard mode, with the static flexibility of the rest.
 fn at_rest(machine: &Machine) -> Plant {
-    let detail = ModelDetail::Modes {
-        flexible: machine.spindle.flexible_modes + 1,
-        static_residual: true,
-    };
+    let detail = ModelDetail::Modes { flexible: machine.spindle.flexible_modes + 1, static_residual: true };
     Plant::new(machine, 0.0, detail).unwrap()
 }
 
@@ -70,10 +61,7 @@ fn a_bound_on_the_complementary_sensitivity_is_kept_by_the_loop() {
     let (machine, written) = reference();
     let free = plain(&machine, &written);
     let limit = 4.0;
-    let weights = Weights {
-        complementary_sensitivity_limit: Some(limit),
-        ..written
-    };
+    let weights = Weights { complementary_sensitivity_limit: Some(limit), ..written };
     let (plant, gamma, law) = plain(&machine, &weights);
     assert_eq!(plant.errors(), free.0.errors() + 2);
     assert!(gamma < 1.0, "{gamma}");
@@ -83,9 +71,7 @@ fn a_bound_on_the_complementary_sensitivity_is_kept_by_the_loop() {
             .map(|k| {
                 let omega = TAU * 10f64.powf(f64::from(k) / 152.0);
                 let s = sensitivity(&model, law, omega);
-                let t = Mat::from_fn(4, 4, |i, j| {
-                    s[(i, j)] - c64::new(f64::from(u8::from(i == j)), 0.0)
-                });
+                let t = Mat::from_fn(4, 4, |i, j| s[(i, j)] - c64::new(f64::from(u8::from(i == j)), 0.0));
                 max_singular_value_complex(&t)
             })
             .fold(0.0, f64::max)
@@ -105,10 +91,7 @@ fn an_earlier_roll_off_takes_gain_from_high_frequencies() {
         let k = law.transfer(c64::from_polar(1.0, TAU * hz * law.time.period_s));
         max_singular_value_complex(&k)
     };
-    let early = Weights {
-        current_rolloff_hz: 1000.0,
-        ..written.clone()
-    };
+    let early = Weights { current_rolloff_hz: 1000.0, ..written.clone() };
     let (late_gain, early_gain) = (gain(&written, 9000.0), gain(&early, 9000.0));
     // The optimum need not use all that a later corner allows, but some of it.
     assert!(early_gain < 0.7 * late_gain, "{early_gain} {late_gain}");
@@ -118,10 +101,7 @@ fn an_earlier_roll_off_takes_gain_from_high_frequencies() {
 fn integral_action_gives_an_integrator_and_stiffness_at_rest() {
     let (machine, written) = reference();
     let corner_hz = 1.0;
-    let weights = Weights {
-        integral_corner_hz: Some(corner_hz),
-        ..written.clone()
-    };
+    let weights = Weights { integral_corner_hz: Some(corner_hz), ..written.clone() };
     let model = Plant::new(&machine, 0.0, ModelDetail::Full).unwrap();
     let stiffness = |law: &StateSpace<Discrete>| {
         let x = compliance(&model, law, 0.0);
@@ -131,11 +111,7 @@ fn integral_action_gives_an_integrator_and_stiffness_at_rest() {
     assert_eq!(with.0.errors(), without.0.errors() + 2);
     assert!(with.1 < 1.0, "γ with integral action: {}", with.1);
     let slowest = |law: &StateSpace<Discrete>| {
-        law.poles()
-            .unwrap()
-            .iter()
-            .map(|z| (z.ln() / law.time.period_s).norm())
-            .fold(f64::INFINITY, f64::min)
+        law.poles().unwrap().iter().map(|z| (z.ln() / law.time.period_s).norm()).fold(f64::INFINITY, f64::min)
     };
     // A pole at a thousandth of the corner in each plane and loop, where the plain design has none near.
     assert!(slowest(&with.2) < 2e-3 * TAU * corner_hz);
@@ -148,11 +124,7 @@ fn integral_action_gives_an_integrator_and_stiffness_at_rest() {
 
 fn quick() -> DesignSettings {
     DesignSettings {
-        dk: DkSettings {
-            max_iterations: 1,
-            descent_steps: 0,
-            ..DesignSettings::default().dk
-        },
+        dk: DkSettings { max_iterations: 1, descent_steps: 0, ..DesignSettings::default().dk },
         guard_cover: vec![],
         ..DesignSettings::default()
     }
@@ -166,10 +138,7 @@ fn designed(weights: &Weights, settings: &DesignSettings) -> Design {
             // The stage that was announced, or another synthesis after the fourth.
             let announced = done.map_or(Some((0, STAGES[0].0)), next_stage);
             let again = done == Some(STAGES[3].0) && stage == STAGES[0].0;
-            assert!(
-                again || announced.is_some_and(|(_, next)| next == stage),
-                "{done:?} {stage}"
-            );
+            assert!(again || announced.is_some_and(|(_, next)| next == stage), "{done:?} {stage}");
             done = Some(stage);
         }
     });
@@ -181,10 +150,7 @@ fn designed(weights: &Weights, settings: &DesignSettings) -> Design {
 fn an_unstable_controller_gives_way_to_a_stable_one_that_costs_little() {
     // Table 2 without a bound on T: the optimal controller has poles in the right half plane.
     let (_, written) = reference();
-    let settings = DesignSettings {
-        sensitivity_limits: vec![],
-        ..quick()
-    };
+    let settings = DesignSettings { sensitivity_limits: vec![], ..quick() };
     let found = designed(&written, &settings);
     let own = &found.dk.as_ref().unwrap().own_stability;
     assert!(own.found_growth_rate_per_s > 0.0, "the case has changed");
@@ -192,10 +158,7 @@ fn an_unstable_controller_gives_way_to_a_stable_one_that_costs_little() {
     match own.chosen.and_then(|k| own.alternatives.get(k)) {
         Some(stable) => {
             assert!(stable.mu <= 1.05 * own.found_mu);
-            assert!(
-                found.delivery.controller_growth_rate_per_s < 0.0,
-                "reduced and rounded as well"
-            );
+            assert!(found.delivery.controller_growth_rate_per_s < 0.0, "reduced and rounded as well");
             assert!(words.contains("delivered"), "{words}");
         }
         None => panic!("{words}: {:?}", own.alternatives),
@@ -205,32 +168,17 @@ fn an_unstable_controller_gives_way_to_a_stable_one_that_costs_little() {
 #[test]
 fn both_routes_are_judged_on_the_sampled_loop() {
     let (_, written) = reference();
-    let weights = Weights {
-        complementary_sensitivity_limit: Some(6.0),
-        ..written
-    };
+    let weights = Weights { complementary_sensitivity_limit: Some(6.0), ..written };
     let direct = designed(&weights, &quick());
-    let emulated = designed(
-        &weights,
-        &DesignSettings {
-            route: Route::Emulation { pade_order: 4 },
-            ..quick()
-        },
-    );
+    let emulated = designed(&weights, &DesignSettings { route: Route::Emulation { pade_order: 4 }, ..quick() });
     let [from_direct, from_emulated] = [&direct, &emulated].map(|found| found.dk.as_ref().unwrap());
     assert!(from_direct.emulated.is_none());
     let e = from_emulated.emulated.unwrap();
     // In continuous time both promise the same; sampling takes its toll of the emulated one only.
     assert!((e.mu_continuous / from_direct.full.synthesis - 1.0).abs() < 0.1);
-    assert!(
-        e.mu_sampled > 1.1 * from_direct.full.synthesis,
-        "{}",
-        e.mu_sampled
-    );
+    assert!(e.mu_sampled > 1.1 * from_direct.full.synthesis, "{}", e.mu_sampled);
     assert!((e.mu_sampled / from_emulated.full.synthesis - 1.0).abs() < 1e-3);
-    assert!(
-        emulated.delivery.rounded.specification.upper > direct.delivery.rounded.specification.upper
-    );
+    assert!(emulated.delivery.rounded.specification.upper > direct.delivery.rounded.specification.upper);
     // Both are proven over speed. The certified μ is above that of the exact responses at rest, and by no more than the
     // fits: weights at both ends of the loop and the inverse hold.
     for d in [&direct, &emulated] {
@@ -241,34 +189,21 @@ fn both_routes_are_judged_on_the_sampled_loop() {
         let ratio = d.delivery.rounded.specification.upper / rest.mu;
         assert!((1.0..most).contains(&ratio), "{ratio} {most} {rest:?}");
         // The second road, from the spindle file on: never above what is certified, and what the exact responses say.
-        let ControlLaw::Discrete(law) = &d.delivery.controller.law else {
-            panic!("sampled")
-        };
+        let ControlLaw::Discrete(law) = &d.delivery.controller.law else { panic!("sampled") };
         let table = |m: &Mat<f64>| -> Vec<Vec<f64>> {
             let row = |i: usize| (0..m.ncols()).map(|j| m[(i, j)]).collect();
             (0..m.nrows()).map(row).collect()
         };
-        let law = Law::new(
-            [&law.a, &law.b, &law.c, &law.d].map(table),
-            law.time.period_s,
-        );
+        let law = Law::new([&law.a, &law.b, &law.c, &law.d].map(table), law.time.period_s);
         let spindle: SpindleFile = read_yaml(&below_root("spindles/reference.yaml"));
-        let rotor = Rotor::new(
-            &spindle,
-            &read_yaml(&below_root("spindles/tools/paper-tool.yaml")),
-        );
+        let rotor = Rotor::new(&spindle, &read_yaml(&below_root("spindles/tools/paper-tool.yaml")));
         let written = read_yaml(&below_root("weights/benchmark.yaml"));
         let specification = Specification::as_written(written, spindle.rotor.flexible_modes);
         let own = specification.peak(&Loop::new(&rotor, &law, 0.0)).mu;
         // Lines round a peak on both roads: half a per cent of its height.
         assert!((rest.mu / own - 1.0).abs() < 5e-3, "{own} {rest:?}");
-        assert!(
-            d.delivery.rounded.specification.upper > 0.998 * own,
-            "{own}"
-        );
-        let [exact, single, fixed] = &d.delivery.arithmetic[..] else {
-            panic!("three arithmetics")
-        };
+        assert!(d.delivery.rounded.specification.upper > 0.998 * own, "{own}");
+        let [exact, single, fixed] = &d.delivery.arithmetic[..] else { panic!("three arithmetics") };
         for other in [single, fixed] {
             let (a, b) = (exact.covered, other.covered);
             assert!((a / b - 1.0).abs() < 1e-3, "{a} {b}");
@@ -280,27 +215,18 @@ fn both_routes_are_judged_on_the_sampled_loop() {
 fn limits_out_of_reach_are_widened_no_further_than_needed() {
     let (machine, written) = reference();
     // No controller holds the tool within a hundredth of the displacements: the flexible shaft alone gives way more.
-    let weights = Weights {
-        tool_tightening: 100.0,
-        ..written
-    };
+    let weights = Weights { tool_tightening: 100.0, ..written };
     let settings = quick();
     let (problems, _, gamma) = pose(&machine, &weights, &settings).unwrap();
     let widening = problems.widening;
     assert!(gamma <= settings.gamma_target, "{gamma}");
-    assert!(
-        widening.tool > 1.0 && widening.tool == widening.front,
-        "{widening:?}"
-    );
+    assert!(widening.tool > 1.0 && widening.tool == widening.front, "{widening:?}");
     assert_eq!(widening.current, 1.0);
     // What the synthesis aims at is the specification with those limits, and nothing narrower is within reach: without
     // cover, a tenth less than the least factor (at most a quarter below the one with cover) misses the target.
     let aim = problems.aim.tool.max_dc_displacement_m;
     assert!((aim / weights.tool.max_dc_displacement_m / widening.tool - 1.0).abs() < 1e-12);
-    let fixed = DesignSettings {
-        give_way: false,
-        ..settings.clone()
-    };
+    let fixed = DesignSettings { give_way: false, ..settings.clone() };
     let narrower = Widening::displacements(widening.tool / 1.25 / 1.1).apply(&weights);
     let (_, _, missed) = pose(&machine, &narrower, &fixed).unwrap();
     assert!(missed > settings.gamma_target, "{missed}");
@@ -331,21 +257,9 @@ mod long {
             *m = &*m * 1e-3;
         }
         let from = |plane: StateSpace<Discrete>, suffices: bool| {
-            let earlier = EarlierDesign {
-                plane,
-                scales: vec![],
-                suffices,
-            };
-            let effort = PolishEffort {
-                rounds: 1,
-                steps: 20,
-                ..PolishEffort::default()
-            };
-            let settings = DesignSettings {
-                polish: Some(effort),
-                earlier: Some(earlier),
-                ..DesignSettings::default()
-            };
+            let earlier = EarlierDesign { plane, scales: vec![], suffices };
+            let effort = PolishEffort { rounds: 1, steps: 20, ..PolishEffort::default() };
+            let settings = DesignSettings { polish: Some(effort), earlier: Some(earlier), ..DesignSettings::default() };
             design(&machine, &weights, &settings, &mut |_| {}).unwrap()
         };
         let starts = |found: &Design| -> Vec<&str> {

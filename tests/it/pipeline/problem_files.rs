@@ -29,56 +29,32 @@ fn solved(kind: &str, file: &Path) -> Value {
 fn the_solvers_find_in_the_problem_files_what_the_design_printed() {
     let place = tempfile::tempdir().unwrap();
     let out = place.path().join("design");
-    muspin()
-        .args(["design", "--no-polish", "--problem", "--out"])
-        .arg(&out)
-        .assert()
-        .code(0);
+    muspin().args(["design", "--no-polish", "--problem", "--out"]).arg(&out).assert().code(0);
     let problem = out.join("problem");
     let printed = &json(&out.join("summary.json"))["design"];
     // The certificate of the specification closed with the delivered controller: the design takes the larger of it and
     // of the exact responses at rest.
     let found = solved("musys", &problem.join("closed_loop.json"));
-    let (upper, own) = (
-        found["peak_upper"].as_f64().unwrap(),
-        printed["table_as_written"]["mu_peak_discrete"]
-            .as_f64()
-            .unwrap(),
-    );
-    assert!(
-        upper <= own * (1.0 + 1e-6) && upper > 0.98 * own,
-        "{upper} {own}"
-    );
+    let (upper, own) =
+        (found["peak_upper"].as_f64().unwrap(), printed["table_as_written"]["mu_peak_discrete"].as_f64().unwrap());
+    assert!(upper <= own * (1.0 + 1e-6) && upper > 0.98 * own, "{upper} {own}");
     // γ of the scaled plant is that of the last synthesis: D_L P D_R⁻¹ with the scales of the files.
     let p = json(&problem.join("synthesis.json"));
     let scales = json(&problem.join("d_scales.json"));
     let order = |system: &Value| system["A"].as_array().unwrap().len();
-    assert_eq!(
-        order(&scales["left"]),
-        0,
-        "the reference ends with constant scales"
-    );
+    assert_eq!(order(&scales["left"]), 0, "the reference ends with constant scales");
     let entry = |m: &Value, i: usize, j: usize| m[i][j].as_f64().unwrap();
     let (left, right) = (&scales["left"]["D"], &scales["right_inverse"]["D"]);
-    let (p1, m1) = (
-        p["p1"].as_u64().unwrap() as usize,
-        p["m1"].as_u64().unwrap() as usize,
-    );
+    let (p1, m1) = (p["p1"].as_u64().unwrap() as usize, p["m1"].as_u64().unwrap() as usize);
     let mut scaled = p.clone();
-    for (name, width) in [
-        ("C", order(&p)),
-        ("D", m1 + p["m2"].as_u64().unwrap() as usize),
-    ] {
+    for (name, width) in [("C", order(&p)), ("D", m1 + p["m2"].as_u64().unwrap() as usize)] {
         for i in 0..p1 {
             for j in 0..width {
                 scaled[name][i][j] = (entry(left, i, i) * entry(&p[name], i, j)).into();
             }
         }
     }
-    for (name, height) in [
-        ("B", order(&p)),
-        ("D", p1 + p["p2"].as_u64().unwrap() as usize),
-    ] {
+    for (name, height) in [("B", order(&p)), ("D", p1 + p["p2"].as_u64().unwrap() as usize)] {
         for i in 0..height {
             for j in 0..m1 {
                 scaled[name][i][j] = (entry(&scaled[name], i, j) * entry(right, j, j)).into();
@@ -102,14 +78,9 @@ fn the_closed_loop_compliance_follows_from_the_open_paths() {
     let law = load_controller(controller.to_str().unwrap()).unwrap().law;
     let table = |extra: &[&str]| {
         let mut command = muspin();
-        command.args([
-            "frf", "--points", "7", "--from", "5", "--to", "2000", "--speed", "3000",
-        ]);
+        command.args(["frf", "--points", "7", "--from", "5", "--to", "2000", "--speed", "3000"]);
         command.arg("--spindle").arg(start.join("spindle.yaml"));
-        command
-            .arg("--tool")
-            .arg(start.join("tool.yaml"))
-            .args(extra);
+        command.arg("--tool").arg(start.join("tool.yaml")).args(extra);
         let output = command.output().unwrap();
         let mut table = csv::Reader::from_reader(output.stdout.as_slice());
         let header = table.headers().unwrap().clone();
@@ -120,10 +91,7 @@ fn the_closed_loop_compliance_follows_from_the_open_paths() {
                 let place = header.iter().position(|h| *h == entry).unwrap();
                 rows[k][place].parse::<f64>().unwrap()
             };
-            (
-                rows[k][0].parse::<f64>().unwrap(),
-                c64::new(part("re"), part("im")),
-            )
+            (rows[k][0].parse::<f64>().unwrap(), c64::new(part("re"), part("im")))
         }
     };
     let open = table(&["--tool-paths"]);
@@ -149,10 +117,7 @@ fn the_closed_loop_compliance_follows_from_the_open_paths() {
             for j in 0..2 {
                 let (_, found) = closed(line, &format!("t_{}{}", TOOL[i], TOOL[j]));
                 let size = expected[(0, 0)].norm();
-                assert!(
-                    (found - expected[(i, j)]).norm() < 1e-9 * size,
-                    "{hz} {i} {j}"
-                );
+                assert!((found - expected[(i, j)]).norm() < 1e-9 * size, "{hz} {i} {j}");
             }
         }
     }

@@ -86,21 +86,11 @@ speed: {max_rpm: 1}";
     let tool: ToolFile = serde_yaml::from_str("tool_plane_m: 0.0").unwrap();
     let rotor = Rotor::new(&spindle, &tool);
     // Free Euler beam: ω = (βl)²/l² √(EI/ρA), cosh βl cos βl = 1; √(I/A) = d/4.
-    for (k, beta) in [
-        4.730_040_744_862_7,
-        7.853_204_624_095_8,
-        10.995_607_838_001_7,
-    ]
-    .iter()
-    .enumerate()
-    {
+    for (k, beta) in [4.730_040_744_862_7, 7.853_204_624_095_8, 10.995_607_838_001_7].iter().enumerate() {
         let closed = beta * beta / 4.0 * (2.0e11f64 / 8000.0).sqrt() * 0.002 / 4.0;
         let found = rotor.omega_rad_s[2 + k];
         // Shear and rotary inertia take (βd/4l)²·(1 + E/κG)/2 ≈ 1e-5; the mesh adds 1e-6.
-        assert!(
-            (found / closed - 1.0).abs() < 3e-5,
-            "mode {k}: {found} {closed}"
-        );
+        assert!((found / closed - 1.0).abs() < 3e-5, "mode {k}: {found} {closed}");
     }
     let shaft = Shaft::new(&spindle, &tool);
     let mass: f64 = 8000.0 * std::f64::consts::PI / 4.0 * 0.002f64.powi(2) * 2.0;
@@ -109,11 +99,7 @@ speed: {max_rpm: 1}";
     let read = |v: &dyn Fn(usize) -> f64| (0..row.len()).map(|i| row[i] * v(i)).sum::<f64>();
     assert!((read(&|i| f64::from(u8::from(i % 2 == 0))) - 1.0).abs() < 1e-12);
     let turned = |i: usize| {
-        if i.is_multiple_of(2) {
-            shaft.position_m[i / 2]
-        } else {
-            1.0
-        }
+        if i.is_multiple_of(2) { shaft.position_m[i / 2] } else { 1.0 }
     };
     assert!((read(&turned) - 0.333).abs() < 1e-12);
     let total: f64 = (0..row.len())
@@ -130,18 +116,13 @@ fn the_scaled_bound_of_a_product_of_vectors_is_its_closed_form() {
     for scalars in [0, 1, 2, 4] {
         let a: Vec<f64> = (0..6).map(|k| 0.3 + 7.0 * f64::from(k * k % 5)).collect();
         let b: Vec<f64> = (0..6).map(|k| 2.0 / (1.0 + f64::from(3 * k % 7))).collect();
-        let m = Mat::from_fn(6, 6, |i, j| {
-            c64::from_polar(a[i] * b[j], 0.7 * i as f64 - 1.1 * (j * j) as f64)
-        });
+        let m = Mat::from_fn(6, 6, |i, j| c64::from_polar(a[i] * b[j], 0.7 * i as f64 - 1.1 * (j * j) as f64));
         let norm = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
         let alone: f64 = (0..scalars).map(|k| a[k] * b[k]).sum();
         let closed = alone + norm(&a[scalars..]) * norm(&b[scalars..]);
         let found = scaled_bound(&m, scalars, None);
         // The method stops at a gap of 1e-5.
-        assert!(
-            (found / closed - 1.0).abs() < 1.1e-5,
-            "{scalars}: {found} {closed}"
-        );
+        assert!((found / closed - 1.0).abs() < 1.1e-5, "{scalars}: {found} {closed}");
     }
 }
 
@@ -161,8 +142,7 @@ fn the_open_loop_is_that_of_the_whole_mesh() {
                 // Channels: currents and tool force in, signals and tool displacement out.
                 for (out, own_out) in [(0, 3), (2, 4), (4, 0)] {
                     for (input, own_in) in [(0, 3), (2, 4), (4, 0)] {
-                        let own =
-                            0.5 * (forward[(own_out, own_in)] + backward[(own_out, own_in)].conj());
+                        let own = 0.5 * (forward[(own_out, own_in)] + backward[(own_out, own_in)].conj());
                         let found = theirs[(out, input)];
                         let scale = (own.norm_sqr() + forward[(own_out, own_in)].norm_sqr()).sqrt();
                         // Modes beyond 24 kHz are there as Ritz vectors only; beside a resonance a hundred-thousandth
@@ -199,12 +179,7 @@ fn stiffness_sensitivity_and_growth_rate_are_those_of_the_whole_machine() {
                 let check = verify_at(&case.machine, &sampled, &[rpm], "test").unwrap();
                 let growth = own.growth_rate_per_s();
                 // Modes beyond those of the full plant; a pole moves by its residue times 1e-5 of the plant.
-                hold(
-                    "growth rate",
-                    check.speeds[0].growth_rate_per_s,
-                    growth,
-                    2e-3 * growth.abs() + 0.02,
-                );
+                hold("growth rate", check.speeds[0].growth_rate_per_s, growth, 2e-3 * growth.abs() + 0.02);
                 // A file may say that another band counts.
                 let mut machine = case.machine.clone();
                 if share == 0.5 {
@@ -221,29 +196,14 @@ fn stiffness_sensitivity_and_growth_rate_are_those_of_the_whole_machine() {
                 let found: Figures = own.figures(machine.spindle.stiffness_band_hz);
                 // Lines round a peak: a per mille of its height; and 1e-4 of the plant.
                 let (minimum, hz) = found.minimum;
-                hold(
-                    "smallest stiffness",
-                    stated.minimum.0,
-                    minimum,
-                    2e-3 * minimum,
-                );
+                hold("smallest stiffness", stated.minimum.0, minimum, 2e-3 * minimum);
                 let there = own.stiffness_n_per_m(stated.minimum.1);
-                hold(
-                    "stiffness at the frequency stated",
-                    there,
-                    minimum,
-                    2e-3 * minimum,
-                );
+                hold("stiffness at the frequency stated", there, minimum, 2e-3 * minimum);
                 hold("frequency of it", stated.minimum.1, hz, 0.02 * hz);
                 let low = own.stiffness_n_per_m(10.0);
                 hold("at 10 Hz", stated.at_10_hz_n_per_m, low, 1e-3 * low);
                 let top = own.stiffness_n_per_m(case.rotor.max_rpm / 60.0);
-                hold(
-                    "at the top speed's frequency",
-                    stated.at_max_speed_n_per_m,
-                    top,
-                    1e-3 * top,
-                );
+                hold("at the top speed's frequency", stated.at_max_speed_n_per_m, top, 1e-3 * top);
                 for (bearing, (db, _)) in found.sensitivity_db.iter().enumerate() {
                     for axis in [2 * bearing, 2 * bearing + 1] {
                         let peak = decibel(stated.sensitivity.peak(axis).0);
@@ -265,25 +225,19 @@ fn a_controller_in_continuous_time_acts_without_a_hold() {
     let case = Case::new(MACHINES[0]);
     // A gain alone: any loop has lines, stable or not.
     let diagonal = |value: [f64; 4]| -> Vec<Vec<f64>> {
-        let row = |i: usize| {
-            (0..4)
-                .map(|j| if i == j { value[i] } else { 0.0 })
-                .collect()
-        };
+        let row = |i: usize| (0..4).map(|j| if i == j { value[i] } else { 0.0 }).collect();
         (0..4).map(row).collect()
     };
     let gains = diagonal([-9e4, -9e4, -7e4, -7e4]);
     let empty = || vec![vec![]; 4];
     let period_s = case.rotor.period_s;
-    let own_law =
-        |sample_time_s: f64| Law::new([vec![], vec![], empty(), gains.clone()], sample_time_s);
+    let own_law = |sample_time_s: f64| Law::new([vec![], vec![], empty(), gains.clone()], sample_time_s);
     let (held, whole) = (own_law(period_s), own_law(0.0));
     let mut largest_difference = 0.0f64;
     for rpm in [0.0, case.rotor.max_rpm] {
         let plant = Plant::new(&case.machine, rpm * TAU / 60.0, ModelDetail::Full).unwrap();
         for hz in [7.0, 300.0, 1072.0, 1960.0, 3215.0] {
-            let own =
-                [&whole, &held].map(|law| Loop::lines_only(&case.rotor, law, rpm).line(hz).2[0]);
+            let own = [&whole, &held].map(|law| Loop::lines_only(&case.rotor, law, rpm).line(hz).2[0]);
             largest_difference = largest_difference.max((own[1] / own[0] - 1.0).abs());
             for (law, expected) in [&whole, &held].into_iter().zip(own) {
                 let text = serde_json::json!({
@@ -293,18 +247,12 @@ fn a_controller_in_continuous_time_acts_without_a_hold() {
                 let theirs = read_controller("gain.json", &text.to_string()).unwrap();
                 let stated = sensitivity(&plant, &theirs, TAU * hz)[(0, 0)].norm();
                 // The open loop agrees to 1e-4; beside a resonance the closed one does less well.
-                assert!(
-                    (stated / expected - 1.0).abs() < 2e-3,
-                    "{rpm} rpm, {hz} Hz: {stated} {expected}"
-                );
+                assert!((stated / expected - 1.0).abs() < 2e-3, "{rpm} rpm, {hz} Hz: {stated} {expected}");
             }
         }
     }
     // At 3.2 kHz the hold takes 4 % of the gain: more than twice what the comparison forgives must be left of it.
-    assert!(
-        largest_difference > 5e-3,
-        "{largest_difference}: the lines chosen do not show the hold"
-    );
+    assert!(largest_difference > 5e-3, "{largest_difference}: the lines chosen do not show the hold");
 }
 
 #[test]
@@ -313,8 +261,7 @@ fn mu_of_the_specification_is_that_of_the_whole_machine() {
     let written: WeightsFile = read_yaml(&below_root("weights/benchmark.yaml"));
     let weights = load_weights("benchmark").unwrap();
     for case in MACHINES.map(Case::new) {
-        let specification =
-            Specification::as_written(written.clone(), case.machine.spindle.flexible_modes);
+        let specification = Specification::as_written(written.clone(), case.machine.spindle.flexible_modes);
         let uncertain = specification.uncertainty.iter().enumerate();
         let modes: Vec<UncertainMode> = uncertain
             .map(|(number, relative)| UncertainMode {
@@ -331,10 +278,7 @@ fn mu_of_the_specification_is_that_of_the_whole_machine() {
             let stated = mu_at_speed(&case.machine, &weights, &modes, &sampled, rpm).unwrap();
             // Lines round a peak on both roads: half a per cent of its height.
             if (stated.mu / own.mu - 1.0).abs() > 5e-3 {
-                wrong.push(format!(
-                    "{} {which} {rpm} rpm: {stated:?}, {own:?}",
-                    case.name
-                ));
+                wrong.push(format!("{} {which} {rpm} rpm: {stated:?}, {own:?}", case.name));
             }
             if rpm != 0.0 {
                 continue;
@@ -347,10 +291,7 @@ fn mu_of_the_specification_is_that_of_the_whole_machine() {
             // Weights are fitted from above, and the uncertainty acts through the inverse hold: never below, at most 10
             // % above.
             if !(certified.upper > own.mu * 0.998 && certified.upper < own.mu * 1.1) {
-                wrong.push(format!(
-                    "{} {which}: {} certified, {own:?}",
-                    case.name, certified.upper
-                ));
+                wrong.push(format!("{} {which}: {} certified, {own:?}", case.name, certified.upper));
             }
         }
     }

@@ -54,10 +54,7 @@ fn fitted_weights_have_their_magnitude_over_true_frequency() {
                 let written = section.magnitude(share * PI * rate_hz);
                 let ratio = at_share(&fit.system, share, period_s) / written;
                 let most = 1.0 + fit.largest_excess;
-                assert!(
-                    (1.0..most).contains(&ratio),
-                    "{section:?} {rate_hz} {share} {ratio}"
-                );
+                assert!((1.0..most).contains(&ratio), "{section:?} {rate_hz} {share} {ratio}");
                 let v = 2.0 / period_s * (0.5 * PI * share).tan();
                 let synthesis = at_share(&read.system, share, period_s);
                 assert!((synthesis / section.magnitude(v) - 1.0).abs() < 1e-9);
@@ -75,10 +72,7 @@ fn fitted_weights_have_their_magnitude_over_true_frequency() {
         for share in shares() {
             let theta = 0.5 * PI * share;
             let ratio = at_share(&hold.system, share, period_s) * theta.sin() / theta;
-            assert!(
-                (1.0..1.0 + hold.largest_excess).contains(&ratio),
-                "{share} {ratio}"
-            );
+            assert!((1.0..1.0 + hold.largest_excess).contains(&ratio), "{share} {ratio}");
         }
     }
     // Without the fit the control weight of 3 kHz is three times too large at 8 kHz of 20 kHz.
@@ -93,11 +87,7 @@ fn uncertain(machine: &Machine, weights: &Weights) -> Vec<UncertainMode> {
     let modes = modes_below_nyquist(machine).unwrap();
     let listed = modes.iter().zip(&weights.mode_uncertainty).enumerate();
     listed
-        .map(|(number, (omega, relative))| UncertainMode {
-            number,
-            omega_rad_s: *omega,
-            relative: *relative,
-        })
+        .map(|(number, (omega, relative))| UncertainMode { number, omega_rad_s: *omega, relative: *relative })
         .collect()
 }
 
@@ -111,21 +101,13 @@ fn controller(
     let numbers: Vec<usize> = modes.iter().map(|m| m.number).collect();
     let flexible = machine.spindle.flexible_modes + 1;
     let plane = design_plane(machine, flexible, &numbers, Route::Direct).unwrap();
-    let posed =
-        generalized_plane(&plane, modes, weights, WeightPlane::Synthesis { period_s }).unwrap();
+    let posed = generalized_plane(&plane, modes, weights, WeightPlane::Synthesis { period_s }).unwrap();
     let start = vec![100.0; modes.len()];
-    let scales = constant_scales(&posed, ScaleStart::Guess(&start))
-        .unwrap()
-        .scale;
-    let full = |b: &Block| Block::ComplexFull {
-        rows: b.rows(),
-        cols: b.cols(),
-    };
+    let scales = constant_scales(&posed, ScaleStart::Guess(&start)).unwrap().scale;
+    let full = |b: &Block| Block::ComplexFull { rows: b.rows(), cols: b.cols() };
     let mut plant = scaled(&posed, &scales);
     plant.blocks = plant.blocks.iter().map(full).collect();
-    let found = synthesise(&plant, &HinfSettings::default())
-        .unwrap()
-        .controller;
+    let found = synthesise(&plant, &HinfSettings::default()).unwrap().controller;
     let law = tustin(&unscale_controller(&found), period_s).unwrap();
     (found, both_planes(&law))
 }
@@ -153,19 +135,14 @@ fn second_road(
     let k = law.at(omega);
     let m = modes.len();
     let place = |i: usize| {
-        if i < m {
-            CHANNELS + 2 * i
-        } else {
-            4 + 2 * (i - m)
-        }
+        if i < m { CHANNELS + 2 * i } else { 4 + 2 * (i - m) }
     };
     let axis = [0, 2];
     // L = G_yu K; R = K (I − L)⁻¹ by Cramer.
     let g_yu = |i: usize, j: usize| h[(axis[i], axis[j])] * hold;
     let kk = |i: usize, j: usize| k[(axis[i], axis[j])];
-    let product = |a: &dyn Fn(usize, usize) -> c64, b: &dyn Fn(usize, usize) -> c64, i, j| {
-        a(i, 0) * b(0, j) + a(i, 1) * b(1, j)
-    };
+    let product =
+        |a: &dyn Fn(usize, usize) -> c64, b: &dyn Fn(usize, usize) -> c64, i, j| a(i, 0) * b(0, j) + a(i, 1) * b(1, j);
     let one = |i: usize, j: usize| c64::new(if i == j { 1.0 } else { 0.0 }, 0.0);
     let difference = |i: usize, j: usize| one(i, j) - product(&g_yu, &kk, i, j);
     let det = difference(0, 0) * difference(1, 1) - difference(0, 1) * difference(1, 0);
@@ -180,20 +157,12 @@ fn second_road(
     let to_from_u = |i: usize, j: usize| h[(place(i), axis[j])] * hold;
     let closed = |i: usize, j: usize| -> c64 {
         let u_from = |a: usize| {
-            if j < n {
-                r(a, 0) * y_from(0, j) + r(a, 1) * y_from(1, j)
-            } else {
-                r(a, j - n)
-            }
+            if j < n { r(a, 0) * y_from(0, j) + r(a, 1) * y_from(1, j) } else { r(a, j - n) }
         };
         if i >= n {
             return u_from(i - n);
         }
-        let open = if j < n {
-            h[(place(i), place(j))]
-        } else {
-            c64::new(0.0, 0.0)
-        };
+        let open = if j < n { h[(place(i), place(j))] } else { c64::new(0.0, 0.0) };
         open + to_from_u(i, 0) * u_from(0) + to_from_u(i, 1) * u_from(1)
     };
     let limits = [&weights.tool, &weights.front, &weights.rear];
@@ -202,19 +171,11 @@ fn second_road(
         j if j < m => modal(j),
         j if j < n => {
             let l = limits[j - m];
-            level(
-                omega,
-                l.max_dc_load_n,
-                l.max_hf_load_n,
-                weights.load_crossover_hz[j - m],
-            )
+            level(omega, l.max_dc_load_n, l.max_hf_load_n, weights.load_crossover_hz[j - m])
         }
         _ => weights.sensor_noise_m,
     };
-    let (w1, ratio) = (
-        TAU * weights.current_rolloff_hz,
-        weights.current_rolloff_ratio,
-    );
+    let (w1, ratio) = (TAU * weights.current_rolloff_hz, weights.current_rolloff_ratio);
     let output = |i: usize| match i {
         i if i < m => modal(i),
         i if i < n => {
@@ -236,10 +197,7 @@ fn second_road(
 #[test]
 fn the_certified_mu_is_not_below_that_of_the_exact_responses() {
     let weights = load_weights("benchmark").unwrap();
-    let own = format!(
-        "{}/tests/data/spindles/s09-four-modes.yaml",
-        env!("CARGO_MANIFEST_DIR")
-    );
+    let own = format!("{}/tests/data/spindles/s09-four-modes.yaml", env!("CARGO_MANIFEST_DIR"));
     for (spindle, tool) in [("reference", "paper-tool"), (own.as_str(), "endmill-16")] {
         let machine = load_machine(spindle, tool).unwrap();
         let modes = uncertain(&machine, &weights);
@@ -253,35 +211,20 @@ fn the_certified_mu_is_not_below_that_of_the_exact_responses() {
         // What the fits add: weights at both ends of the loop, the inverse hold; a thousandth for the certificate.
         let most = (1.0 + fits.analysis).powi(2) * (1.0 + fits.hold) * (1.0 + 1e-3);
         let ratio = certified.upper / exact.mu;
-        assert!(
-            (1.0..most).contains(&ratio),
-            "{spindle}: {ratio} {most} {exact:?}"
-        );
+        assert!((1.0..most).contains(&ratio), "{spindle}: {ratio} {most} {exact:?}");
         assert!(certified.bounds.lower <= certified.upper);
         let by_hand = second_road(&machine, &weights, &modes, &law, exact.frequency_hz.abs());
-        assert!(
-            (by_hand / exact.mu - 1.0).abs() < 1e-6,
-            "{by_hand} {exact:?}"
-        );
+        assert!((by_hand / exact.mu - 1.0).abs() < 1e-6, "{by_hand} {exact:?}");
         // No line is above: not at the certified peak, nor on a grid of its own.
-        let at_peak = (certified.omega_rad_s * 0.5 * whole_period(&machine)).atan()
-            / PI
-            / whole_period(&machine);
+        let at_peak = (certified.omega_rad_s * 0.5 * whole_period(&machine)).atan() / PI / whole_period(&machine);
         let nyquist_hz = 0.5 / whole_period(&machine);
         let grid = (0..120).map(|k| nyquist_hz * 10f64.powf(-4.0 * (f64::from(k) + 0.5) / 120.0));
         for f in grid.chain([at_peak.min(0.999 * nyquist_hz)]) {
             let here = second_road(&machine, &weights, &modes, &law, f);
-            assert!(
-                here <= certified.upper,
-                "{here} at {f} Hz, {}",
-                certified.upper
-            );
+            assert!(here <= certified.upper, "{here} at {f} Hz, {}", certified.upper);
             // The peak lies between two lines of the grid that are dense round it. A bound ends within 1e-5 of its lower
             // bound, or where it gains no more: on single lines it has stood 2.1e-5 above one with its neighbour's scales.
-            assert!(
-                here <= exact.mu * (1.0 + 3e-5),
-                "{here} at {f} Hz, {exact:?}"
-            );
+            assert!(here <= exact.mu * (1.0 + 3e-5), "{here} at {f} Hz, {exact:?}");
         }
     }
 }
@@ -311,8 +254,7 @@ fn sampled_pd(machine: &Machine, derivative_s: f64) -> StateSpace<Discrete> {
     // (1 − a)(1 − 1/z)/(1 − a/z) = (1 − a)(1 − (1 − a)/(z − a)).
     let pole = (-0.8 * PI).exp();
     let derivative = derivative_s / period_s * (1.0 - pole);
-    let diagonal =
-        |of: &dyn Fn(usize) -> f64| Mat::from_fn(4, 4, |i, j| if i == j { of(i) } else { 0.0 });
+    let diagonal = |of: &dyn Fn(usize) -> f64| Mat::from_fn(4, 4, |i, j| if i == j { of(i) } else { 0.0 });
     StateSpace::new(
         diagonal(&|_| pole),
         diagonal(&|_| 1.0),

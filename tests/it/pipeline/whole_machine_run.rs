@@ -52,12 +52,8 @@ impl Run {
         self.held += 1;
         match self.figure(pointer) {
             Some(stated) if (stated - truth).abs() <= tolerance => (),
-            Some(stated) => self
-                .wrong
-                .push(format!("{pointer}: {stated} stated, {truth} true")),
-            None => self
-                .wrong
-                .push(format!("{pointer}: not stated, {truth} true")),
+            Some(stated) => self.wrong.push(format!("{pointer}: {stated} stated, {truth} true")),
+            None => self.wrong.push(format!("{pointer}: not stated, {truth} true")),
         }
     }
 
@@ -66,41 +62,27 @@ impl Run {
         self.held += 1;
         match self.figure(pointer) {
             Some(stated) if stated >= truth * (1.0 - below) && stated <= truth * (1.0 + above) => {}
-            stated => self
-                .wrong
-                .push(format!("{pointer}: {stated:?} stated, {truth} true")),
+            stated => self.wrong.push(format!("{pointer}: {stated:?} stated, {truth} true")),
         }
     }
 
     fn stability(&mut self, rotor: &Rotor, law: &Law) {
         let speeds = "/design/certificates/verification/speeds";
-        let count = self
-            .summary
-            .pointer(speeds)
-            .and_then(Value::as_array)
-            .map_or(0, Vec::len);
+        let count = self.summary.pointer(speeds).and_then(Value::as_array).map_or(0, Vec::len);
         for k in (0..count).step_by(3) {
             let rpm = self.figure(&format!("{speeds}/{k}/speed_rpm")).unwrap();
             let growth = Loop::new(rotor, law, rpm).growth_rate_per_s();
             // Modes beyond 24 kHz move a pole by about 1e-3 of its decay.
             let tolerance = 5e-3 * growth.abs() + 0.05;
-            self.hold(
-                &format!("{speeds}/{k}/growth_rate_per_s"),
-                growth,
-                tolerance,
-            );
+            self.hold(&format!("{speeds}/{k}/growth_rate_per_s"), growth, tolerance);
         }
-        let proven = self
-            .figure("/design/speed_proof/proven_to_rpm")
-            .unwrap_or(f64::NAN);
+        let proven = self.figure("/design/speed_proof/proven_to_rpm").unwrap_or(f64::NAN);
         for k in 0..PROOF_SPEEDS {
             let rpm = proven * k as f64 / (PROOF_SPEEDS - 1) as f64;
             let growth = Loop::new(rotor, law, rpm).growth_rate_per_s();
             // Nothing is proven when the range is empty.
             if proven > 0.0 && growth >= 0.0 {
-                self.wrong.push(format!(
-                    "grows by {growth} 1/s at {rpm} rpm, proven to {proven} rpm"
-                ));
+                self.wrong.push(format!("grows by {growth} 1/s at {rpm} rpm, proven to {proven} rpm"));
             }
         }
     }
@@ -109,16 +91,10 @@ impl Run {
     fn predictions(&mut self, who: &str, rotor: &Rotor, law: &Law) {
         let top = rotor.max_rpm;
         for (rpm, place) in [(0.0, ""), (top, "/at_top_speed")] {
-            let (stiffness, sensitivity) = (
-                format!("/stiffness/{who}{place}"),
-                format!("/sensitivity/{who}{place}"),
-            );
+            let (stiffness, sensitivity) = (format!("/stiffness/{who}{place}"), format!("/sensitivity/{who}{place}"));
             let own = Loop::new(rotor, law, rpm);
             if own.growth_rate_per_s() >= 0.0 {
-                for stated in [
-                    format!("{stiffness}/minimum_n_per_m"),
-                    format!("{sensitivity}/front_db"),
-                ] {
+                for stated in [format!("{stiffness}/minimum_n_per_m"), format!("{sensitivity}/front_db")] {
                     if self.figure(&stated).is_some() {
                         self.wrong.push(format!("{stated} of an unstable loop"));
                     }
@@ -128,44 +104,24 @@ impl Run {
                 let found = own.figures(band);
                 let (minimum, hz) = found.minimum;
                 // Lines round a peak: a per mille of its height. Near a flat minimum its frequency is known less well.
-                self.hold(
-                    &format!("{stiffness}/minimum_n_per_m"),
-                    minimum,
-                    3e-3 * minimum,
-                );
-                let stated_hz = self
-                    .figure(&format!("{stiffness}/minimum_frequency_hz"))
-                    .unwrap_or(hz);
+                self.hold(&format!("{stiffness}/minimum_n_per_m"), minimum, 3e-3 * minimum);
+                let stated_hz = self.figure(&format!("{stiffness}/minimum_frequency_hz")).unwrap_or(hz);
                 let there = own.stiffness_n_per_m(stated_hz);
                 if there > 1.003 * minimum {
-                    self.wrong.push(format!(
-                        "{stiffness}: smallest at {stated_hz} Hz stated, at {hz} Hz true"
-                    ));
+                    self.wrong.push(format!("{stiffness}: smallest at {stated_hz} Hz stated, at {hz} Hz true"));
                 }
                 let low = own.stiffness_n_per_m(10.0);
                 self.hold(&format!("{stiffness}/at_10_hz_n_per_m"), low, 2e-3 * low);
                 let fast = own.stiffness_n_per_m(top / 60.0);
-                self.hold(
-                    &format!("{stiffness}/at_max_speed_n_per_m"),
-                    fast,
-                    2e-3 * fast,
-                );
+                self.hold(&format!("{stiffness}/at_max_speed_n_per_m"), fast, 2e-3 * fast);
                 let [front, rear] = found.sensitivity_db.map(|p| p.0);
                 self.hold(&format!("{sensitivity}/front_db"), front, 0.03);
                 self.hold(&format!("{sensitivity}/rear_db"), rear, 0.03);
-                let letter = self
-                    .summary
-                    .pointer(&format!("{sensitivity}/zone"))
-                    .and_then(Value::as_str);
+                let letter = self.summary.pointer(&format!("{sensitivity}/zone")).and_then(Value::as_str);
                 // Within the tolerance of a limit both letters are right.
                 let worst = front.max(rear);
-                if ![worst - 0.03, worst, worst + 0.03]
-                    .iter()
-                    .any(|db| letter == Some(zone(*db)))
-                {
-                    self.wrong.push(format!(
-                        "{sensitivity}: zone {letter:?} stated, {worst} dB true"
-                    ));
+                if ![worst - 0.03, worst, worst + 0.03].iter().any(|db| letter == Some(zone(*db))) {
+                    self.wrong.push(format!("{sensitivity}: zone {letter:?} stated, {worst} dB true"));
                 }
             }
         }
@@ -178,36 +134,21 @@ impl Run {
             let own = Loop::new(rotor, law, rpm);
             (own.growth_rate_per_s() < 0.0).then(|| specification.peak(&own).mu)
         };
-        let cover = self
-            .summary
-            .pointer("/design/gyroscopic_cover")
-            .and_then(Value::as_array);
+        let cover = self.summary.pointer("/design/gyroscopic_cover").and_then(Value::as_array);
         let covered = Specification {
             weights: self.weights.clone(),
             uncertainty: cover
-                .map(|rows| {
-                    rows.iter()
-                        .filter_map(|r| r["uncertainty_covered"].as_f64())
-                        .collect()
-                })
+                .map(|rows| rows.iter().filter_map(|r| r["uncertainty_covered"].as_f64()).collect())
                 .unwrap_or_default(),
         };
         // The bound is certified a per mille above what is attained, and the weights are fitted from above.
         if let Some(truth) = mu(&written, 0.0) {
-            self.hold_bound(
-                "/design/table_as_written/mu_peak_discrete",
-                truth,
-                2e-3,
-                0.1,
-            );
+            self.hold_bound("/design/table_as_written/mu_peak_discrete", truth, 2e-3, 0.1);
         }
         if let Some(truth) = mu(&covered, 0.0) {
             self.hold_bound("/design/mu_peak_discrete", truth, 2e-3, 0.1);
         }
-        let rows = self
-            .summary
-            .pointer("/design/mu_over_speed")
-            .and_then(Value::as_array);
+        let rows = self.summary.pointer("/design/mu_over_speed").and_then(Value::as_array);
         for k in 0..rows.map_or(0, Vec::len) {
             let row = format!("/design/mu_over_speed/{k}");
             let rpm = self.figure(&format!("{row}/speed_rpm")).unwrap();

@@ -30,16 +30,8 @@ fn machine() -> Machine {
 /// The textbook PID: quickly found, stable at every speed.
 fn pid() -> (Controller, StateSpace<Discrete>) {
     static FOUND: OnceLock<Controller> = OnceLock::new();
-    let controller = FOUND
-        .get_or_init(|| {
-            textbook(&machine(), &TuneSettings::quick())
-                .unwrap()
-                .controller
-        })
-        .clone();
-    let ControlLaw::Discrete(law) = controller.law.clone() else {
-        panic!("sampled")
-    };
+    let controller = FOUND.get_or_init(|| textbook(&machine(), &TuneSettings::quick()).unwrap().controller).clone();
+    let ControlLaw::Discrete(law) = controller.law.clone() else { panic!("sampled") };
     (controller, law)
 }
 
@@ -47,10 +39,7 @@ fn pid() -> (Controller, StateSpace<Discrete>) {
 fn program(law: &StateSpace<Discrete>) -> Float32Program {
     static FOUND: OnceLock<Float32Program> = OnceLock::new();
     let make = || {
-        let limits = SignalLimits {
-            input_m: 2.54e-4,
-            output_a: 3.0,
-        };
+        let limits = SignalLimits { input_m: 2.54e-4, output_a: 3.0 };
         let rows = scaled(&modal_form(law).unwrap(), limits).unwrap();
         float32(&with_anti_windup(rows, &machine()).unwrap().0).unwrap()
     };
@@ -66,8 +55,7 @@ fn the_force_law_is_the_closed_form_with_the_gains_of_the_file() {
     for (i, x) in [(0.3, 2e-5), (-1.2, 1e-4), (2.9, -2e-4), (0.0, 0.0)] {
         let (eta, xi) = (i / bearing.bias_current_a, kappa * x / bearing.gap_m);
         let closed: f64 =
-            bearing.ki_n_per_a * bearing.bias_current_a * (eta + xi) * (1.0 + eta * xi)
-                / (1.0 - xi * xi).powi(2);
+            bearing.ki_n_per_a * bearing.bias_current_a * (eta + xi) * (1.0 + eta * xi) / (1.0 - xi * xi).powi(2);
         assert!((magnet.force_n(i, x) - closed).abs() < 1e-9 * closed.abs().max(1.0));
     }
     let slope = |f: &dyn Fn(f64) -> f64, h: f64| (f(h) - f(-h)) / (2.0 * h);
@@ -83,10 +71,7 @@ fn the_force_law_is_the_closed_form_with_the_gains_of_the_file() {
 fn no_magnet_pulls_more_than_its_capacity() {
     let machine = machine();
     let effective = machine.effective();
-    for (bearing, effective) in [machine.spindle.front, machine.spindle.rear]
-        .iter()
-        .zip(&effective.bearings)
-    {
+    for (bearing, effective) in [machine.spindle.front, machine.spindle.rear].iter().zip(&effective.bearings) {
         let magnet = Magnet::new(bearing, effective, 300.0);
         let mut reached = 0.0f64;
         for k in -40..=40 {
@@ -108,15 +93,9 @@ fn voltage_limits_the_slew_of_the_current() {
     let magnet = Magnet::new(&machine.spindle.front, &effective.bearings[0], 300.0);
     // L = 24.4 mH from the force constant; 300 V drive 12.3 A/ms.
     let (next, limited) = magnet.advance(0.0, 3.0, 1e-5);
-    assert!(
-        limited && (next / 1e-5 / 12_300.0 - 1.0).abs() < 0.1,
-        "{}",
-        next / 1e-5
-    );
+    assert!(limited && (next / 1e-5 / 12_300.0 - 1.0).abs() < 0.1, "{}", next / 1e-5);
     let (next, limited) = magnet.advance(0.0, 0.01, 1e-5);
-    assert!(
-        !limited && (next / (0.01 * (1.0 - (-TAU * 2000.0 * 1e-5f64).exp())) - 1.0).abs() < 1e-12
-    );
+    assert!(!limited && (next / (0.01 * (1.0 - (-TAU * 2000.0 * 1e-5f64).exp())) - 1.0).abs() < 1e-12);
 }
 
 #[test]
@@ -140,11 +119,8 @@ fn the_line_of_the_shaft_goes_through_the_recorded_planes() {
     let line = ShaftLine::new(&machine, 2000).unwrap();
     let planes = [3e-6, -1e-6, 2e-6];
     let drawn = line.through(planes);
-    let positions = [
-        machine.tool_plane_m(),
-        machine.spindle.planes.front_actuator_m,
-        machine.spindle.planes.rear_actuator_m,
-    ];
+    let positions =
+        [machine.tool_plane_m(), machine.spindle.planes.front_actuator_m, machine.spindle.planes.rear_actuator_m];
     for (z, expected) in positions.iter().zip(planes) {
         let nearest = (0..drawn.len())
             .min_by(|a, b| {
@@ -170,19 +146,10 @@ fn contact_pushes_back_and_never_pulls() {
         friction: 0.1,
         radius_m: 0.02,
     };
-    assert_eq!(
-        backup.force_n([2.5e-4, 0.0], [1.0, 0.0], 5000.0),
-        [0.0, 0.0]
-    );
+    assert_eq!(backup.force_n([2.5e-4, 0.0], [1.0, 0.0], 5000.0), [0.0, 0.0]);
     let f = backup.force_n([2.64e-4, 0.0], [0.0, 0.0], 5000.0);
-    assert!(
-        (f[0] + 300.0).abs() < 1e-6 && (f[1] + 30.0).abs() < 1e-6,
-        "{f:?}"
-    );
-    assert_eq!(
-        backup.force_n([2.55e-4, 0.0], [-1.0, 0.0], 0.0)[0].abs(),
-        0.0
-    );
+    assert!((f[0] + 300.0).abs() < 1e-6 && (f[1] + 30.0).abs() < 1e-6, "{f:?}");
+    assert_eq!(backup.force_n([2.55e-4, 0.0], [-1.0, 0.0], 0.0)[0].abs(), 0.0);
 }
 
 #[test]
@@ -191,11 +158,7 @@ fn small_signals_follow_the_linear_prediction() {
     let (_, law) = pid();
     let force = 0.5;
     let flexible = 6;
-    let settings = TimeSettings {
-        flexible_modes: Some(flexible),
-        quantum_m: 0.0,
-        ..TimeSettings::default()
-    };
+    let settings = TimeSettings { flexible_modes: Some(flexible), quantum_m: 0.0, ..TimeSettings::default() };
     // Linear prediction from a plant whose force constant is that of the file times a factor: the error relative to the
     // peak.
     let distance = |speed: f64, factor: f64| -> (f64, f64) {
@@ -203,14 +166,8 @@ fn small_signals_follow_the_linear_prediction() {
         let found = run_case(&machine, &program(&law), case, speed, 0.05, &settings).unwrap();
         let mut machine = machine.clone();
         machine.spindle.front.ki_n_per_a *= factor;
-        let detail = ModelDetail::Modes {
-            flexible,
-            static_residual: false,
-        };
-        let plant = Plant::new(&machine, speed, detail)
-            .unwrap()
-            .sampled()
-            .unwrap();
+        let detail = ModelDetail::Modes { flexible, static_residual: false };
+        let plant = Plant::new(&machine, speed, detail).unwrap().sampled().unwrap();
         let open = plant.select(&[4, 5, 0, 1, 2, 3], &[4, 0, 1, 2, 3]);
         let closed = lower_lft(&open, &law).unwrap();
         let mut x = Mat::<f64>::zeros(closed.order(), 1);
@@ -244,24 +201,12 @@ fn unless_given_every_mode_below_four_tenths_of_the_sample_rate_takes_part() {
     let (_, law) = pid();
     let modes = PlanarModes::new(&machine.rotor().unwrap()).unwrap();
     let highest_hz = 0.4 * machine.spindle.electronics.sample_rate_hz;
-    let inside = modes
-        .flexible_hz()
-        .iter()
-        .filter(|f| **f < highest_hz)
-        .count();
+    let inside = modes.flexible_hz().iter().filter(|f| **f < highest_hz).count();
     assert!(inside > machine.spindle.flexible_modes);
-    let case = Case::Impulse {
-        force_n: 20.0,
-        length_s: 2e-4,
-    };
+    let case = Case::Impulse { force_n: 20.0, length_s: 2e-4 };
     let with = |flexible_modes| {
-        let settings = TimeSettings {
-            flexible_modes,
-            ..TimeSettings::default()
-        };
-        run_case(&machine, &program(&law), case, 0.0, 0.01, &settings)
-            .unwrap()
-            .samples
+        let settings = TimeSettings { flexible_modes, ..TimeSettings::default() };
+        run_case(&machine, &program(&law), case, 0.0, 0.01, &settings).unwrap().samples
     };
     assert_eq!(with(None), with(Some(inside)));
     assert_ne!(with(None), with(Some(inside - 1)));
@@ -275,24 +220,15 @@ fn the_rotor_lifts_off_and_unbalance_stays_inside_the_clearance() {
     let lift = run_case(&machine, &program(&law), Case::LiftOff, 0.0, 0.5, &settings).unwrap();
     let start = lift.samples.first().unwrap();
     let radius = start.displacements_m[2].hypot(start.displacements_m[3]);
-    assert!(
-        (radius / machine.spindle.backup_clearance_m - 1.0).abs() < 0.02,
-        "{radius}"
-    );
+    assert!((radius / machine.spindle.backup_clearance_m - 1.0).abs() < 0.02, "{radius}");
     let f = figures(&machine, &lift);
-    assert!(
-        !lift.diverged && f.settled_displacement_m[1] < 2e-5,
-        "{f:?}"
-    );
+    assert!(!lift.diverged && f.settled_displacement_m[1] < 2e-5, "{f:?}");
 
     let speed = 50_000.0 * TAU / 60.0;
     let grade = Case::Unbalance { grade_m_s: 4e-4 };
     let turning = run_case(&machine, &program(&law), grade, speed, 0.1, &settings).unwrap();
     let f = figures(&machine, &turning);
-    assert!(
-        !turning.diverged && turning.in_contact == 0.0 && f.clearance_ratio < 0.3,
-        "{f:?}"
-    );
+    assert!(!turning.diverged && turning.in_contact == 0.0 && f.clearance_ratio < 0.3, "{f:?}");
     // The same once more gives the same numbers.
     let again = run_case(&machine, &program(&law), grade, speed, 0.1, &settings).unwrap();
     assert_eq!(turning.samples, again.samples);
@@ -303,35 +239,18 @@ fn too_hard_a_push_saturates_and_is_reported() {
     let machine = machine();
     let (_, law) = pid();
     let case = Case::Step { force_n: 3000.0 };
-    let found = run_case(
-        &machine,
-        &program(&law),
-        case,
-        0.0,
-        0.05,
-        &TimeSettings::default(),
-    )
-    .unwrap();
+    let found = run_case(&machine, &program(&law), case, 0.0, 0.05, &TimeSettings::default()).unwrap();
     assert!(found.current_limited > 0.1 && found.in_contact > 0.1);
-    let bad = TimeSettings {
-        substeps: 0,
-        ..TimeSettings::default()
-    };
+    let bad = TimeSettings { substeps: 0, ..TimeSettings::default() };
     assert!(run_case(&machine, &program(&law), case, 0.0, 0.05, &bad).is_err());
 }
 
 #[test]
 fn what_the_steps_of_the_sensors_leave_is_told_from_the_rest() {
     let (machine, (_, law)) = (machine(), pid());
-    let case = Case::Impulse {
-        force_n: 5.0,
-        length_s: 5e-4,
-    };
+    let case = Case::Impulse { force_n: 5.0, length_s: 5e-4 };
     let with_steps = |quantum_m: f64| {
-        let settings = TimeSettings {
-            quantum_m,
-            ..TimeSettings::default()
-        };
+        let settings = TimeSettings { quantum_m, ..TimeSettings::default() };
         run_case(&machine, &program(&law), case, 0.0, 0.1, &settings).unwrap()
     };
     let smooth = with_steps(0.0);
@@ -339,59 +258,27 @@ fn what_the_steps_of_the_sensors_leave_is_told_from_the_rest() {
     assert_eq!((none.displacement_m, none.part), ([0.0; 3], 0.0));
     // A push of 5 N has decayed after 75 ms, and a loop with steps of a micrometre does not come to rest within one.
     let coarse = Quantisation::of(1e-6, &with_steps(1e-6), &smooth);
-    assert!(
-        coarse.dominates() && coarse.displacement_m[0] > 1e-7,
-        "{coarse:?}"
-    );
+    assert!(coarse.dominates() && coarse.displacement_m[0] > 1e-7, "{coarse:?}");
     // The limit cycle of a loop that is otherwise linear grows with the step.
     let fine = Quantisation::of(1e-8, &with_steps(1e-8), &smooth);
-    assert!(
-        fine.displacement_m[0] < 0.1 * coarse.displacement_m[0],
-        "{fine:?} {coarse:?}"
-    );
+    assert!(fine.displacement_m[0] < 0.1 * coarse.displacement_m[0], "{fine:?} {coarse:?}");
 }
 
 #[test]
 fn export_and_simulate_run_from_the_command_line() {
     let folder = tempfile::tempdir().unwrap();
     let (controller, law) = pid();
-    std::fs::write(
-        folder.path().join("pid.json"),
-        controller_json(&controller, None),
-    )
-    .unwrap();
-    let (code, out, err) = muspin(
-        &["export", "--controller", "pid.json", "--out", "x"],
-        folder.path(),
-    );
+    std::fs::write(folder.path().join("pid.json"), controller_json(&controller, None)).unwrap();
+    let (code, out, err) = muspin(&["export", "--controller", "pid.json", "--out", "x"], folder.path());
     assert_eq!(code, 0, "{err}");
     let summary: serde_json::Value = serde_json::from_str(&out).unwrap();
     assert_eq!(summary["verified"], true);
     let header = std::fs::read_to_string(folder.path().join("x/controller.h")).unwrap();
-    assert!(
-        header.contains("#define PAPER_TOOL_VERIFIED 1")
-            && header.contains("verified, closed loop proven stable")
-    );
-    for name in [
-        "controller.c",
-        "coefficients.csv",
-        "test_vectors.csv",
-        "controller.mat",
-        "discrete.json",
-    ] {
+    assert!(header.contains("#define PAPER_TOOL_VERIFIED 1") && header.contains("verified, closed loop proven stable"));
+    for name in ["controller.c", "coefficients.csv", "test_vectors.csv", "controller.mat", "discrete.json"] {
         assert!(folder.path().join("x").join(name).exists(), "{name}");
     }
-    let sections = [
-        "export",
-        "--controller",
-        "pid.json",
-        "--form",
-        "sections",
-        "--format",
-        "c",
-        "--out",
-        "s",
-    ];
+    let sections = ["export", "--controller", "pid.json", "--form", "sections", "--format", "c", "--out", "s"];
     let (code, _, err) = muspin(&sections, folder.path());
     assert_eq!(code, 0, "{err}");
     assert!(!folder.path().join("s/discrete.json").exists());
@@ -399,72 +286,28 @@ fn export_and_simulate_run_from_the_command_line() {
     // The wrong sign: refused, and with the flag written with a warning inside.
     let wrong = Controller {
         name: "wrong".to_owned(),
-        law: ControlLaw::Discrete(StateSpace {
-            c: &law.c * -1.0,
-            d: &law.d * -1.0,
-            ..law
-        }),
+        law: ControlLaw::Discrete(StateSpace { c: &law.c * -1.0, d: &law.d * -1.0, ..law }),
     };
-    std::fs::write(
-        folder.path().join("wrong.json"),
-        controller_json(&wrong, None),
-    )
-    .unwrap();
-    let (code, out, err) = muspin(
-        &["export", "--controller", "wrong.json", "--out", "w"],
-        folder.path(),
-    );
+    std::fs::write(folder.path().join("wrong.json"), controller_json(&wrong, None)).unwrap();
+    let (code, out, err) = muspin(&["export", "--controller", "wrong.json", "--out", "w"], folder.path());
     assert_eq!(code, 1);
-    assert!(
-        out.is_empty() && err.contains("unstable") && err.contains("--force-unverified"),
-        "{err}"
-    );
+    assert!(out.is_empty() && err.contains("unstable") && err.contains("--force-unverified"), "{err}");
     assert!(!folder.path().join("w").exists());
-    let forced = [
-        "export",
-        "--controller",
-        "wrong.json",
-        "--out",
-        "w",
-        "--force-unverified",
-    ];
+    let forced = ["export", "--controller", "wrong.json", "--out", "w", "--force-unverified"];
     assert_eq!(muspin(&forced, folder.path()).0, 1);
     let header = std::fs::read_to_string(folder.path().join("w/controller.h")).unwrap();
     assert!(header.contains("UNSTABLE") && header.contains("#define PAPER_TOOL_VERIFIED 0"));
 
-    let simulate = [
-        "simulate",
-        "--controller",
-        "pid.json",
-        "--case",
-        "impulse",
-        "--duration",
-        "0.02",
-        "--out",
-        "t",
-    ];
+    let simulate = ["simulate", "--controller", "pid.json", "--case", "impulse", "--duration", "0.02", "--out", "t"];
     let (code, out, err) = muspin(&simulate, folder.path());
     assert_eq!(code, 0, "{err}");
     let summary: serde_json::Value = serde_json::from_str(&out).unwrap();
-    assert!(
-        summary["simulation"]["peak_displacement_m"]["tool"]
-            .as_f64()
-            .unwrap()
-            > 0.0
-    );
+    assert!(summary["simulation"]["peak_displacement_m"]["tool"].as_f64().unwrap() > 0.0);
     for margin in ["displacement", "current", "voltage", "force"] {
         let left = &summary["simulation"]["margin"][margin]["front"];
-        assert!(
-            (0.0..1.0).contains(&left.as_f64().unwrap()),
-            "{margin}: {left}"
-        );
+        assert!((0.0..1.0).contains(&left.as_f64().unwrap()), "{margin}: {left}");
     }
-    for file in [
-        "plots/orbits.svg",
-        "plots/animation.csv",
-        "report.html",
-        "response.csv",
-    ] {
+    for file in ["plots/orbits.svg", "plots/animation.csv", "report.html", "response.csv"] {
         assert!(folder.path().join("t").join(file).exists(), "{file}");
     }
     let moving = std::fs::read_to_string(folder.path().join("t/plots/animation.svg")).unwrap();
@@ -473,17 +316,7 @@ fn export_and_simulate_run_from_the_command_line() {
     assert_eq!(report.matches("<animate ").count(), 13);
     assert!(!moving.contains("NaN") && !moving.contains("inf"));
 
-    let contact = [
-        "simulate",
-        "--controller",
-        "pid.json",
-        "--case",
-        "contact",
-        "--duration",
-        "0.06",
-        "--out",
-        "c",
-    ];
+    let contact = ["simulate", "--controller", "pid.json", "--case", "contact", "--duration", "0.06", "--out", "c"];
     let (code, out, err) = muspin(&contact, folder.path());
     let summary: serde_json::Value = serde_json::from_str(&out).unwrap();
     let met = summary["verdict"]["met"].as_bool().unwrap();
@@ -504,27 +337,15 @@ fn export_and_simulate_run_from_the_command_line() {
     let (code, _, err) = push("1e-6");
     assert!(code == 2 && err.contains("sampling period"), "{err}");
 
-    let lift = [
-        "simulate",
-        "--controller",
-        "pid.json",
-        "--case",
-        "lift-off",
-        "--duration",
-        "0.4",
-        "--out",
-        "l",
-    ];
+    let lift = ["simulate", "--controller", "pid.json", "--case", "lift-off", "--duration", "0.4", "--out", "l"];
     let (code, out, err) = muspin(&lift, folder.path());
     assert_eq!(code, 0, "{err}");
     let summary: serde_json::Value = serde_json::from_str(&out).unwrap();
     // Where the steps of the sensors make most of what is left, which depends on the last digits of the PID, the
     // sentence says so with the figures.
     let steps = &summary["simulation"]["quantisation"];
-    let (left, part) = (
-        steps["displacement_m"]["tool"].as_f64().unwrap(),
-        steps["part_of_settled_displacement"].as_f64().unwrap(),
-    );
+    let (left, part) =
+        (steps["displacement_m"]["tool"].as_f64().unwrap(), steps["part_of_settled_displacement"].as_f64().unwrap());
     let cycle = match part > 0.5 {
         true => format!(
             "; what is left at the tool, {:.0} nm, is the limit cycle of the sensors' step of {:.0} nm",
@@ -533,22 +354,8 @@ fn export_and_simulate_run_from_the_command_line() {
         ),
         false => String::new(),
     };
-    assert_eq!(
-        summary["verdict"]["sentence"],
-        format!("the rotor lifts off and stays free{cycle}")
-    );
-    assert_eq!(
-        muspin(&["export", "--controller", "absent.json"], folder.path()).0,
-        2
-    );
-    let bad = [
-        "simulate",
-        "--controller",
-        "pid.json",
-        "--case",
-        "step",
-        "--force",
-        "-3",
-    ];
+    assert_eq!(summary["verdict"]["sentence"], format!("the rotor lifts off and stays free{cycle}"));
+    assert_eq!(muspin(&["export", "--controller", "absent.json"], folder.path()).0, 2);
+    let bad = ["simulate", "--controller", "pid.json", "--case", "step", "--force", "-3"];
     assert_eq!(muspin(&bad, folder.path()).0, 2);
 }

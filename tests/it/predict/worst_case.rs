@@ -39,9 +39,7 @@ fn law(controller: &Controller) -> StateSpace<Discrete> {
 fn both_bounds_hold_for_plants_that_are_really_shifted() {
     let machine = machine();
     let k = controller();
-    let uncertainty = ModeUncertainty {
-        relative: vec![0.03, 0.02, 0.04],
-    };
+    let uncertainty = ModeUncertainty { relative: vec![0.03, 0.02, 0.04] };
     let grid = FrequencyGrid::from_hz([10.0, 321.0, 833.0, 1063.0, 1120.0, 1933.0, 3215.0]);
     for rpm in [0.0, 50_000.0] {
         let plant = Plant::new(&machine, rpm * TAU / 60.0, ModelDetail::Full).unwrap();
@@ -49,19 +47,11 @@ fn both_bounds_hold_for_plants_that_are_really_shifted() {
         let mut random = ChaCha8Rng::seed_from_u64(3);
         let drawn: Vec<Plant> = (0..40)
             .map(|_| {
-                let factors: Vec<f64> = uncertainty
-                    .relative
-                    .iter()
-                    .map(|r| 1.0 + r * random.random_range(-1.0..=1.0))
-                    .collect();
+                let factors: Vec<f64> =
+                    uncertainty.relative.iter().map(|r| 1.0 + r * random.random_range(-1.0..=1.0)).collect();
                 plant.with_scaled_modes(&factors)
             })
-            .chain(
-                uncertainty
-                    .corners()
-                    .iter()
-                    .map(|f| plant.with_scaled_modes(f)),
-            )
+            .chain(uncertainty.corners().iter().map(|f| plant.with_scaled_modes(f)))
             .collect();
         for (line, omega) in grid.omega_rad_s().iter().enumerate() {
             let nominal = compliance(&plant, &k, *omega);
@@ -69,23 +59,14 @@ fn both_bounds_hold_for_plants_that_are_really_shifted() {
             for axis in 0..2 {
                 let found = &worst.compliance[axis].lines[line];
                 assert!((found.nominal / nominal[(axis, axis)].norm() - 1.0).abs() < 1e-9);
-                assert!(
-                    found.upper / found.lower < 1.0 + 1.01 * SETTLED,
-                    "{found:?}"
-                );
+                assert!(found.upper / found.lower < 1.0 + 1.01 * SETTLED, "{found:?}");
                 // What is said to be attained is attained by the plant that is named.
                 let named = plant.with_scaled_modes(&found.factors);
                 let attained = compliance(&named, &k, *omega)[(axis, axis)].norm();
-                assert!(
-                    (attained / found.lower - 1.0).abs() < 1e-7,
-                    "{rpm} rpm, line {line}"
-                );
+                assert!((attained / found.lower - 1.0).abs() < 1e-7, "{rpm} rpm, line {line}");
                 for plant in &drawn {
                     let value = compliance(plant, &k, *omega)[(axis, axis)].norm();
-                    assert!(
-                        value <= found.upper * (1.0 + 1e-9),
-                        "{rpm} rpm, line {line}"
-                    );
+                    assert!(value <= found.upper * (1.0 + 1e-9), "{rpm} rpm, line {line}");
                 }
             }
             for axis in 0..4 {
@@ -93,10 +74,7 @@ fn both_bounds_hold_for_plants_that_are_really_shifted() {
                 assert!((found.nominal / s[(axis, axis)].norm() - 1.0).abs() < 1e-9);
                 for plant in drawn.iter().take(12) {
                     let value = sensitivity(plant, &k, *omega)[(axis, axis)].norm();
-                    assert!(
-                        value <= found.upper * (1.0 + 1e-9),
-                        "{rpm} rpm, line {line}"
-                    );
+                    assert!(value <= found.upper * (1.0 + 1e-9), "{rpm} rpm, line {line}");
                 }
             }
         }
@@ -116,13 +94,8 @@ fn both_bounds_hold_for_shifted_rotors_of_the_second_road() {
         let row = |i: usize| (0..m.ncols()).map(|j| m[(i, j)]).collect();
         (0..m.nrows()).map(row).collect()
     };
-    let own_law = Law::new(
-        [&sampled.a, &sampled.b, &sampled.c, &sampled.d].map(table),
-        sampled.time.period_s,
-    );
-    let uncertainty = ModeUncertainty {
-        relative: vec![0.03, 0.02, 0.04],
-    };
+    let own_law = Law::new([&sampled.a, &sampled.b, &sampled.c, &sampled.d].map(table), sampled.time.period_s);
+    let uncertainty = ModeUncertainty { relative: vec![0.03, 0.02, 0.04] };
     let grid = FrequencyGrid::from_hz([10.0, 321.0, 833.0, 1063.0, 1120.0, 1933.0, 3215.0]);
     for rpm in [0.0, 50_000.0] {
         let plant = Plant::new(&machine, rpm * TAU / 60.0, ModelDetail::Full).unwrap();
@@ -141,22 +114,13 @@ fn both_bounds_hold_for_shifted_rotors_of_the_second_road() {
             let soft = &worst.compliance[0].lines[at];
             // Modes beyond 24 kHz are static in the program: 1e-4 of the open loop, more beside a resonance.
             let (_, named, _) = line(&soft.factors, hz);
-            assert!(
-                (named * soft.lower - 1.0).abs() < 1e-3,
-                "{rpm} rpm, {hz} Hz: {named} {soft:?}"
-            );
+            assert!((named * soft.lower - 1.0).abs() < 1e-3, "{rpm} rpm, {hz} Hz: {named} {soft:?}");
             for factors in &drawn {
                 let (_, stiffness, sensitivity) = line(factors, hz);
-                assert!(
-                    stiffness * soft.upper > 1.0 - 1e-3,
-                    "{rpm} rpm, {hz} Hz: {stiffness} {soft:?}"
-                );
+                assert!(stiffness * soft.upper > 1.0 - 1e-3, "{rpm} rpm, {hz} Hz: {stiffness} {soft:?}");
                 for bearing in 0..2 {
                     let bound = worst.sensitivity[2 * bearing].lines[at].upper;
-                    assert!(
-                        sensitivity[bearing] < bound * (1.0 + 1e-3),
-                        "{rpm} rpm, {hz} Hz"
-                    );
+                    assert!(sensitivity[bearing] < bound * (1.0 + 1e-3), "{rpm} rpm, {hz} Hz");
                 }
             }
         }
@@ -169,26 +133,20 @@ fn one_uncertain_mode_gives_the_largest_point_of_an_arc() {
     let k = controller();
     let plant = Plant::new(&machine, 0.0, ModelDetail::Full).unwrap();
     let grid = FrequencyGrid::from_hz([900.0, 1050.0, 1080.0, 1100.0, 1250.0]);
-    let uncertainty = ModeUncertainty {
-        relative: vec![0.05],
-    };
+    let uncertainty = ModeUncertainty { relative: vec![0.05] };
     let worst = worst_case(&plant, &k, &uncertainty, &grid);
     for (line, omega) in grid.omega_rad_s().iter().enumerate() {
         // A real parameter moves the response along a circle: three points give it, a scan finds its largest modulus.
         let scanned = (0..=2000)
             .map(|i| {
-                let kappa =
-                    0.95f64.powi(2) + (1.05f64.powi(2) - 0.95f64.powi(2)) * f64::from(i) / 2000.0;
+                let kappa = 0.95f64.powi(2) + (1.05f64.powi(2) - 0.95f64.powi(2)) * f64::from(i) / 2000.0;
                 let shifted = plant.with_scaled_modes(&[kappa.sqrt()]);
                 compliance(&shifted, &k, *omega)[(0, 0)].norm()
             })
             .fold(0.0, f64::max);
         let found = &worst.compliance[0].lines[line];
         assert!(found.upper >= scanned * (1.0 - 1e-9));
-        assert!(
-            found.upper <= scanned * (1.0 + 2.0 * SETTLED),
-            "{found:?} {scanned}"
-        );
+        assert!(found.upper <= scanned * (1.0 + 2.0 * SETTLED), "{found:?} {scanned}");
     }
 }
 
@@ -227,8 +185,7 @@ fn damping_of_a_mode_is_the_half_power_width_of_its_peak() {
             let p = muspin::lti::Response::at(&with_ports, w);
             let c = muspin::lti::HeldResponse::held_at(&k, w);
             let column = 10 + 2 * k_mode;
-            let part =
-                |r: usize, s: usize, nr: usize, ns: usize| p.submatrix(r, s, nr, ns).to_owned();
+            let part = |r: usize, s: usize, nr: usize, ns: usize| p.submatrix(r, s, nr, ns).to_owned();
             let difference = Mat::from_fn(4, 4, |i, j| {
                 let own = muspin::linalg::c64::new(f64::from(u8::from(i == j)), 0.0);
                 (0..4).fold(own, |sum, l| sum - p[(i, l)] * c[(l, j)])
@@ -238,18 +195,12 @@ fn damping_of_a_mode_is_the_half_power_width_of_its_peak() {
             (p[(column, column)] + (part(column, 0, 1, 4) * u)[(0, 0)]).norm()
         };
         let (f, z) = (mode.frequency_hz, mode.damping_ratio);
-        let peak = (-200..=200)
-            .map(|i| q(f * (1.0 + z * f64::from(i) / 100.0)))
-            .fold(0.0, f64::max);
-        let width = (-6000..=6000)
-            .filter(|i| q(f * (1.0 + z * f64::from(*i) / 1000.0)) > peak / 2f64.sqrt())
-            .count() as f64
+        let peak = (-200..=200).map(|i| q(f * (1.0 + z * f64::from(i) / 100.0))).fold(0.0, f64::max);
+        let width = (-6000..=6000).filter(|i| q(f * (1.0 + z * f64::from(*i) / 1000.0)) > peak / 2f64.sqrt()).count()
+            as f64
             / 1000.0
             * z;
-        assert!(
-            (width / (2.0 * z) - 1.0).abs() < 0.15,
-            "{mode:?}: width {width}"
-        );
+        assert!((width / (2.0 * z) - 1.0).abs() < 0.15, "{mode:?}: width {width}");
         compared += 1;
     }
     assert!(compared > 0, "{modes:?}");

@@ -65,9 +65,7 @@ fn killed(record: &str, folder: &Path, delay: Duration) -> bool {
     let writes = || {
         let entries = std::fs::read_dir(folder).unwrap();
         let name = |e: std::io::Result<std::fs::DirEntry>| e.unwrap().file_name();
-        entries
-            .map(name)
-            .any(|n| n.to_string_lossy().starts_with(".muspin-"))
+        entries.map(name).any(|n| n.to_string_lossy().starts_with(".muspin-"))
     };
     let start = Instant::now();
     while !writes() && child.try_wait().unwrap().is_none() {
@@ -154,9 +152,7 @@ fn a_first_run_that_is_killed_leaves_no_folder_or_a_whole_one() {
 /// Runs the command in a shell that limits the size of a file to `blocks` of 512 bytes, without a signal at the limit.
 #[cfg(unix)]
 fn limited(blocks: u32, folder: &Path) -> (i32, String) {
-    let script = format!(
-        "trap '' XFSZ; ulimit -f {blocks}; exec \"$0\" identify --measurement \"$1\" --out out"
-    );
+    let script = format!("trap '' XFSZ; ulimit -f {blocks}; exec \"$0\" identify --measurement \"$1\" --out out");
     let done = Command::new("sh")
         .args(["-c", &script])
         .arg(env!("CARGO_BIN_EXE_muspin"))
@@ -178,10 +174,7 @@ fn a_disk_without_room_leaves_the_results_before_and_names_the_file() {
     let (code, message) = limited(64, folder);
     assert_eq!((code, left()), (2, 0), "{message}");
     let first = message.lines().next().unwrap();
-    assert!(
-        first.starts_with("error: ") && first.contains("out/frf-0.csv'"),
-        "{message}"
-    );
+    assert!(first.starts_with("error: ") && first.contains("out/frf-0.csv'"), "{message}");
     identify(RECORD, folder);
     let before = files(&folder.join("out"));
     let (code, message) = limited(64, folder);
@@ -195,11 +188,7 @@ fn a_disk_without_room_leaves_the_results_before_and_names_the_file() {
 fn standard_output_without_room_is_an_error() {
     for command in [&["modes"][..], &["frf", "--points", "3"]] {
         let full = std::fs::File::options().write(true).open("/dev/full");
-        let done = Command::new(env!("CARGO_BIN_EXE_muspin"))
-            .args(command)
-            .stdout(full.unwrap())
-            .output()
-            .unwrap();
+        let done = Command::new(env!("CARGO_BIN_EXE_muspin")).args(command).stdout(full.unwrap()).output().unwrap();
         let message = String::from_utf8_lossy(&done.stderr);
         assert_eq!(done.status.code(), Some(2), "{message}");
         assert!(message.contains("standard output"), "{message}");

@@ -12,18 +12,9 @@ use serde_json::json;
 use std::path::Path;
 
 fn figure() -> Figure {
-    let mut panel = Panel::new(
-        "",
-        Axis::log("Frequency", "Hz"),
-        Axis::log("Dynamic stiffness", "N/µm"),
-    );
+    let mut panel = Panel::new("", Axis::log("Frequency", "Hz"), Axis::log("Dynamic stiffness", "N/µm"));
     let look = Look::line(Color::Blue, Dash::Solid);
-    panel.series.push(Series::curve(
-        "µ",
-        &[1.0, 10.0, 4000.0],
-        &[2.0, 2.5, 9.0],
-        look,
-    ));
+    panel.series.push(Series::curve("µ", &[1.0, 10.0, 4000.0], &[2.0, 2.5, 9.0], look));
     Figure::new("Stiffness <tool> & more", "Described.", vec![panel])
 }
 
@@ -39,10 +30,7 @@ fn summary() -> Summary {
     s.set("stiffness.pid.minimum_n_per_m", 0.68e6);
     s.set("sensitivity.mu.zone", "A");
     s.set("sensitivity.pid.zone", "B");
-    s.set(
-        "updating.errors_percent",
-        json!({"resonances": [0.01, null], "antiresonances": {}}),
-    );
+    s.set("updating.errors_percent", json!({"resonances": [0.01, null], "antiresonances": {}}));
     s
 }
 
@@ -80,13 +68,9 @@ fn a_later_run_replaces_its_files_removes_stale_ones_and_leaves_the_rest() {
         if own {
             std::fs::create_dir_all(target.join("src")).unwrap();
             std::fs::write(target.join("src/main.c"), "code").unwrap();
-            staged(&[("a.txt", "1"), ("plots/old.svg", "o")])
-                .write(&target)
-                .unwrap();
+            staged(&[("a.txt", "1"), ("plots/old.svg", "o")]).write(&target).unwrap();
         }
-        staged(&[("a.txt", run), ("b.txt", run)])
-            .write(&target)
-            .unwrap();
+        staged(&[("a.txt", run), ("b.txt", run)]).write(&target).unwrap();
         assert_eq!(text(&target.join("a.txt")), run);
         assert_eq!(text(&target.join("b.txt")), run);
         assert!(!target.join("plots").exists() && !target.join("deep").exists());
@@ -131,17 +115,12 @@ fn a_file_that_muspin_did_not_write_is_never_replaced() {
     // A folder where a file would stand, a file where a folder would, and a file as the target.
     for path in ["src", "summary.json/x"] {
         let refused = staged(&[(path, "x")]).write(place.path());
-        assert!(
-            matches!(refused, Err(ResultsError::Foreign { .. })),
-            "{path}"
-        );
+        assert!(matches!(refused, Err(ResultsError::Foreign { .. })), "{path}");
     }
     let refused = folder().write(&place.path().join("src/main.c"));
     assert!(matches!(refused, Err(ResultsError::NotAFolder { .. })));
     // The same bytes are no loss.
-    staged(&[("summary.json", "{}")])
-        .write(place.path())
-        .unwrap();
+    staged(&[("summary.json", "{}")]).write(place.path()).unwrap();
     assert_eq!(text(&place.path().join("src/main.c")), "years of work");
 }
 
@@ -204,30 +183,15 @@ fn a_link_is_followed_and_one_that_leads_nowhere_is_said() {
 fn measurements_and_inputs_are_never_written_over() {
     let place = tempfile::tempdir().unwrap();
     let target = place.path().join("run");
-    staged(&[("spindle.yaml", "s"), ("measurement/sweep-0.csv", "m")])
-        .write(&target)
-        .unwrap();
-    let input = |path: &str| {
-        claim(
-            &target,
-            &[],
-            &["reference", target.join(path).to_str().unwrap()],
-        )
-    };
-    for path in [
-        "spindle.yaml",
-        "measurement",
-        "./measurement/../spindle.yaml",
-    ] {
+    staged(&[("spindle.yaml", "s"), ("measurement/sweep-0.csv", "m")]).write(&target).unwrap();
+    let input = |path: &str| claim(&target, &[], &["reference", target.join(path).to_str().unwrap()]);
+    for path in ["spindle.yaml", "measurement", "./measurement/../spindle.yaml"] {
         let refused = input(path);
         assert!(matches!(refused, Err(ResultsError::Input { .. })), "{path}");
     }
     input("absent").unwrap();
     std::fs::write(target.join("measurement.yaml"), "records: []").unwrap();
-    for refused in [
-        claim(&target, &[], &[]),
-        staged(&[("a", "a")]).write(&target),
-    ] {
+    for refused in [claim(&target, &[], &[]), staged(&[("a", "a")]).write(&target)] {
         assert!(matches!(refused, Err(ResultsError::Measurement { .. })));
     }
 }
@@ -240,10 +204,7 @@ fn a_manifest_cannot_lead_out_of_its_folder() {
     for text in ["{\"files\": {\"../thesis.tex\": \"00\"}}", "[]", "{"] {
         std::fs::write(target.join(MANIFEST), text).unwrap();
         let refused = staged(&[("a", "a")]).write(&target);
-        assert!(
-            matches!(refused, Err(ResultsError::Manifest { .. })),
-            "{text}"
-        );
+        assert!(matches!(refused, Err(ResultsError::Manifest { .. })), "{text}");
     }
 }
 
@@ -264,35 +225,21 @@ fn commands_refuse_before_they_compute() {
         let run = run.arg(command).arg("--measurement").arg(&copy);
         let failed = run.arg("--out").arg(&copy).assert().code(2).stdout("");
         let message = String::from_utf8_lossy(&failed.get_output().stderr).into_owned();
-        assert!(
-            message.contains("measurement folder"),
-            "{command}: {message}"
-        );
+        assert!(message.contains("measurement folder"), "{command}: {message}");
     }
     assert_eq!(before, (text(&copy.join("hammer-0.csv")), listed()));
     let tool = include_str!("../../../spindles/tools/endmill-10.yaml");
     let (a, b) = (place.path().join("a.yaml"), place.path().join("b.yaml"));
     std::fs::write(&a, tool).unwrap();
-    for (other, part) in [
-        ("endmill-10", "already"),
-        ("Plots", "batch itself"),
-        ("x/y", "folder"),
-    ] {
-        std::fs::write(
-            &b,
-            tool.replace("name: endmill-10", &format!("name: {other}")),
-        )
-        .unwrap();
+    for (other, part) in [("endmill-10", "already"), ("Plots", "batch itself"), ("x/y", "folder")] {
+        std::fs::write(&b, tool.replace("name: endmill-10", &format!("name: {other}"))).unwrap();
         let both = format!("{},{}", a.display(), b.display());
         let mut run = Command::new(env!("CARGO_BIN_EXE_muspin"));
         let out = place.path().join("batch");
         let run = run.args(["batch", "--tools", &both, "--out"]).arg(&out);
         let failed = run.assert().code(2).stdout("");
         let message = String::from_utf8_lossy(&failed.get_output().stderr).into_owned();
-        assert!(
-            message.contains("b.yaml: name") && message.contains(part),
-            "{message}"
-        );
+        assert!(message.contains("b.yaml: name") && message.contains(part), "{message}");
         assert!(!out.exists());
     }
 }
@@ -301,10 +248,7 @@ fn commands_refuse_before_they_compute() {
 fn paths_out_of_the_folder_are_refused() {
     for path in ["", "/etc/x", "../x", "plots/../../x", "plots//x", "a\\b"] {
         let refused = ResultsFolder::new().add(path, "x");
-        assert!(
-            matches!(refused, Err(ResultsError::Path { .. })),
-            "{path:?}"
-        );
+        assert!(matches!(refused, Err(ResultsError::Path { .. })), "{path:?}");
     }
 }
 
@@ -328,10 +272,7 @@ fn tables_read_back_the_same_numbers() {
     let mut table = Table::with_columns(&["frequency_hz", "note, with comma"]);
     table.push_numbers(&[0.1 + 0.2, f64::NAN]);
     table.push(vec!["1".to_owned(), "say \"so\"".to_owned()]);
-    assert_eq!(
-        table.to_csv(),
-        "frequency_hz,\"note, with comma\"\n0.30000000000000004,\n1,\"say \"\"so\"\"\"\n"
-    );
+    assert_eq!(table.to_csv(), "frequency_hz,\"note, with comma\"\n0.30000000000000004,\n1,\"say \"\"so\"\"\"\n");
     for x in [1e-300, -7.25e22, 123_456.789, 1e-4, 9.999e-5] {
         assert_eq!(Table::number(x).parse::<f64>().unwrap(), x);
     }
@@ -367,10 +308,7 @@ fn the_page_is_self_contained_and_states_the_verdict_first() {
         "eval(",
     ];
     for needle in foreign {
-        assert!(
-            !outside.contains(needle),
-            "{needle} in a self-contained page"
-        );
+        assert!(!outside.contains(needle), "{needle} in a self-contained page");
     }
     // The one script is that of the figures, word for word: values at the pointer and zoom.
     let scripts: Vec<&str> = page.split("<script>").skip(1).collect();
@@ -400,10 +338,7 @@ fn the_page_works_with_any_part_absent_and_says_what_is_missed() {
     assert!(page.contains("&lt;b&gt;") && !page.contains("<h1><b>"));
     let foreign = json!({"design": {"mu_peak": "small"}});
     let refused = html::report(&foreign, &[]).unwrap_err().to_string();
-    assert!(
-        refused.contains("summary.json: design: invalid type"),
-        "{refused}"
-    );
+    assert!(refused.contains("summary.json: design: invalid type"), "{refused}");
 }
 
 #[test]
@@ -427,10 +362,7 @@ fn report_rebuilds_the_page_and_refuses_what_is_no_results_folder() {
 
     let failed = report(&place.path().join("nowhere")).code(2);
     let message = String::from_utf8_lossy(&failed.get_output().stderr).into_owned();
-    assert!(
-        message.contains("summary.json") && message.contains("hint:"),
-        "{message}"
-    );
+    assert!(message.contains("summary.json") && message.contains("hint:"), "{message}");
     std::fs::write(target.join("summary.json"), "{\"a\": }").unwrap();
     let failed = report(&target).code(2);
     let message = String::from_utf8_lossy(&failed.get_output().stderr).into_owned();
@@ -456,21 +388,14 @@ fn frequencies_stand_side_by_side_and_names_share_a_line() {
     ] {
         assert!(page.contains(needle), "{needle} missing in {page}");
     }
-    assert!(
-        !page.contains("model before"),
-        "what the table shows is not listed again"
-    );
+    assert!(!page.contains("model before"), "what the table shows is not listed again");
 }
 
 #[test]
 fn a_picture_keeps_its_section_and_place_in_a_page_rebuilt_from_files() {
     let mut stems = std::collections::BTreeSet::new();
     for kind in Picture::ALL {
-        for name in [
-            kind.into(),
-            kind.numbered(3),
-            kind.detailed("rear_x-from-front_y-2"),
-        ] {
+        for name in [kind.into(), kind.numbered(3), kind.detailed("rear_x-from-front_y-2")] {
             let stem = name.stem();
             assert_eq!(PictureName::of_stem(&stem), Some(name), "{stem}");
             assert!(stems.insert(stem.clone()), "{stem} twice");
@@ -478,26 +403,10 @@ fn a_picture_keeps_its_section_and_place_in_a_page_rebuilt_from_files() {
     }
     assert_eq!(PictureName::of_stem("muster"), None);
     // Files come by stem, the page by section and order of the picture; what muspin does not know comes last.
-    let given = [
-        "channel-a",
-        "mu_speed",
-        "mu",
-        "impedance-2",
-        "own",
-        "impedance",
-        "campbell",
-    ];
+    let given = ["channel-a", "mu_speed", "mu", "impedance-2", "own", "impedance", "campbell"];
     let pictures = given.map(|stem| (stem.to_owned(), format!("<svg>{stem}</svg>")));
     let page = html::report(&json!({}), &pictures).unwrap();
-    let wanted = [
-        "campbell",
-        "mu",
-        "mu_speed",
-        "impedance",
-        "impedance-2",
-        "channel-a",
-        "own",
-    ];
+    let wanted = ["campbell", "mu", "mu_speed", "impedance", "impedance-2", "channel-a", "own"];
     let places = wanted.map(|stem| page.find(&format!("<svg>{stem}</svg>")).unwrap());
     assert!(places.is_sorted(), "{places:?}");
     let further = page.find("id=\"further\"").unwrap();

@@ -15,10 +15,7 @@ pub struct Case {
 impl Case {
     pub fn all(class: &str) -> Vec<Self> {
         let folder = format!("{}/tests/data/control/{class}", env!("CARGO_MANIFEST_DIR"));
-        let mut paths: Vec<_> = std::fs::read_dir(folder)
-            .unwrap()
-            .map(|e| e.unwrap().path())
-            .collect();
+        let mut paths: Vec<_> = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
         paths.sort();
         paths
             .iter()
@@ -55,19 +52,14 @@ pub fn real_matrix(value: &Value) -> Mat<f64> {
 
 pub fn complex_matrix(value: &Value) -> Mat<c64> {
     let (re, im) = (real_matrix(&value["re"]), real_matrix(&value["im"]));
-    Mat::from_fn(re.nrows(), re.ncols(), |i, j| {
-        c64::new(re[(i, j)], im[(i, j)])
-    })
+    Mat::from_fn(re.nrows(), re.ncols(), |i, j| c64::new(re[(i, j)], im[(i, j)]))
 }
 
 pub fn block_list(value: &Value) -> Vec<Block> {
     let size = |b: &Value, key: &str| b[key].as_u64().unwrap() as usize;
     let list = value.as_array().unwrap().iter();
     list.map(|b| match b["type"].as_str().unwrap() {
-        "complex_full" => Block::ComplexFull {
-            rows: size(b, "rows"),
-            cols: size(b, "cols"),
-        },
+        "complex_full" => Block::ComplexFull { rows: size(b, "rows"), cols: size(b, "cols") },
         "complex_scalar" => Block::ComplexScalar { n: size(b, "n") },
         _ => Block::RealScalar { n: size(b, "n") },
     })

@@ -21,13 +21,8 @@ fn every_order_is_at_least_as_good_as_the_references() {
         let elapsed = start.elapsed();
         let mut previous = f64::INFINITY;
         for (order, fit) in fits.iter().enumerate().skip(1) {
-            let tools = case.reference["orders"][order.to_string()]
-                .as_object()
-                .unwrap();
-            let best = tools
-                .values()
-                .filter_map(|t| t["max_abs_ln_error"].as_f64())
-                .fold(f64::INFINITY, f64::min);
+            let tools = case.reference["orders"][order.to_string()].as_object().unwrap();
+            let best = tools.values().filter_map(|t| t["max_abs_ln_error"].as_f64()).fold(f64::INFINITY, f64::min);
             eprintln!(
                 "{} order {order}: {:.6e} reference {best:.6e} ({elapsed:?} for all)",
                 case.id, fit.max_abs_ln_error
@@ -72,13 +67,8 @@ fn stable_with_stable_inverse(d: &muspin::lti::StateSpace<muspin::lti::Continuou
     assert!(d.growth_rate().unwrap() < 0.0);
     let gain = d.d[(0, 0)];
     let n = d.order();
-    let zeros =
-        muspin::linalg::Mat::from_fn(n, n, |i, j| d.a[(i, j)] - d.b[(i, 0)] * d.c[(0, j)] / gain);
-    let slowest = muspin::linalg::eigenvalues(&zeros)
-        .unwrap()
-        .iter()
-        .map(|z| z.re)
-        .fold(f64::NEG_INFINITY, f64::max);
+    let zeros = muspin::linalg::Mat::from_fn(n, n, |i, j| d.a[(i, j)] - d.b[(i, 0)] * d.c[(0, j)] / gain);
+    let slowest = muspin::linalg::eigenvalues(&zeros).unwrap().iter().map(|z| z.re).fold(f64::NEG_INFINITY, f64::max);
     assert!(slowest < 0.0, "zero at {slowest}");
     let _ = block2(&d.a, &d.b, &d.c, &d.d);
 }

@@ -20,10 +20,7 @@ fn run(id: &str, limit: f64, order_limit: usize) {
     let case = Case::named("dk", id);
     let plant = plant(&case);
     let omega = number_list(&case.data["omega"]);
-    let settings = DkSettings {
-        fit_range_rad_s: Some((omega[0], omega[omega.len() - 1])),
-        ..DkSettings::default()
-    };
+    let settings = DkSettings { fit_range_rad_s: Some((omega[0], omega[omega.len() - 1])), ..DkSettings::default() };
     let mut seen = 0;
     let outcome = iterate(&plant, &settings, &mut |_| seen += 1).unwrap();
     assert_eq!(seen, outcome.steps.len());
@@ -36,15 +33,8 @@ fn run(id: &str, limit: f64, order_limit: usize) {
     // An independent dense look at the loop.
     let closed = lower_lft(&plant.system, &outcome.controller).unwrap();
     let dense = MuSystem::new(&closed, &plant.blocks).unwrap();
-    let grid: Vec<f64> = (0..400)
-        .map(|k| 10f64.powf(-4.0 + 0.025 * f64::from(k)))
-        .collect();
-    let largest = dense
-        .sweep(&grid)
-        .unwrap()
-        .iter()
-        .map(|p| p.upper)
-        .fold(0.0, f64::max);
+    let grid: Vec<f64> = (0..400).map(|k| 10f64.powf(-4.0 + 0.025 * f64::from(k))).collect();
+    let largest = dense.sweep(&grid).unwrap().iter().map(|p| p.upper).fold(0.0, f64::max);
     assert!(largest <= outcome.mu_peak * (1.0 + 1e-6), "{largest}");
     assert!(outcome.mu_lower_peak <= outcome.mu_peak);
 }

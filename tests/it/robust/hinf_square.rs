@@ -18,35 +18,17 @@ fn random(rows: usize, columns: usize, from: &mut ChaCha8Rng) -> DMatrix<f64> {
 /// Order `n`, as many disturbances and measurements as states, two errors and controls: D12 and D21 are square. P21 has
 /// stable zeros, −1 each; the zeros of P12 are the eigenvalues of `zeros`. With the plant come E = B1 − B2 D12⁻¹D11 and
 /// B2 D12⁻¹, through which the disturbance and the errors drive those zeros.
-fn square(
-    zeros: &DMatrix<f64>,
-    from: &mut ChaCha8Rng,
-) -> (GeneralizedPlant, DMatrix<f64>, DMatrix<f64>) {
+fn square(zeros: &DMatrix<f64>, from: &mut ChaCha8Rng) -> (GeneralizedPlant, DMatrix<f64>, DMatrix<f64>) {
     let n = zeros.nrows();
     let (b1, b2, c1) = (random(n, n, from), random(n, 2, from), random(2, n, from));
-    let (d11, d12) = (
-        random(2, n, from),
-        DMatrix::identity(2, 2) + random(2, 2, from) * 0.3,
-    );
+    let (d11, d12) = (random(2, n, from), DMatrix::identity(2, 2) + random(2, 2, from) * 0.3);
     let inverse = d12.clone().try_inverse().expect("near the identity");
     let a = zeros + &b2 * &inverse * &c1;
     // With D21 = I the zeros of P21 are the eigenvalues of A − B1 C2.
     let c2 = b1.clone().try_inverse().expect("random") * (&a + DMatrix::identity(n, n));
     let e = &b1 - &b2 * &inverse * &d11;
-    let b = DMatrix::from_fn(
-        n,
-        n + 2,
-        |i, j| {
-            if j < n { b1[(i, j)] } else { b2[(i, j - n)] }
-        },
-    );
-    let c = DMatrix::from_fn(
-        2 + n,
-        n,
-        |i, j| {
-            if i < 2 { c1[(i, j)] } else { c2[(i - 2, j)] }
-        },
-    );
+    let b = DMatrix::from_fn(n, n + 2, |i, j| if j < n { b1[(i, j)] } else { b2[(i, j - n)] });
+    let c = DMatrix::from_fn(2 + n, n, |i, j| if i < 2 { c1[(i, j)] } else { c2[(i - 2, j)] });
     let d = DMatrix::from_fn(2 + n, n + 2, |i, j| match (i < 2, j < n) {
         (true, true) => d11[(i, j)],
         (true, false) => d12[(i, j - n)],
@@ -96,17 +78,10 @@ fn with_unstable_zeros_the_level_is_that_of_two_gramians() {
         let zeros = random(n, n, &mut from) + DMatrix::identity(n, n) * 2.5;
         let (plant, e, b) = square(&zeros, &mut from);
         let root = gramian(&zeros, &b).cholesky().expect("controllable").l();
-        let half = root
-            .solve_lower_triangular(&gramian(&zeros, &e))
-            .expect("regular");
-        let whole = root
-            .solve_lower_triangular(&half.transpose())
-            .expect("regular");
+        let half = root.solve_lower_triangular(&gramian(&zeros, &e)).expect("regular");
+        let whole = root.solve_lower_triangular(&half.transpose()).expect("regular");
         let exact = whole.symmetric_eigenvalues().max().sqrt();
-        for (plant, limit) in [
-            (transposed(&plant), Limit::FilterIndefinite),
-            (plant, Limit::ControlIndefinite),
-        ] {
+        for (plant, limit) in [(transposed(&plant), Limit::FilterIndefinite), (plant, Limit::ControlIndefinite)] {
             let found = synthesise(&plant, &HinfSettings::default()).expect("solvable");
             let error = found.gamma_opt / exact - 1.0;
             // X grows without limit there, and its equation is not solved to the last millionths.

@@ -8,11 +8,7 @@ const LIMITS: usize = 3;
 const PENALTY: f64 = 8.0;
 
 fn rule(proximal: f64) -> StepRule {
-    StepRule {
-        limits: LIMITS,
-        penalty: PENALTY,
-        proximal,
-    }
+    StepRule { limits: LIMITS, penalty: PENALTY, proximal }
 }
 
 /// t + ρ Σ s at a point, without the proximal term.
@@ -46,11 +42,7 @@ fn random_values(seed: u64, count: usize, n: usize, objective: bool) -> Vec<Line
 #[test]
 fn two_opposed_slopes_meet_where_the_closed_form_says() {
     // max(1 + p, −p) + (λ/2)p²: the kink at −1/2 as long as λ/2 is below the slope.
-    let value = |value, slope| LinearValue {
-        limit: None,
-        value,
-        gradient: vec![slope],
-    };
+    let value = |value, slope| LinearValue { limit: None, value, gradient: vec![slope] };
     let found = minimax_step(&[value(1.0, 1.0), value(0.0, -1.0)], &[], &rule(0.1)).unwrap();
     assert!((found.step[0] + 0.5).abs() < 1e-6, "{found:?}");
     assert!((found.predicted - 0.5).abs() < 1e-6, "{found:?}");
@@ -66,23 +58,14 @@ fn no_neighbour_of_the_step_is_better_over_all_values() {
         let values = random_values(seed, 300, 12, objective);
         let proximal = 0.5;
         let found = minimax_step(&values, &[], &rule(proximal)).unwrap();
-        let total =
-            |p: &[f64]| merit(&values, p) + 0.5 * proximal * p.iter().map(|x| x * x).sum::<f64>();
+        let total = |p: &[f64]| merit(&values, p) + 0.5 * proximal * p.iter().map(|x| x * x).sum::<f64>();
         let least = total(&found.step);
         let own = merit(&values, &found.step);
-        assert!(
-            (found.predicted - own).abs() < 1e-6,
-            "{} and {own}",
-            found.predicted
-        );
+        assert!((found.predicted - own).abs() < 1e-6, "{} and {own}", found.predicted);
         let mut random = ChaCha8Rng::seed_from_u64(seed + 100);
         for size in [1e-4, 1e-3, 1e-2, 0.1] {
             for _ in 0..500 {
-                let near: Vec<f64> = found
-                    .step
-                    .iter()
-                    .map(|x| x + size * (random.random::<f64>() - 0.5))
-                    .collect();
+                let near: Vec<f64> = found.step.iter().map(|x| x + size * (random.random::<f64>() - 0.5)).collect();
                 // The interior-point iteration ends with a gap of 1e-8 and the left-out values at 1e-7.
                 assert!(total(&near) > least - 2e-6, "seed {seed}, size {size}");
             }
@@ -97,10 +80,7 @@ fn values_expected_to_bind_do_not_change_the_step_and_the_weights_are_those_of_i
         let total = |p: &[f64]| merit(&values, p) + 0.25 * p.iter().map(|x| x * x).sum::<f64>();
         let best = minimax_step(&values, &[], &rule(0.5)).unwrap();
         let weights: f64 = best.binding.iter().map(|(_, weight)| weight).sum();
-        assert!(
-            best.binding.len() <= 13 && weights >= 1.0 - 1e-6,
-            "{best:?}"
-        );
+        assert!(best.binding.len() <= 13 && weights >= 1.0 - 1e-6, "{best:?}");
         // The weights are those of the step: p = −Σ y g/λ.
         for (i, p) in best.step.iter().enumerate() {
             let of = best.binding.iter();
@@ -135,9 +115,7 @@ fn the_weights_prove_that_no_step_is_better() {
             if k % 8 < 4 {
                 let mut twin = values[k + 4].clone();
                 twin.value = values[k].value;
-                twin.gradient
-                    .iter_mut()
-                    .for_each(|g| *g *= 1.0 + 1e-9 * (k % 3) as f64);
+                twin.gradient.iter_mut().for_each(|g| *g *= 1.0 + 1e-9 * (k % 3) as f64);
                 values[k] = twin;
             }
         }
@@ -147,24 +125,14 @@ fn the_weights_prove_that_no_step_is_better() {
         let primal = merit(&values, &found.step) + 0.5 * proximal * square;
         let below = dual(&values, &found.binding, proximal);
         let sums = |limit: Option<usize>| -> f64 {
-            let of = found
-                .binding
-                .iter()
-                .filter(|(k, _)| values[*k].limit == limit);
+            let of = found.binding.iter().filter(|(k, _)| values[*k].limit == limit);
             of.map(|(_, y)| y).sum()
         };
         assert!(found.binding.iter().all(|(_, y)| *y >= 0.0));
         assert!((0..LIMITS).all(|g| sums(Some(g)) <= PENALTY * (1.0 + 1e-9)));
-        assert!(
-            !objective || (sums(None) - 1.0).abs() < 1e-4,
-            "{}",
-            sums(None)
-        );
+        assert!(!objective || (sums(None) - 1.0).abs() < 1e-4, "{}", sums(None));
         // What does not bind by less than 1e-6 is left out of the list.
-        assert!(
-            (primal - below).abs() < 1e-3,
-            "seed {seed}: {primal} and {below}"
-        );
+        assert!((primal - below).abs() < 1e-3, "seed {seed}: {primal} and {below}");
     }
 }
 

@@ -24,19 +24,10 @@ fn reference_cases_lie_between_the_bounds() {
         );
         let absolute = case.tolerance["upper_abs"].as_f64().unwrap();
         let limit = reference("upper_bound") * (1.0 + 1e-4) + absolute;
-        assert!(
-            found.upper <= limit,
-            "{}: {} > {limit}",
-            case.id,
-            found.upper
-        );
+        assert!(found.upper <= limit, "{}: {} > {limit}", case.id, found.upper);
         assert!(found.upper <= sigma_max(&m) * (1.0 + 1e-12) + 1e-300);
         assert!((found.scaling.bound(&m) - found.upper).abs() <= 1e-9 * found.upper + 1e-12);
-        assert!(
-            found.lower <= found.upper * (1.0 + 1e-9) + 1e-12,
-            "{}",
-            case.id
-        );
+        assert!(found.lower <= found.upper * (1.0 + 1e-9) + 1e-12, "{}", case.id);
         assert!(
             found.lower >= 0.999 * reference("lower_bound"),
             "{}: lower {} reference {}",
@@ -73,9 +64,7 @@ fn check_worst_case(m: &Mat<c64>, blocks: &[Block], found: &mu::MuBounds) {
     }
     let gain = &found.delta * m;
     let n = gain.nrows();
-    let difference = Mat::from_fn(n, n, |i, j| {
-        c64::new(f64::from(u8::from(i == j)), 0.0) - gain[(i, j)]
-    });
+    let difference = Mat::from_fn(n, n, |i, j| c64::new(f64::from(u8::from(i == j)), 0.0) - gain[(i, j)]);
     let smallest = muspin::linalg::hermitian::min_singular_value(&difference);
     assert!(smallest < 1e-8 * (1.0 + sigma_max(&gain)), "{smallest}");
 }
@@ -105,20 +94,13 @@ fn complex_structures() -> Vec<Vec<Block>> {
 fn the_spectral_radius_and_the_largest_gain_enclose_mu_and_the_bounds_meet() {
     for seed in 0..10 {
         let m = random(seed, 4, 4);
-        let radius = muspin::linalg::eigenvalues_complex(&m)
-            .unwrap()
-            .last()
-            .map_or(0.0, |v| v.norm());
+        let radius = muspin::linalg::eigenvalues_complex(&m).unwrap().last().map_or(0.0, |v| v.norm());
         for blocks in complex_structures() {
             let found = mu::bounds(&m, &blocks).unwrap();
             assert!(found.upper >= radius * (1.0 - 1e-6), "{blocks:?}");
             assert!(found.upper <= sigma_max(&m) * (1.0 + 1e-12));
             assert!(found.lower <= found.upper * (1.0 + 1e-9));
-            assert!(
-                found.lower >= 0.95 * found.upper,
-                "{blocks:?} {}",
-                found.lower / found.upper
-            );
+            assert!(found.lower >= 0.95 * found.upper, "{blocks:?} {}", found.lower / found.upper);
             check_worst_case(&m, &blocks, &found);
         }
     }
@@ -128,22 +110,12 @@ fn the_spectral_radius_and_the_largest_gain_enclose_mu_and_the_bounds_meet() {
 fn refining_a_block_never_raises_the_bound_and_one_repeated_scalar_is_the_spectral_radius() {
     for seed in 20..26 {
         let m = random(seed, 4, 4);
-        let upper: Vec<f64> = complex_structures()
-            .iter()
-            .map(|b| mu::upper_bound(&m, b).unwrap().0)
-            .collect();
+        let upper: Vec<f64> = complex_structures().iter().map(|b| mu::upper_bound(&m, b).unwrap().0).collect();
         for k in 1..4 {
             assert!(upper[k] <= upper[k - 1] * (1.0 + 1e-7), "{upper:?}");
         }
-        let radius = muspin::linalg::eigenvalues_complex(&m)
-            .unwrap()
-            .last()
-            .map_or(0.0, |v| v.norm());
-        assert!(
-            (upper[5] / radius - 1.0).abs() < 1e-4,
-            "{} {radius}",
-            upper[5]
-        );
+        let radius = muspin::linalg::eigenvalues_complex(&m).unwrap().last().map_or(0.0, |v| v.norm());
+        assert!((upper[5] / radius - 1.0).abs() < 1e-4, "{} {radius}", upper[5]);
     }
 }
 
@@ -154,10 +126,7 @@ fn a_diagonal_scale_changes_neither_bound() {
     for seed in 40..45 {
         let m = random(seed, 4, 4);
         let scaled = Mat::from_fn(4, 4, |i, j| m[(i, j)] * (d[i] / d[j]));
-        let (plain, badly) = (
-            mu::upper_bound(&m, &blocks).unwrap().0,
-            mu::upper_bound(&scaled, &blocks).unwrap().0,
-        );
+        let (plain, badly) = (mu::upper_bound(&m, &blocks).unwrap().0, mu::upper_bound(&scaled, &blocks).unwrap().0);
         assert!((plain / badly - 1.0).abs() < 1e-6, "{plain} {badly}");
     }
 }
@@ -166,11 +135,7 @@ fn a_diagonal_scale_changes_neither_bound() {
 fn reducible_and_zero_matrices() {
     let scalars = vec![Block::ComplexScalar { n: 1 }; 4];
     let triangular = Mat::from_fn(4, 4, |i, j| {
-        let value = if i > j {
-            0.0
-        } else {
-            [0.3, -0.7, 0.2, 0.5][i] + 5.0 * (j - i) as f64
-        };
+        let value = if i > j { 0.0 } else { [0.3, -0.7, 0.2, 0.5][i] + 5.0 * (j - i) as f64 };
         c64::new(value, 0.0)
     });
     let found = mu::bounds(&triangular, &scalars).unwrap();
@@ -192,11 +157,7 @@ fn the_fast_scale_agrees_with_the_matrix_inequality() {
         let fast = dscale::optimal(&m, &structure);
         let start = Scaling::identity(&structure);
         let slow = mixed::optimal(&m, &structure, start).unwrap().bound(&m);
-        assert!(
-            (fast.bound / slow - 1.0).abs() < 1e-5,
-            "{} {slow}",
-            fast.bound
-        );
+        assert!((fast.bound / slow - 1.0).abs() < 1e-5, "{} {slow}", fast.bound);
         assert!(fast.at_least <= fast.bound && fast.at_least > fast.bound * (1.0 - 1e-6));
     }
 }
@@ -205,9 +166,7 @@ fn the_fast_scale_agrees_with_the_matrix_inequality() {
 fn the_fast_scale_agrees_with_the_matrix_inequality_for_blocks_of_all_shapes() {
     use muspin::robust::mu::{dscale, mixed};
     use muspin::robust::structure::Scaling;
-    let (one, full) = (Block::ComplexScalar { n: 1 }, |rows, cols| {
-        Block::ComplexFull { rows, cols }
-    });
+    let (one, full) = (Block::ComplexScalar { n: 1 }, |rows, cols| Block::ComplexFull { rows, cols });
     for (seed, blocks) in [
         vec![one, one, one, full(2, 3)],
         vec![full(3, 1), one, full(1, 2)],
@@ -252,18 +211,12 @@ fn certificates_are_within(gap: f64) {
             let m = Mat::from_fn(n, n, |i, j| plain[(i, j)] * size(i));
             let found = dscale::optimal(&m, &structure);
             assert!(found.at_least <= found.bound * (1.0 + 1e-12));
-            assert!(
-                found.at_least >= found.bound * (1.0 - gap),
-                "{n} {seed} {found:?}"
-            );
+            assert!(found.at_least >= found.bound * (1.0 - gap), "{n} {seed} {found:?}");
             for spread in [1e-3, 0.1, 1.0] {
                 let mut factor = || (spread * (2.0 * source.random::<f64>() - 1.0)).exp();
                 let other: Vec<f64> = found.d.iter().map(|d| d * factor()).collect();
                 let bound = dscale::bound(&m, &structure, &other);
-                assert!(
-                    bound >= found.at_least * (1.0 - 1e-12),
-                    "{n} {seed} {bound}"
-                );
+                assert!(bound >= found.at_least * (1.0 - 1e-12), "{n} {seed} {bound}");
             }
         }
     }
@@ -276,10 +229,7 @@ fn the_largest_singular_value_is_that_of_the_general_decomposition() {
             let plain = random((rows + 100 * cols) as u64, rows, cols);
             let m = Mat::from_fn(rows, cols, |i, j| plain[(i, j)] * scale);
             let general = plain.singular_values().unwrap()[0] * scale;
-            assert!(
-                (sigma_max(&m) / general - 1.0).abs() < 1e-13,
-                "{rows}x{cols} {scale}"
-            );
+            assert!((sigma_max(&m) / general - 1.0).abs() < 1e-13, "{rows}x{cols} {scale}");
         }
     }
     // Repeated values, rank one, zero.
@@ -297,24 +247,11 @@ fn wrong_shapes_and_bad_numbers_are_named() {
     use muspin::robust::MuError;
     let blocks = [Block::ComplexFull { rows: 2, cols: 3 }];
     let wrong = mu::bounds(&random(1, 2, 2), &blocks);
-    assert!(matches!(
-        wrong,
-        Err(MuError::Shape {
-            rows: 3,
-            cols: 2,
-            ..
-        })
-    ));
-    assert!(matches!(
-        mu::bounds(&random(1, 2, 2), &[]),
-        Err(MuError::EmptyBlock { .. })
-    ));
+    assert!(matches!(wrong, Err(MuError::Shape { rows: 3, cols: 2, .. })));
+    assert!(matches!(mu::bounds(&random(1, 2, 2), &[]), Err(MuError::EmptyBlock { .. })));
     let mut bad = random(1, 3, 2);
     bad[(0, 0)] = c64::new(f64::NAN, 0.0);
-    assert!(matches!(
-        mu::bounds(&bad, &blocks),
-        Err(MuError::NotFinite { .. })
-    ));
+    assert!(matches!(mu::bounds(&bad, &blocks), Err(MuError::NotFinite { .. })));
 }
 
 #[test]
@@ -328,17 +265,11 @@ fn a_settled_scale_is_as_good_as_a_proven_one_to_what_it_says() {
             let plain = random((1000 * n + seed) as u64, n, n);
             let size = |k: usize| 10f64.powf(spread * ((5 * k + 3 * seed) as f64).sin());
             let m = Mat::from_fn(n, n, |i, j| plain[(i, j)] * size(i));
-            let (proven, settled) = (
-                dscale::optimal(&m, &structure),
-                dscale::settled(&m, &structure),
-            );
+            let (proven, settled) = (dscale::optimal(&m, &structure), dscale::settled(&m, &structure));
             let gap = settled.bound / proven.bound - 1.0;
             assert!(gap < 5e-7, "{n} {seed}: {gap:e} above");
             assert!(settled.bound >= proven.at_least * (1.0 - 1e-12));
-            assert!(
-                settled.steps <= proven.steps,
-                "{n} {seed}: no steps are saved"
-            );
+            assert!(settled.steps <= proven.steps, "{n} {seed}: no steps are saved");
         }
     }
 }

@@ -11,24 +11,9 @@ fn certified_peaks_match_the_dense_sweeps() {
         let mu = MuSystem::new(&n, &block_list(&case.data["blocks"])).unwrap();
         let peak = mu.peak(CERTIFICATE_SLACK).unwrap();
         let reference = case.reference["mu_peak"].as_f64().unwrap();
-        assert!(
-            peak.upper >= reference * (1.0 - 1e-4),
-            "{}: {}",
-            case.id,
-            peak.upper
-        );
-        assert!(
-            peak.upper <= reference * (1.0 + 1e-3),
-            "{}: {}",
-            case.id,
-            peak.upper
-        );
-        assert!(
-            peak.bounds.lower >= 0.95 * peak.upper,
-            "{}: {}",
-            case.id,
-            peak.bounds.lower
-        );
+        assert!(peak.upper >= reference * (1.0 - 1e-4), "{}: {}", case.id, peak.upper);
+        assert!(peak.upper <= reference * (1.0 + 1e-3), "{}: {}", case.id, peak.upper);
+        assert!(peak.bounds.lower >= 0.95 * peak.upper, "{}: {}", case.id, peak.bounds.lower);
         assert!(peak.bounds.lower <= peak.upper);
     }
 }

@@ -30,28 +30,18 @@ fn plant(cost: f64, control_unit: f64, blocks: Vec<Block>) -> GeneralizedPlant {
 fn a_control_without_cost_gets_one_and_the_level_comes_close_to_the_infimum() {
     let given = plant(0.0, 1.0, vec![]);
     let error = synthesise(&given, &HinfSettings::default()).unwrap_err();
-    assert!(
-        matches!(error, SynthesisError::ControlCost { .. }),
-        "{error}"
-    );
+    assert!(matches!(error, SynthesisError::ControlCost { .. }), "{error}");
     // No controller brings the gain from n to z below 1/10: a high gain makes x = -n/10.
     let mut last = 0.1;
     for share in [1e-6, DEFAULT_SHARE, 1e-2] {
         let (posed, added) = regularised(&given, share).unwrap();
-        assert!(
-            added.d12.len() == 1 && added.d12[0] > 0.0 && added.d21.is_empty(),
-            "{added:?}"
-        );
+        assert!(added.d12.len() == 1 && added.d12[0] > 0.0 && added.d21.is_empty(), "{added:?}");
         assert_eq!((posed.errors(), posed.disturbances()), (3, 2));
         let found = synthesise(&posed, &HinfSettings::default()).unwrap();
         let own = lower_lft(&given.system, &found.controller).unwrap();
         let norm = hinf_norm(&own, 1e-9).unwrap().norm;
         // The level grows with what is added; the loop as given is a part of the enlarged one.
-        assert!(
-            found.gamma > last && norm <= found.closed_loop_norm * (1.0 + 1e-9),
-            "{share}: {}",
-            found.gamma
-        );
+        assert!(found.gamma > last && norm <= found.closed_loop_norm * (1.0 + 1e-9), "{share}: {}", found.gamma);
         assert!((0.1..0.1 * 1.02).contains(&norm), "{share}: {norm}");
         last = found.gamma;
     }
@@ -65,14 +55,8 @@ fn what_is_added_does_not_depend_on_the_unit_of_the_control() {
         (found.gamma_opt, added.d12[0])
     };
     let ((gamma, size), (scaled_gamma, scaled_size)) = (level(1.0), level(1e-3));
-    assert!(
-        (scaled_gamma / gamma - 1.0).abs() < 1e-6,
-        "{gamma} {scaled_gamma}"
-    );
-    assert!(
-        (scaled_size / (1e-3 * size) - 1.0).abs() < 1e-9,
-        "{size} {scaled_size}"
-    );
+    assert!((scaled_gamma / gamma - 1.0).abs() < 1e-6, "{gamma} {scaled_gamma}");
+    assert!((scaled_size / (1e-3 * size) - 1.0).abs() < 1e-9, "{size} {scaled_size}");
 }
 
 #[test]

@@ -15,9 +15,7 @@ pub struct Case {
 
 /// All cases of a class, sorted by name; at least `at_least` of them.
 pub fn cases(class: &str, at_least: usize) -> Vec<Case> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("tests/data/control")
-        .join(class);
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/control").join(class);
     let mut list: Vec<Case> = std::fs::read_dir(&folder)
         .unwrap()
         .map(|entry| {
@@ -36,12 +34,7 @@ pub fn cases(class: &str, at_least: usize) -> Vec<Case> {
 
 /// Standard output of `muspin solve` as JSON.
 pub fn answer(kind: &str, path: &Path) -> Value {
-    let output = Command::cargo_bin("muspin")
-        .unwrap()
-        .args(["solve", kind])
-        .arg(path)
-        .output()
-        .unwrap();
+    let output = Command::cargo_bin("muspin").unwrap().args(["solve", kind]).arg(path).output().unwrap();
     let error = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{}: {error}", path.display());
     serde_json::from_slice(&output.stdout).unwrap()
@@ -52,12 +45,7 @@ pub fn refusal(kind: &str, problem: &str) -> String {
     let mut file = tempfile::Builder::new().suffix(".json").tempfile().unwrap();
     std::io::Write::write_all(&mut file, problem.as_bytes()).unwrap();
     let start = Instant::now();
-    let output = Command::cargo_bin("muspin")
-        .unwrap()
-        .args(["solve", kind])
-        .arg(file.path())
-        .output()
-        .unwrap();
+    let output = Command::cargo_bin("muspin").unwrap().args(["solve", kind]).arg(file.path()).output().unwrap();
     let error = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(2), "{error}");
     assert!(output.stdout.is_empty());
@@ -81,7 +69,5 @@ pub fn matrix(value: &Value) -> Mat<f64> {
 /// A complex matrix `{re, im}` of a JSON value; the two parts are picked by the caller.
 pub fn complex(re: &Value, im: &Value) -> Mat<c64> {
     let (re, im) = (matrix(re), matrix(im));
-    Mat::from_fn(re.nrows(), re.ncols(), |i, j| {
-        c64::new(re[(i, j)], im[(i, j)])
-    })
+    Mat::from_fn(re.nrows(), re.ncols(), |i, j| c64::new(re[(i, j)], im[(i, j)]))
 }

@@ -29,15 +29,11 @@ fn plant(data: &serde_json::Value) -> GeneralizedPlant {
 
 /// Largest gain on a grid packed round the poles: no Hamiltonian, no Riccati equation.
 fn dense_peak(s: &StateSpace<Continuous>) -> f64 {
-    let mut grid: Vec<f64> = (0..400)
-        .map(|k| 1e-4 * 10f64.powf(0.025 * f64::from(k)))
-        .collect();
+    let mut grid: Vec<f64> = (0..400).map(|k| 1e-4 * 10f64.powf(0.025 * f64::from(k))).collect();
     for p in s.poles().unwrap() {
         grid.extend((-20..=20).map(|k| (p.im + 0.2 * f64::from(k) * p.re).abs()));
     }
-    grid.iter()
-        .map(|w| max_singular_value_complex(&s.at(*w)))
-        .fold(0.0, f64::max)
+    grid.iter().map(|w| max_singular_value_complex(&s.at(*w))).fold(0.0, f64::max)
 }
 
 #[test]
@@ -48,33 +44,15 @@ fn optimum_and_controller_match_the_references() {
         let (opt, gamma) = (number(&found["gamma_opt"]), number(&found["gamma"]));
         // The reference bracket is 2e-8 wide; the search stops at 1e-7. jw_weight is nearly singular by design.
         let tolerance = if case.name == "jw_weight" { 1e-5 } else { 1e-6 };
-        assert!(
-            (opt / exact - 1.0).abs() < tolerance,
-            "{}: {opt} {exact}",
-            case.name
-        );
-        assert!(
-            gamma <= 1.01 * exact && gamma >= opt,
-            "{}: {gamma}",
-            case.name
-        );
+        assert!((opt / exact - 1.0).abs() < tolerance, "{}: {opt} {exact}", case.name);
+        assert!(gamma <= 1.01 * exact && gamma >= opt, "{}: {gamma}", case.name);
         let k = &found["controller"];
-        let controller = StateSpace::new(
-            matrix(&k["A"]),
-            matrix(&k["B"]),
-            matrix(&k["C"]),
-            matrix(&k["D"]),
-            Continuous,
-        )
-        .unwrap();
+        let controller =
+            StateSpace::new(matrix(&k["A"]), matrix(&k["B"]), matrix(&k["C"]), matrix(&k["D"]), Continuous).unwrap();
         let closed = lower_lft(&plant(&case.json["data"]).system, &controller).unwrap();
         assert!(closed.growth_rate().unwrap() < 0.0, "{}", case.name);
         let peak = dense_peak(&closed);
-        assert!(
-            peak <= gamma * (1.0 + 1e-6),
-            "{}: {peak} above {gamma}",
-            case.name
-        );
+        assert!(peak <= gamma * (1.0 + 1e-6), "{}: {peak} above {gamma}", case.name);
         let norm = number(&found["closed_loop_norm"]);
         assert!(norm <= gamma * (1.0 + 1e-8), "{}: {norm}", case.name);
         assert!(peak <= norm * (1.0 + 1e-6), "{}: {peak} {norm}", case.name);
@@ -90,26 +68,14 @@ fn magnetic_bearing_plants_are_bound_by_an_axis_eigenvalue() {
         }
         let p = plant(&case.json["data"]);
         let exact = number(&case.json["reference"]["gamma_opt"]);
-        let settings = HinfSettings {
-            gamma: Some(0.999 * exact),
-            ..HinfSettings::default()
-        };
+        let settings = HinfSettings { gamma: Some(0.999 * exact), ..HinfSettings::default() };
         let error = synthesise(&p, &settings).unwrap_err();
         assert!(
-            matches!(
-                error,
-                SynthesisError::Infeasible {
-                    condition: Condition::ControlAxis { .. },
-                    ..
-                }
-            ),
+            matches!(error, SynthesisError::Infeasible { condition: Condition::ControlAxis { .. }, .. }),
             "{}: {error}",
             case.name
         );
-        let above = HinfSettings {
-            gamma: Some(1.1 * exact),
-            ..HinfSettings::default()
-        };
+        let above = HinfSettings { gamma: Some(1.1 * exact), ..HinfSettings::default() };
         let found = synthesise(&p, &above).unwrap();
         assert!(found.closed_loop_norm <= 1.1 * exact);
     }
@@ -160,29 +126,13 @@ fn random_plants_get_a_level_that_cannot_be_lowered_and_a_loop_that_meets_it() {
         let rounding = 1e-10 * found.controller.a.norm_l2();
         let tolerance = if k < 24 { 1e-6 } else { rounding.max(1e-6) };
         let peak = dense_peak(&closed);
-        assert!(
-            peak <= found.gamma * (1.0 + tolerance),
-            "{k}: {peak} {}",
-            found.gamma
-        );
-        let below = HinfSettings {
-            gamma: Some(found.gamma_opt * (1.0 - 1e-4)),
-            ..HinfSettings::default()
-        };
+        assert!(peak <= found.gamma * (1.0 + tolerance), "{k}: {peak} {}", found.gamma);
+        let below = HinfSettings { gamma: Some(found.gamma_opt * (1.0 - 1e-4)), ..HinfSettings::default() };
         let error = synthesise(&p, &below).unwrap_err();
-        assert!(
-            matches!(error, SynthesisError::Infeasible { .. }),
-            "{k}: {error}"
-        );
+        assert!(matches!(error, SynthesisError::Infeasible { .. }), "{k}: {error}");
         // The conditions at one level, without the peaks of both sides, say the same.
-        assert!(
-            is_feasible(&p, found.gamma_opt * (1.0 + 1e-3)).unwrap(),
-            "{k}"
-        );
-        assert!(
-            !is_feasible(&p, found.gamma_opt * (1.0 - 1e-4)).unwrap(),
-            "{k}"
-        );
+        assert!(is_feasible(&p, found.gamma_opt * (1.0 + 1e-3)).unwrap(), "{k}");
+        assert!(!is_feasible(&p, found.gamma_opt * (1.0 - 1e-4)).unwrap(), "{k}");
     }
 }
 
@@ -194,9 +144,7 @@ fn optimum_of_an_integrator_is_root_two() {
             Mat::zeros(1, 1),
             Mat::from_fn(1, 3, |_, j| [1.0, 0.0, 1.0][j]),
             Mat::from_fn(3, 1, |i, _| [1.0, 0.0, 1.0][i]),
-            Mat::from_fn(3, 3, |i, j| {
-                f64::from(u8::from((i, j) == (1, 2) || (i, j) == (2, 1)))
-            }),
+            Mat::from_fn(3, 3, |i, j| f64::from(u8::from((i, j) == (1, 2) || (i, j) == (2, 1)))),
             Continuous,
         )
         .unwrap(),
@@ -205,11 +153,7 @@ fn optimum_of_an_integrator_is_root_two() {
         blocks: vec![],
     };
     let found = synthesise(&p, &HinfSettings::default()).unwrap();
-    assert!(
-        (found.gamma_opt - f64::sqrt(2.0)).abs() < 1e-6,
-        "{}",
-        found.gamma_opt
-    );
+    assert!((found.gamma_opt - f64::sqrt(2.0)).abs() < 1e-6, "{}", found.gamma_opt);
     assert!(is_feasible(&p, f64::sqrt(2.0) * (1.0 + 1e-6)).unwrap());
     assert!(!is_feasible(&p, f64::sqrt(2.0) * (1.0 - 1e-6)).unwrap());
 }
@@ -229,51 +173,16 @@ fn violated_assumptions_are_refused_by_name() {
     };
     let b = "[[1,0,1],[0,0,0]]";
     let c = "[[1,0],[0,0],[1,0]]";
-    check(
-        refusal("hinfsyn", &problem("[[-1,0],[0,2]]", b, c, d)),
-        &["not stabilisable", "2.0"],
-    );
-    check(
-        refusal(
-            "hinfsyn",
-            &problem("[[-1,0],[0,2]]", "[[1,0,1],[0,0,1]]", c, d),
-        ),
-        &["not detectable"],
-    );
-    check(
-        refusal(
-            "hinfsyn",
-            &problem("[[-1,0],[0,-2]]", b, c, "[[0,0,0],[0,0,0],[0,1,0]]"),
-        ),
-        &["D12", "column rank"],
-    );
-    check(
-        refusal(
-            "hinfsyn",
-            &problem("[[-1,0],[0,-2]]", b, c, "[[0,0,0],[0,0,1],[0,0,0]]"),
-        ),
-        &["D21", "row rank"],
-    );
+    check(refusal("hinfsyn", &problem("[[-1,0],[0,2]]", b, c, d)), &["not stabilisable", "2.0"]);
+    check(refusal("hinfsyn", &problem("[[-1,0],[0,2]]", "[[1,0,1],[0,0,1]]", c, d)), &["not detectable"]);
+    check(refusal("hinfsyn", &problem("[[-1,0],[0,-2]]", b, c, "[[0,0,0],[0,0,0],[0,1,0]]")), &["D12", "column rank"]);
+    check(refusal("hinfsyn", &problem("[[-1,0],[0,-2]]", b, c, "[[0,0,0],[0,0,1],[0,0,0]]")), &["D21", "row rank"]);
     // An undamped mode that no error sees is a zero of P12 on the axis.
     check(
-        refusal(
-            "hinfsyn",
-            &problem(
-                "[[0,5],[-5,0]]",
-                "[[0,0,0],[1,0,1]]",
-                "[[0,0],[0,0],[1,0]]",
-                d,
-            ),
-        ),
+        refusal("hinfsyn", &problem("[[0,5],[-5,0]]", "[[0,0,0],[1,0,1]]", "[[0,0],[0,0],[1,0]]", d)),
         &["P12", "zero on the imaginary axis", "5.0"],
     );
-    check(
-        refusal(
-            "hinfsyn",
-            &problem("[[1e308,1e308],[0,-2]]", b, c, "[[0,0,0],[0,0,1],[0,1,0]]"),
-        ),
-        &["error"],
-    );
+    check(refusal("hinfsyn", &problem("[[1e308,1e308],[0,-2]]", b, c, "[[0,0,0],[0,0,1],[0,1,0]]")), &["error"]);
     let text = refusal("hinfsyn", &problem("[[-1,0],[0,-2]]", "[[1,0,1]]", c, d));
     assert!(text.contains("B: expected a 2 x 3 matrix"), "{text}");
 }
@@ -291,9 +200,7 @@ fn levels_below_the_optimum_are_refused_with_the_condition() {
 fn rescaled(data: &serde_json::Value, states: f64, channels: f64, direct: f64) -> GeneralizedPlant {
     let mut p = plant(data);
     let (n, m1, p1) = (p.system.order(), p.disturbances(), p.errors());
-    let units: Vec<f64> = (0..n)
-        .map(|i| states.powf((2.7 * i as f64).sin()))
-        .collect();
+    let units: Vec<f64> = (0..n).map(|i| states.powf((2.7 * i as f64).sin())).collect();
     p.system = p.system.scale_states(&units);
     let s = &mut p.system;
     for j in m1..s.d.ncols() {
@@ -327,10 +234,7 @@ fn limits_of_the_documentation_hold() {
         for (states, channels) in [(1e8, 1.0), (1e12, 1.0), (1.0, 1e6), (1e8, 1e6)] {
             let p = rescaled(&case.json["data"], states, channels, 1.0);
             let found = synthesise(&p, &HinfSettings::default()).unwrap();
-            assert!(
-                (found.gamma_opt / exact - 1.0).abs() < 1e-6,
-                "{states} {channels}"
-            );
+            assert!((found.gamma_opt / exact - 1.0).abs() < 1e-6, "{states} {channels}");
             assert!(found.gamma <= 1.01 * exact);
         }
         for direct in [1e-1, 1e-2, 1e-3, 1e-4, 1e-5] {
@@ -361,11 +265,7 @@ fn a_direct_term_a_millionth_of_the_rest_is_named_when_the_synthesis_fails() {
                 continue;
             };
             let words = error.to_string();
-            assert!(
-                matches!(error, SynthesisError::WeakFeedthrough { .. }),
-                "{} × {factor}: {words}",
-                case.name
-            );
+            assert!(matches!(error, SynthesisError::WeakFeedthrough { .. }), "{} × {factor}: {words}", case.name);
             assert!(words.starts_with("D12 (") || words.starts_with("D21 ("));
             assert!(words.contains("smallest singular value"), "{words}");
         }

@@ -10,12 +10,6 @@ pub fn own_spectrum(machine: &Machine, from_hz: f64, to_hz: f64) -> Spectrum {
     let chain = chain_assembly::chain(&rotor).expect("chain");
     let port = |z| chain_assembly::port(&rotor, "plane", z).expect("on the rotor");
     let bearings = machine.effective().bearings;
-    let query = Query {
-        frfs: bearings
-            .map(|b| (port(b.sensor_m), port(b.actuator_m)))
-            .to_vec(),
-        from_hz,
-        to_hz,
-    };
+    let query = Query { frfs: bearings.map(|b| (port(b.sensor_m), port(b.actuator_m))).to_vec(), from_hz, to_hz };
     spectrum(&chain, &vec![1.0; chain.regions.len()], &query)
 }

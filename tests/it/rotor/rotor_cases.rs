@@ -4,20 +4,12 @@ use muspin::rotor::{Damping, Disc, Material, Rotor, Section, Shear, Support};
 use serde_json::Value;
 
 pub fn load(name: &str) -> Value {
-    let path = format!(
-        "{}/tests/data/rotor/{name}.json",
-        env!("CARGO_MANIFEST_DIR")
-    );
+    let path = format!("{}/tests/data/rotor/{name}.json", env!("CARGO_MANIFEST_DIR"));
     serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
 }
 
 pub fn numbers(value: &Value) -> Vec<f64> {
-    value
-        .as_array()
-        .unwrap()
-        .iter()
-        .map(|v| v.as_f64().unwrap())
-        .collect()
+    value.as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect()
 }
 
 pub fn number(value: &Value, key: &str) -> f64 {
@@ -95,10 +87,7 @@ pub fn damping(model: &Value) -> Damping {
     let d = &model["damping"];
     match d["type"].as_str().unwrap() {
         "none" => Damping::None,
-        "proportional" => Damping::Proportional {
-            alpha: number(d, "alpha"),
-            beta: number(d, "beta"),
-        },
+        "proportional" => Damping::Proportional { alpha: number(d, "alpha"), beta: number(d, "beta") },
         "modal" => Damping::Modal(numbers(&d["zeta"])),
         other => panic!("damping {other}"),
     }

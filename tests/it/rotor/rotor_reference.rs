@@ -23,10 +23,7 @@ const FREQUENCY: f64 = 1e-8;
 fn close(found: f64, expected: f64, tolerance: f64, what: &str) {
     let scale = expected.abs().max(f64::MIN_POSITIVE);
     let error = (found - expected).abs() / scale;
-    assert!(
-        error <= tolerance,
-        "{what}: found {found}, expected {expected}, relative error {error:.1e}"
-    );
+    assert!(error <= tolerance, "{what}: found {found}, expected {expected}, relative error {error:.1e}");
 }
 
 #[test]
@@ -51,9 +48,7 @@ fn whirl_modes_at_four_speeds_agree_with_the_independent_code() {
         let (rotor, damping, supports) = (rotor(model), damping(model), supports(model));
         for speed in case["expected"]["speeds"].as_array().unwrap() {
             let rpm = number(speed, "rpm");
-            let found = rotor
-                .whirl(rpm * TAU / 60.0, &damping, &supports, 6000.0)
-                .unwrap();
+            let found = rotor.whirl(rpm * TAU / 60.0, &damping, &supports, 6000.0).unwrap();
             let expected = speed["modes"].as_array().unwrap();
             assert_eq!(found.modes.len(), expected.len(), "{name} at {rpm} rpm");
             for (f, e) in found.modes.iter().zip(expected) {
@@ -64,11 +59,7 @@ fn whirl_modes_at_four_speeds_agree_with_the_independent_code() {
                 // The reference's own rounding shows in the damping of the slow precession: 2e-8.
                 assert!((f.damping_ratio - zeta).abs() < 1e-7, "{what}: ζ {zeta}");
                 let whirl = number(e, "whirl");
-                assert!(
-                    (f.whirl - whirl).abs() < 1e-6,
-                    "{what}: whirl {whirl}, {}",
-                    f.whirl
-                );
+                assert!((f.whirl - whirl).abs() < 1e-6, "{what}: whirl {whirl}, {}", f.whirl);
             }
             let poles = numbers(&speed["unstable_real_poles_rad_s"]);
             assert_eq!(found.unstable_real_poles_rad_s.len(), poles.len(), "{name}");
@@ -97,10 +88,7 @@ fn planar_mode_shapes_agree_with_the_independent_code() {
             let largest = expected.iter().fold(0.0f64, |m, w| m.max(w.abs()));
             for (node, w) in expected.iter().enumerate() {
                 let found = modes.shapes[(2 * node, k + RIGID)];
-                assert!(
-                    (found - w).abs() < 1e-7 * largest,
-                    "{name} mode {k} node {node}"
-                );
+                assert!((found - w).abs() < 1e-7 * largest, "{name} mode {k} node {node}");
             }
         }
     }
@@ -136,10 +124,7 @@ fn antiresonances_of_the_full_and_the_truncated_model_agree_with_the_independent
             let truncated = zeros_hz(omega, &b[..cut], &c[..cut], 100.0, 5000.0).unwrap();
             for (kind, found) in [("full", full), ("truncated_5_modes", truncated)] {
                 let expected = numbers(&zeros[id][kind]);
-                assert!(
-                    found.len() >= expected.len(),
-                    "{name} {id} {kind}: {found:?}"
-                );
+                assert!(found.len() >= expected.len(), "{name} {id} {kind}: {found:?}");
                 for (f, e) in found.iter().zip(&expected) {
                     close(*f, *e, FREQUENCY, &format!("{name} {id} {kind}"));
                 }
@@ -149,41 +134,28 @@ fn antiresonances_of_the_full_and_the_truncated_model_agree_with_the_independent
 }
 
 /// Dynamic stiffness of both planes in the dofs of the FE model: the plainest road to a receptance.
-pub fn receptance(
-    rotor: &Rotor,
-    damping: &Damping,
-    supports: &[Support],
-    speed: f64,
-    omega: f64,
-) -> Mat<c64> {
+pub fn receptance(rotor: &Rotor, damping: &Damping, supports: &[Support], speed: f64, omega: f64) -> Mat<c64> {
     let m = rotor.plane_matrices();
     let n = rotor.dofs();
     let mut c = Mat::<f64>::zeros(n, n);
     match damping {
         Damping::None => {}
         Damping::Proportional { alpha, beta } => {
-            c = Mat::from_fn(n, n, |i, j| {
-                alpha * m.shaft_mass[(i, j)] + beta * m.stiffness[(i, j)]
-            });
+            c = Mat::from_fn(n, n, |i, j| alpha * m.shaft_mass[(i, j)] + beta * m.stiffness[(i, j)]);
         }
         Damping::Modal(ratios) => {
             let modes = PlanarModes::new(rotor).unwrap();
             let mv = &m.mass * &modes.shapes;
             for (k, z) in ratios.iter().enumerate() {
                 let (k, w) = (k + RIGID, modes.omega_rad_s[k + RIGID]);
-                c = Mat::from_fn(n, n, |i, j| {
-                    c[(i, j)] + 2.0 * z * w * mv[(i, k)] * mv[(j, k)]
-                });
+                c = Mat::from_fn(n, n, |i, j| c[(i, j)] + 2.0 * z * w * mv[(i, k)] * mv[(j, k)]);
             }
         }
     }
     let mut z = Mat::from_fn(2 * n, 2 * n, |i, j| {
         let (p, q, r, s) = (i / n, j / n, i % n, j % n);
         if p == q {
-            c64::new(
-                m.stiffness[(r, s)] - omega * omega * m.mass[(r, s)],
-                omega * c[(r, s)],
-            )
+            c64::new(m.stiffness[(r, s)] - omega * omega * m.mass[(r, s)], omega * c[(r, s)])
         } else {
             let sign = if p == 0 { 1.0 } else { -1.0 };
             c64::new(0.0, sign * omega * speed * m.gyroscopic[(r, s)])
@@ -194,10 +166,8 @@ pub fn receptance(
         let node = row[0].0;
         for p in 0..2 {
             for q in 0..2 {
-                z[(p * n + node, q * n + node)] += c64::new(
-                    support.stiffness_n_per_m[p][q],
-                    omega * support.damping_n_s_per_m[p][q],
-                );
+                z[(p * n + node, q * n + node)] +=
+                    c64::new(support.stiffness_n_per_m[p][q], omega * support.damping_n_s_per_m[p][q]);
             }
         }
     }
@@ -243,12 +213,7 @@ fn uniform(section: &Value, elements: usize) -> Vec<Section> {
         material: material(section),
         shear: shear(&section["shear"]),
         rotary_inertia: section["rotary_inertia"].as_bool().unwrap_or(true),
-        ..Section::cylinder(
-            length,
-            number(section, "od"),
-            number(section, "id"),
-            material(section),
-        )
+        ..Section::cylinder(length, number(section, "od"), number(section, "id"), material(section))
     };
     vec![base; elements]
 }
@@ -261,11 +226,7 @@ fn beam(id: &str) -> Value {
 
 /// Supports so stiff that the end is held; the deflection they leave is below the tolerance.
 fn held(position_m: f64) -> Support {
-    Support {
-        position_m,
-        stiffness_n_per_m: [[1e13, 0.0], [0.0, 1e13]],
-        damping_n_s_per_m: [[0.0; 2]; 2],
-    }
+    Support { position_m, stiffness_n_per_m: [[1e13, 0.0], [0.0, 1e13]], damping_n_s_per_m: [[0.0; 2]; 2] }
 }
 
 #[test]
@@ -291,9 +252,7 @@ fn a_clamped_beam_converges_to_exact_theory() {
     let doubled = [sections.clone(), sections].concat();
     let rotor = Rotor::new(0.0, doubled, &[]).unwrap();
     let middle = 60.0 * l;
-    let found = rotor
-        .whirl(0.0, &Damping::None, &[held(middle)], 7000.0)
-        .unwrap();
+    let found = rotor.whirl(0.0, &Damping::None, &[held(middle)], 7000.0).unwrap();
     let hz: Vec<f64> = found.modes.iter().map(|m| m.damped_rad_s / TAU).collect();
     for e in numbers(&case["f_hz"]).into_iter().filter(|f| *f < 6900.0) {
         let best = hz.iter().map(|f| (f - e).abs() / e).fold(1.0, f64::min);
@@ -311,18 +270,11 @@ fn a_spinning_pinned_shaft_splits_as_the_closed_form_says() {
     for row in case["whirl"].as_array().unwrap() {
         let speed = number(row, "rpm") * TAU / 60.0;
         let supports = [held(0.0), held(length)];
-        let found = rotor
-            .whirl(speed, &Damping::None, &supports, 9000.0)
-            .unwrap();
+        let found = rotor.whirl(speed, &Damping::None, &supports, 9000.0).unwrap();
         for (key, sign) in [("backward_hz", -1.0), ("forward_hz", 1.0)] {
             let e = number(row, key);
-            let same = found
-                .modes
-                .iter()
-                .filter(|m| m.whirl == sign || speed == 0.0);
-            let best = same
-                .map(|m| (m.damped_rad_s / TAU - e).abs() / e)
-                .fold(1.0, f64::min);
+            let same = found.modes.iter().filter(|m| m.whirl == sign || speed == 0.0);
+            let best = same.map(|m| (m.damped_rad_s / TAU - e).abs() / e).fold(1.0, f64::min);
             assert!(best < 2e-4, "{row}: {best:.1e}");
         }
     }
@@ -344,9 +296,7 @@ fn a_stepped_shaft_converges_to_the_distributed_solution() {
         for (key, sign) in [("backward_hz", -1.0), ("forward_hz", 1.0)] {
             for e in numbers(&row[key]) {
                 let same = found.modes.iter().filter(|m| m.whirl == sign);
-                let best = same
-                    .map(|m| (m.damped_rad_s / TAU - e).abs() / e)
-                    .fold(1.0, f64::min);
+                let best = same.map(|m| (m.damped_rad_s / TAU - e).abs() / e).fold(1.0, f64::min);
                 assert!(best < 2e-4, "{e} Hz: {best:.1e}");
             }
         }
@@ -379,9 +329,7 @@ fn textbook_rotors_come_out_as_published() {
         }
         for (rpm, rows) in case["computed"].as_object().unwrap() {
             let speed = rpm.parse::<f64>().unwrap() * TAU / 60.0;
-            let found = rotor
-                .whirl(speed, &Damping::None, &supports, 300.0)
-                .unwrap();
+            let found = rotor.whirl(speed, &Damping::None, &supports, 300.0).unwrap();
             for (f, e) in found.modes.iter().zip(rows.as_array().unwrap()) {
                 close(f.damped_rad_s, number(e, "wd_rad_s"), FREQUENCY, id);
                 assert!((f.whirl - number(e, "whirl")).abs() < 1e-6, "{id}");

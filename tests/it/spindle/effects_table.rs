@@ -120,12 +120,8 @@ fn a_sentence_shows_every_number_and_leaves_no_placeholder() {
                 sign * 0.5
             });
             let effect = Effect::new(kind, anywhere(kind), values.collect()).unwrap();
-            let text = statement(&NamedEffect {
-                effect,
-                standard_deviations: vec![],
-                intervals: vec![],
-                position_sd_m: None,
-            });
+            let text =
+                statement(&NamedEffect { effect, standard_deviations: vec![], intervals: vec![], position_sd_m: None });
             assert!(!text.contains('{') && !text.contains('}'), "{text}");
             assert!(text.chars().any(|c| c.is_ascii_digit()), "{text}");
         }
@@ -141,11 +137,7 @@ fn coordinates_and_slopes_agree_with_differences() {
             let difference = (value(t + step) - value(t - step)) / (2.0 * step);
             let slope = parameter.coordinate.slope(t, &SPINDLE);
             // Central differences of smooth functions of order one: 1e-9 relative.
-            assert!(
-                (slope - difference).abs() <= 1e-8 * slope.abs(),
-                "{}: {slope} against {difference}",
-                entry.name
-            );
+            assert!((slope - difference).abs() <= 1e-8 * slope.abs(), "{}: {slope} against {difference}", entry.name);
             let (lo, hi) = (parameter.bounds)(&SPINDLE);
             assert!(lo < hi, "{}", entry.name);
         }

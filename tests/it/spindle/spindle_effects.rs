@@ -52,18 +52,10 @@ fn column(at: std::ops::Range<usize>, f: impl Fn(f64) -> c64) -> impl Fn(usize, 
 fn chain_effects_are_factors_on_columns_and_rows() {
     let none = |_, _| ONE;
     let delay = with(EffectKind::LoopDelay, Location::None, &[2.5e-5]);
-    scales(
-        &delay,
-        none,
-        column(0..4, |w| c64::from_polar(1.0, -w * 2.5e-5)),
-    );
+    scales(&delay, none, column(0..4, |w| c64::from_polar(1.0, -w * 2.5e-5)));
     let lag = |f: f64, w: f64| c64::new(1.0, w / (TAU * f)).inv();
     let amplifier = with(EffectKind::AmplifierBandwidth, REAR, &[1100.0]);
-    scales(
-        &amplifier,
-        none,
-        column(2..4, |w| lag(1100.0, w) / lag(2000.0, w)),
-    );
+    scales(&amplifier, none, column(2..4, |w| lag(1100.0, w) / lag(2000.0, w)));
     let eddy = with(EffectKind::EddyCurrents, FRONT, &[8000.0]);
     let half = |w: f64| {
         let root = (w / (TAU * 8000.0)).sqrt() * c64::from_polar(1.0, TAU / 8.0);
@@ -118,25 +110,13 @@ fn cross_axis_effects_mix_the_axes_of_one_bearing() {
 fn geometry_and_stiffness_effects_equal_a_changed_file() {
     let mut moved = reference();
     moved.spindle.planes.front_sensor_m += 0.005;
-    same(
-        &with(EffectKind::SensorOffset, FRONT, &[0.005]),
-        &moved,
-        1e-9,
-    );
+    same(&with(EffectKind::SensorOffset, FRONT, &[0.005]), &moved, 1e-9);
     let mut moved = reference();
     moved.spindle.planes.rear_actuator_m -= 0.002;
-    same(
-        &with(EffectKind::ActuatorOffset, REAR, &[-0.002]),
-        &moved,
-        1e-9,
-    );
+    same(&with(EffectKind::ActuatorOffset, REAR, &[-0.002]), &moved, 1e-9);
     let mut softer = reference();
     softer.spindle.front.ks_n_per_m *= 1.4;
-    same(
-        &with(EffectKind::NegativeStiffness, FRONT, &[1.4]),
-        &softer,
-        1e-9,
-    );
+    same(&with(EffectKind::NegativeStiffness, FRONT, &[1.4]), &softer, 1e-9);
     let mut weaker = reference();
     for section in &mut weaker.spindle.sections {
         if section.region.as_deref() == Some("e5") {
@@ -144,11 +124,7 @@ fn geometry_and_stiffness_effects_equal_a_changed_file() {
         }
     }
     let region = Location::Region("e5".into());
-    same(
-        &with(EffectKind::RegionStiffness, region, &[0.8]),
-        &weaker,
-        1e-9,
-    );
+    same(&with(EffectKind::RegionStiffness, region, &[0.8]), &weaker, 1e-9);
     // A pull at the actuator plane is more negative stiffness.
     let z = reference().spindle.planes.front_actuator_m;
     let pull = with(EffectKind::AddedStiffness, Location::Position(z), &[-6e5]);
@@ -195,10 +171,7 @@ fn a_tilting_stiffness_acts_against_the_slope_that_a_mesh_three_times_as_fine_re
         let slope = (row(z + 1e-6) - row(z - 1e-6)) * 0.5e6;
         let planes = &machine.spindle.planes;
         let magnets = [
-            (
-                row(planes.front_actuator_m),
-                machine.spindle.front.ks_n_per_m,
-            ),
+            (row(planes.front_actuator_m), machine.spindle.front.ks_n_per_m),
             (row(planes.rear_actuator_m), machine.spindle.rear.ks_n_per_m),
         ];
         let tool = row(machine.tool_plane_m());
@@ -219,8 +192,7 @@ fn a_tilting_stiffness_acts_against_the_slope_that_a_mesh_three_times_as_fine_re
             // The inertia of the nodes between, which counts near resonances, and the plant's modes above 24 kHz, which
             // are static.
             assert!(
-                (found - c64::new(expected, 0.0)).norm()
-                    < 1e-2 * expected.abs() + 1e-6 * with.abs(),
+                (found - c64::new(expected, 0.0)).norm() < 1e-2 * expected.abs() + 1e-6 * with.abs(),
                 "{} {hz} Hz: {found} against {expected}",
                 machine.spindle.name
             );
@@ -242,11 +214,7 @@ fn the_gyroscopic_effect_replaces_a_missing_term() {
 
 /// Poles of the machine on its magnets nearest to a frequency, forward and backward: the two with Im λ > 0.
 fn pair_near(machine: &Machine, speed: f64, hz: f64) -> Vec<c64> {
-    let mut poles = plant(machine, speed)
-        .state_space(0)
-        .unwrap()
-        .poles()
-        .unwrap();
+    let mut poles = plant(machine, speed).state_space(0).unwrap().poles().unwrap();
     poles.retain(|p| p.im > 0.0 && -p.re < 0.2 * p.norm());
     poles.sort_by(|a, b| {
         let distance = |p: &c64| (p.im / TAU - hz).abs();
@@ -261,30 +229,16 @@ fn pair_near(machine: &Machine, speed: f64, hz: f64) -> Vec<c64> {
 fn internal_damping_feeds_forward_whirl_above_the_mode() {
     let beta = 2e-6;
     let machine = with(EffectKind::InternalDamping, Location::None, &[beta]);
-    let (plain, rest) = (
-        pair_near(&reference(), 0.0, 1165.0),
-        pair_near(&machine, 0.0, 1165.0),
-    );
+    let (plain, rest) = (pair_near(&reference(), 0.0, 1165.0), pair_near(&machine, 0.0, 1165.0));
     let expected = plain[0].re - 0.5 * beta * plain[0].im.powi(2);
-    assert!(
-        (rest[0].re / expected - 1.0).abs() < 0.02,
-        "{} {expected}",
-        rest[0].re
-    );
+    assert!((rest[0].re / expected - 1.0).abs() < 0.02, "{} {expected}", rest[0].re);
     // Forward whirl: damping β ω(ω − Ω)/2, backward β ω(ω + Ω)/2, over the plain rotor at that speed.
     let speed = krpm(50.0);
-    let (plain, found) = (
-        pair_near(&reference(), speed, 1165.0),
-        pair_near(&machine, speed, 1165.0),
-    );
+    let (plain, found) = (pair_near(&reference(), speed, 1165.0), pair_near(&machine, speed, 1165.0));
     for (k, sign) in [(0, 1.0), (1, -1.0)] {
         let w = plain[k].im;
         let expected = plain[k].re - 0.5 * beta * w * (w + sign * speed);
-        assert!(
-            (found[k].re / expected - 1.0).abs() < 0.03,
-            "{} {expected}",
-            found[k].re
-        );
+        assert!((found[k].re / expected - 1.0).abs() < 0.03, "{} {expected}", found[k].re);
     }
 }
 
@@ -296,10 +250,7 @@ fn cross_coupling_drives_forward_and_calms_backward_whirl() {
     let modes = PlanarModes::new(&rotor).unwrap();
     let phi = modes.amplitudes(&rotor.shape_at("seal", z).unwrap())[2];
     let speed = krpm(30.0);
-    let (plain, found) = (
-        pair_near(&reference(), speed, 1165.0),
-        pair_near(&machine, speed, 1165.0),
-    );
+    let (plain, found) = (pair_near(&reference(), speed, 1165.0), pair_near(&machine, speed, 1165.0));
     for (k, sign) in [(0, -1.0), (1, 1.0)] {
         let expected = sign * q * phi * phi / (2.0 * plain[k].im);
         let shift = found[k].re - plain[k].re;
@@ -311,14 +262,8 @@ fn cross_coupling_drives_forward_and_calms_backward_whirl() {
 fn modal_damping_touches_its_mode_only() {
     let machine = with(EffectKind::ModalDamping, Location::Mode(2), &[2.5]);
     for (hz, factor) in [(1165.0, 1.0), (2304.0, 2.5), (3425.0, 1.0)] {
-        let (plain, found) = (
-            pair_near(&reference(), 0.0, hz),
-            pair_near(&machine, 0.0, hz),
-        );
-        assert!(
-            (found[0].re / plain[0].re / factor - 1.0).abs() < 0.01,
-            "{hz} Hz"
-        );
+        let (plain, found) = (pair_near(&reference(), 0.0, hz), pair_near(&machine, 0.0, hz));
+        assert!((found[0].re / plain[0].re / factor - 1.0).abs() < 0.01, "{hz} Hz");
     }
 }
 
@@ -327,14 +272,8 @@ fn masses_lower_every_mode_by_their_share_of_its_energy() {
     let rotor = reference().rotor().unwrap();
     let modes = PlanarModes::new(&rotor).unwrap();
     let cases = [
-        (
-            with(EffectKind::ToolMass, Location::None, &[0.001]),
-            rotor.from_m(),
-        ),
-        (
-            with(EffectKind::AddedMass, Location::Position(0.3), &[0.001]),
-            0.3,
-        ),
+        (with(EffectKind::ToolMass, Location::None, &[0.001]), rotor.from_m()),
+        (with(EffectKind::AddedMass, Location::Position(0.3), &[0.001]), 0.3),
     ];
     for (machine, z) in cases {
         let phi = modes.amplitudes(&rotor.shape_at("mass", z).unwrap());
@@ -344,10 +283,7 @@ fn masses_lower_every_mode_by_their_share_of_its_energy() {
             // First order: Δω/ω = −m φ²/2.
             let shift = found.omega_rad_s[k] / modes.omega_rad_s[k] - 1.0;
             let expected = -0.5 * 0.001 * phi * phi;
-            assert!(
-                (shift - expected).abs() < 0.03 * expected.abs() + 1e-9,
-                "mode {k}"
-            );
+            assert!((shift - expected).abs() < 0.03 * expected.abs() + 1e-9, "mode {k}");
             assert!(shift <= 0.0);
         }
         let more = changed.mass_properties().mass_kg - rotor.mass_properties().mass_kg;
@@ -372,10 +308,7 @@ fn a_stiff_joint_is_no_joint_and_a_soft_one_lowers_the_modes() {
     let modes = PlanarModes::new(&rotor).unwrap();
     let ([left, right], _) = rotor.joints()[0];
     let slip = modes.amplitudes(&[(2 * left + 1, 1.0), (2 * right + 1, -1.0)]);
-    let (plain, found) = (
-        pair_near(&undamped, 0.0, b[0]),
-        pair_near(&damped, 0.0, b[0]),
-    );
+    let (plain, found) = (pair_near(&undamped, 0.0, b[0]), pair_near(&damped, 0.0, b[0]));
     let expected = -0.5 * 0.5 * slip[2].powi(2);
     let shift = found[0].re - plain[0].re;
     assert!((shift / expected - 1.0).abs() < 0.05, "{shift} {expected}");
@@ -387,11 +320,7 @@ fn a_housing_mode_adds_the_stator_compliance_to_every_sensor() {
     let mut free = reference();
     free.spindle.front.ks_n_per_m = 0.0;
     free.spindle.rear.ks_n_per_m = 0.0;
-    let housing = Effect::new(
-        EffectKind::HousingMode,
-        Location::None,
-        vec![mass, hz, zeta],
-    );
+    let housing = Effect::new(EffectKind::HousingMode, Location::None, vec![mass, hz, zeta]);
     let housed = free.with_effect(housing.unwrap());
     let (a, b) = (plant(&free, 0.0), plant(&housed, 0.0));
     let e = &free.spindle.electronics;
@@ -399,19 +328,13 @@ fn a_housing_mode_adds_the_stator_compliance_to_every_sensor() {
     for f in [100.0, 600.0, 640.0, 2000.0] {
         let (w, wh) = (TAU * f, TAU * hz);
         let lag = |b: f64| c64::new(1.0, w / (TAU * b)).inv();
-        let chain = c64::from_polar(1.0, -w * e.delay_s)
-            * lag(e.amplifier_bandwidth_hz)
-            * lag(e.sensor_bandwidth_hz);
+        let chain = c64::from_polar(1.0, -w * e.delay_s) * lag(e.amplifier_bandwidth_hz) * lag(e.sensor_bandwidth_hz);
         // Without negative stiffness rotor and stator meet only through the control force.
         let stator = (mass * c64::new(wh * wh - w * w, 2.0 * zeta * wh * w)).inv();
         let (g, h) = (a.at(w), b.at(w));
         let expected = Mat::from_fn(10, 10, |i, j| {
             let reached = i < 4 && j < 4 && i % 2 == j % 2;
-            let extra = if reached {
-                chain * ki[j / 2] * stator
-            } else {
-                c64::new(0.0, 0.0)
-            };
+            let extra = if reached { chain * ki[j / 2] * stator } else { c64::new(0.0, 0.0) };
             g[(i, j)] + extra
         });
         assert!(block_error(&h, &expected) < 1e-9, "{f} Hz");
@@ -427,8 +350,7 @@ fn every_effect_changes_the_plant() {
     for effect in catalogue() {
         let changed = plant(&reference().with_effect(effect.clone()), krpm(40.0));
         let nominal = plant(&reference(), krpm(40.0));
-        let gaps = [150.0, 560.0, 1165.0, 2300.0]
-            .map(|hz| block_error(&changed.at(TAU * hz), &nominal.at(TAU * hz)));
+        let gaps = [150.0, 560.0, 1165.0, 2300.0].map(|hz| block_error(&changed.at(TAU * hz), &nominal.at(TAU * hz)));
         let largest = gaps.into_iter().fold(0.0, f64::max);
         assert!(largest > 1e-3, "{}: {largest:.1e}", effect.kind.name());
     }

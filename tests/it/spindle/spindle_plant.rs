@@ -7,9 +7,7 @@ use muspin::lti::delay::sample_with_delay;
 use muspin::lti::{Continuous, Response, StateSpace};
 use muspin::rotor::{Damping, PlanarModes, Support};
 use muspin::spindle::response::{SIDE, Square};
-use muspin::spindle::{
-    Effect, EffectKind, Location, Machine, ModelDetail, Plane, Plant, PlantLoop,
-};
+use muspin::spindle::{Effect, EffectKind, Location, Machine, ModelDetail, Plane, Plant, PlantLoop};
 use std::f64::consts::TAU;
 
 pub fn reference() -> Machine {
@@ -36,10 +34,7 @@ pub fn block_error(found: &Mat<c64>, expected: &Mat<c64>) -> f64 {
 fn magnets(machine: &Machine) -> Vec<Support> {
     let p = &machine.spindle.planes;
     let s = &machine.spindle;
-    let planes = [
-        (p.front_actuator_m, s.front.ks_n_per_m),
-        (p.rear_actuator_m, s.rear.ks_n_per_m),
-    ];
+    let planes = [(p.front_actuator_m, s.front.ks_n_per_m), (p.rear_actuator_m, s.rear.ks_n_per_m)];
     planes
         .map(|(position_m, ks)| Support {
             position_m,
@@ -56,13 +51,7 @@ fn the_full_plant_is_the_finite_element_model_at_every_speed() {
     let n = rotor.dofs();
     let damping = Damping::Modal((0..n - 2).map(|k| machine.damping_ratio(k)).collect());
     let p = &machine.spindle.planes;
-    let z = [
-        machine.tool_plane_m(),
-        p.front_actuator_m,
-        p.rear_actuator_m,
-        p.front_sensor_m,
-        p.rear_sensor_m,
-    ];
+    let z = [machine.tool_plane_m(), p.front_actuator_m, p.rear_actuator_m, p.front_sensor_m, p.rear_sensor_m];
     let node = z.map(|z| rotor.shape_at("plane", z).unwrap()[0].0);
     for speed in [0.0, 25.0, 50.0].map(krpm) {
         let plant = Plant::new(&machine, speed, ModelDetail::Full).unwrap();
@@ -79,16 +68,11 @@ fn the_full_plant_is_the_finite_element_model_at_every_speed() {
             // Current to signal: the chain round the same receptance.
             let e = &machine.spindle.electronics;
             let lag = |b: f64| (c64::new(1.0, omega / (TAU * b))).inv();
-            let chain = c64::from_polar(1.0, -omega * e.delay_s)
-                * lag(e.amplifier_bandwidth_hz)
-                * lag(e.sensor_bandwidth_hz);
-            let ki = [
-                machine.spindle.front.ki_n_per_a,
-                machine.spindle.rear.ki_n_per_a,
-            ];
-            let expected = Mat::from_fn(4, 4, |i, j| {
-                chain * ki[j / 2] * fe[(dof(3 + i / 2, i % 2), dof(1 + j / 2, j % 2))]
-            });
+            let chain =
+                c64::from_polar(1.0, -omega * e.delay_s) * lag(e.amplifier_bandwidth_hz) * lag(e.sensor_bandwidth_hz);
+            let ki = [machine.spindle.front.ki_n_per_a, machine.spindle.rear.ki_n_per_a];
+            let expected =
+                Mat::from_fn(4, 4, |i, j| chain * ki[j / 2] * fe[(dof(3 + i / 2, i % 2), dof(1 + j / 2, j % 2))]);
             let error = block_error(&found.submatrix(0, 0, 4, 4).to_owned(), &expected);
             assert!(error < 3e-5, "signals, {speed} rad/s, {hz} Hz: {error:.1e}");
         }
@@ -100,10 +84,7 @@ fn the_static_residual_makes_the_truncated_model_exact_at_low_frequency() {
     let machine = reference();
     let full = Plant::new(&machine, 0.0, ModelDetail::Full).unwrap();
     let with = |static_residual| {
-        let detail = ModelDetail::Modes {
-            flexible: 3,
-            static_residual,
-        };
+        let detail = ModelDetail::Modes { flexible: 3, static_residual };
         Plant::new(&machine, 0.0, detail).unwrap()
     };
     let gap = |plant: &Plant, hz: f64| block_error(&plant.at(TAU * hz), &full.at(TAU * hz));
@@ -124,11 +105,7 @@ fn poles_and_zeros_of_a_collocated_pair_interlace() {
     // A zero lies below the first flexible mode (above the rigid ones) and one between any two neighbours.
     for (k, zero) in zeros.iter().enumerate() {
         let below = if k == 0 { 0.0 } else { poles[k - 1] };
-        assert!(
-            below < *zero && *zero < poles[k],
-            "{below} {zero} {}",
-            poles[k]
-        );
+        assert!(below < *zero && *zero < poles[k], "{below} {zero} {}", poles[k]);
     }
     assert!(zeros.len() >= 5);
 }
@@ -170,13 +147,7 @@ fn rigid_modes_are_exact() {
 #[test]
 fn each_plane_has_two_unstable_real_poles_and_no_other() {
     let machine = reference();
-    for detail in [
-        ModelDetail::Full,
-        ModelDetail::Modes {
-            flexible: 3,
-            static_residual: true,
-        },
-    ] {
+    for detail in [ModelDetail::Full, ModelDetail::Modes { flexible: 3, static_residual: true }] {
         let plant = Plant::new(&machine, 0.0, detail).unwrap();
         let poles = plant.state_space(0).unwrap().poles().unwrap();
         let unstable: Vec<_> = poles.iter().filter(|p| p.re > 0.0).collect();
@@ -191,8 +162,7 @@ fn each_plane_has_two_unstable_real_poles_and_no_other() {
 /// One of every kind, of moderate size.
 pub fn catalogue() -> Vec<Effect> {
     use muspin::spindle::Bearings::{Both, Front, Rear};
-    let effect =
-        |kind, location, values: &[f64]| Effect::new(kind, location, values.to_vec()).unwrap();
+    let effect = |kind, location, values: &[f64]| Effect::new(kind, location, values.to_vec()).unwrap();
     let at = Location::Bearing;
     vec![
         effect(EffectKind::LoopDelay, Location::None, &[37e-6]),
@@ -213,26 +183,10 @@ pub fn catalogue() -> Vec<Effect> {
         effect(EffectKind::ToolJoint, Location::None, &[3e8, 1.5e5, 1.5]),
         effect(EffectKind::ToolMass, Location::None, &[0.006]),
         effect(EffectKind::AddedMass, Location::Position(0.37), &[0.05]),
-        effect(
-            EffectKind::HousingMode,
-            Location::None,
-            &[90.0, 550.0, 0.04],
-        ),
-        effect(
-            EffectKind::RegionStiffness,
-            Location::Region("e7".into()),
-            &[0.85],
-        ),
-        effect(
-            EffectKind::AddedStiffness,
-            Location::Position(0.23),
-            &[-4e5],
-        ),
-        effect(
-            EffectKind::TiltingStiffness,
-            Location::Position(0.23),
-            &[-3e4],
-        ),
+        effect(EffectKind::HousingMode, Location::None, &[90.0, 550.0, 0.04]),
+        effect(EffectKind::RegionStiffness, Location::Region("e7".into()), &[0.85]),
+        effect(EffectKind::AddedStiffness, Location::Position(0.23), &[-4e5]),
+        effect(EffectKind::TiltingStiffness, Location::Position(0.23), &[-3e4]),
     ]
 }
 
@@ -246,11 +200,7 @@ fn the_catalogue_of_this_test_is_complete() {
 fn the_loop_of_a_plant_is_the_plant_at_its_ports() {
     let others = ["s04-noncollocated", "s09-four-modes", "s12-big-discs"].map(|name| {
         let root = env!("CARGO_MANIFEST_DIR");
-        load_machine(
-            &format!("{root}/tests/data/spindles/{name}.yaml"),
-            "paper-tool",
-        )
-        .unwrap()
+        load_machine(&format!("{root}/tests/data/spindles/{name}.yaml"), "paper-tool").unwrap()
     });
     let nominal: Vec<Machine> = others.into_iter().chain([reference()]).collect();
     let changed = catalogue().into_iter().map(|e| nominal[3].with_effect(e));
@@ -287,13 +237,7 @@ fn the_state_space_answers_like_the_plant_for_every_effect() {
             EffectKind::EddyCurrents => 0.01,
             _ => 1e-6,
         };
-        for detail in [
-            ModelDetail::Full,
-            ModelDetail::Modes {
-                flexible: 4,
-                static_residual: true,
-            },
-        ] {
+        for detail in [ModelDetail::Full, ModelDetail::Modes { flexible: 4, static_residual: true }] {
             for speed in [0.0, krpm(30.0)] {
                 let plant = Plant::new(&machine, speed, detail).unwrap();
                 let system = plant.state_space(8).unwrap();
@@ -301,10 +245,7 @@ fn the_state_space_answers_like_the_plant_for_every_effect() {
                     let (found, expected) = (system.at(TAU * hz), plant.at(TAU * hz));
                     let error = block_error(&found, &expected);
                     let name = effect.kind.name();
-                    assert!(
-                        error < tolerance,
-                        "{name} {detail:?} {speed} {hz} Hz: {error:.1e}"
-                    );
+                    assert!(error < tolerance, "{name} {detail:?} {speed} {hz} Hz: {error:.1e}");
                 }
             }
         }
@@ -328,10 +269,7 @@ fn the_sampled_plant_answers_like_the_plant_at_low_frequency() {
             // The hold's droop, (ωT)²/24, and aliasing of what a light mode does beyond the Nyquist frequency.
             let limit = (omega * 5e-5).powi(2) / 12.0 + 2e-4;
             let error = block_error(&g(&found), &g(&expected));
-            assert!(
-                error < limit,
-                "delay +{delay} s, {hz} Hz: {error:.1e} > {limit:.1e}"
-            );
+            assert!(error < limit, "delay +{delay} s, {hz} Hz: {error:.1e} > {limit:.1e}");
         }
     }
 }
@@ -347,11 +285,7 @@ fn a_sampled_lag_with_a_fractional_delay_follows_its_closed_form() {
     for k in 0..40 {
         let y = (&sampled.c * &x)[(0, 0)] + sampled.d[(0, 0)];
         let t = k as f64 * period - delay;
-        let expected = if t > 0.0 {
-            1.0 - (-pole * t).exp()
-        } else {
-            0.0
-        };
+        let expected = if t > 0.0 { 1.0 - (-pole * t).exp() } else { 0.0 };
         assert!((y - expected).abs() < 1e-12, "sample {k}: {y} {expected}");
         x = &sampled.a * &x + &sampled.b;
     }
@@ -366,9 +300,7 @@ fn modal_ports_inject_and_read_modal_coordinates() {
     // Feeding q back as −Δ q raises ω² of that mode by Δ: compare with a shaft whose first mode moved.
     let delta = 0.02 * plant.flexible_rad_s()[0].powi(2);
     let a = Mat::from_fn(system.order(), system.order(), |i, j| {
-        system.a[(i, j)]
-            - delta
-                * (system.b[(i, 10)] * system.c[(10, j)] + system.b[(i, 11)] * system.c[(11, j)])
+        system.a[(i, j)] - delta * (system.b[(i, 10)] * system.c[(10, j)] + system.b[(i, 11)] * system.c[(11, j)])
     });
     let moved = muspin::linalg::eigenvalues(&a).unwrap();
     let nominal = system.poles().unwrap();

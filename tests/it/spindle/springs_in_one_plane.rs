@@ -66,10 +66,7 @@ fn at_rest_the_other_plane_does_not_know_of_it() {
     let housing = Effect::new(EffectKind::HousingMode, Location::None, values).expect("effect");
     machine = machine.with_effect(housing);
     let in_x = plant(&spring(&machine, Location::InPlane(0.3, Plane::X)), 0.0);
-    let (without, both) = (
-        plant(&machine, 0.0),
-        plant(&spring(&machine, Location::Position(0.3)), 0.0),
-    );
+    let (without, both) = (plant(&machine, 0.0), plant(&spring(&machine, Location::Position(0.3)), 0.0));
     for hz in [5.0, 395.0, 1150.0, 3900.0] {
         let (found, without, both) = (in_x.at(TAU * hz), without.at(TAU * hz), both.at(TAU * hz));
         let of = |m: &Mat<c64>, plane: usize| {
@@ -82,10 +79,7 @@ fn at_rest_the_other_plane_does_not_know_of_it() {
         // which a full plant keeps to 1.2e-5 up to 4 kHz.
         let in_x = block_error(&of(&found, 0), &of(&both, 0));
         let in_y = block_error(&of(&found, 1), &of(&without, 1));
-        assert!(
-            in_x < 1e-10 && in_y < 1.2e-5,
-            "{hz} Hz: {in_x:.1e} {in_y:.1e}"
-        );
+        assert!(in_x < 1e-10 && in_y < 1.2e-5, "{hz} Hz: {in_x:.1e} {in_y:.1e}");
         let rest = Mat::from_fn(10, 10, |i, j| match i % 2 == j % 2 {
             true => c64::new(0.0, 0.0),
             false => found[(i, j)],
@@ -99,24 +93,14 @@ fn a_file_keeps_the_plane() {
     let machine = spring(&reference(), Location::InPlane(0.21, Plane::Y));
     let effect = machine.spindle.effects.last().expect("effect");
     let text = muspin::input::write::effect(effect);
-    assert_eq!(
-        text,
-        "{effect: added_stiffness, position_m: 0.21, axis: y, stiffness_n_per_m: 800000.0}"
-    );
+    assert_eq!(text, "{effect: added_stiffness, position_m: 0.21, axis: y, stiffness_n_per_m: 800000.0}");
     let yaml = muspin::input::write::spindle_yaml(&machine.spindle);
     let again = muspin::input::read_spindle("spindle.yaml", &yaml).expect("spindle");
     assert_eq!(again.effects.last(), Some(effect));
     let wrong = yaml.replace("axis: y", "axis: front_y");
     let error = muspin::input::read_spindle("spindle.yaml", &wrong).expect_err("no plane");
     let words = error.to_string();
-    assert!(
-        words.contains("effects[0].axis") && words.contains("must be x or y"),
-        "{words}"
-    );
-    let nowhere = Effect::new(
-        EffectKind::CrossCoupling,
-        Location::InPlane(0.2, Plane::X),
-        vec![1e5],
-    );
+    assert!(words.contains("effects[0].axis") && words.contains("must be x or y"), "{words}");
+    let nowhere = Effect::new(EffectKind::CrossCoupling, Location::InPlane(0.2, Plane::X), vec![1e5]);
     assert!(nowhere.is_err(), "a circulatory force has no plane");
 }

@@ -42,29 +42,16 @@ impl Shaft {
         }
         let size = 2 * position_m.len();
         let zeros = || Mat::<f64>::zeros(size, size);
-        let mut shaft = Self {
-            position_m,
-            mass: zeros(),
-            stiffness: zeros(),
-            gyroscopic: zeros(),
-        };
+        let mut shaft = Self { position_m, mass: zeros(), stiffness: zeros(), gyroscopic: zeros() };
         for (at, (element, material)) in elements.iter().enumerate() {
             shaft.add_element(2 * at, element, material);
         }
         for disc in &spindle.rotor.discs {
-            let inertia = [
-                disc.mass_kg,
-                disc.diametral_inertia_kg_m2,
-                disc.polar_inertia_kg_m2,
-            ];
+            let inertia = [disc.mass_kg, disc.diametral_inertia_kg_m2, disc.polar_inertia_kg_m2];
             shaft.add_disc(disc.position_m, inertia);
         }
         for disc in &tool.discs {
-            let inertia = [
-                disc.mass_kg,
-                disc.diametral_inertia_kg_m2,
-                disc.polar_inertia_kg_m2,
-            ];
+            let inertia = [disc.mass_kg, disc.diametral_inertia_kg_m2, disc.polar_inertia_kg_m2];
             shaft.add_disc(-disc.position_m, inertia);
         }
         shaft
@@ -105,9 +92,7 @@ impl Shaft {
     fn add_disc(&mut self, position_m: f64, [mass, diametral, polar]: [f64; 3]) {
         let distance = |z: &f64| (z - position_m).abs();
         let nodes = self.position_m.iter().enumerate();
-        let (node, z) = nodes
-            .min_by(|a, b| distance(a.1).total_cmp(&distance(b.1)))
-            .expect("a shaft has nodes");
+        let (node, z) = nodes.min_by(|a, b| distance(a.1).total_cmp(&distance(b.1))).expect("a shaft has nodes");
         assert!(distance(z) < 1e-6, "no node at the disc at {position_m} m");
         self.mass[(2 * node, 2 * node)] += mass;
         self.mass[(2 * node + 1, 2 * node + 1)] += diametral;
@@ -117,15 +102,10 @@ impl Shaft {
     /// Row that reads the displacement at a position: cubic Hermite shape functions of the element there.
     pub fn row(&self, position_m: f64) -> Vec<f64> {
         let last = self.position_m.len() - 2;
-        let at = (0..=last)
-            .find(|k| position_m <= self.position_m[k + 1] + 1e-9)
-            .unwrap_or(last);
+        let at = (0..=last).find(|k| position_m <= self.position_m[k + 1] + 1e-9).unwrap_or(last);
         let l = self.position_m[at + 1] - self.position_m[at];
         let x = (position_m - self.position_m[at]) / l;
-        assert!(
-            (-1e-6..1.0 + 1e-6).contains(&x),
-            "{position_m} m is not on the shaft"
-        );
+        assert!((-1e-6..1.0 + 1e-6).contains(&x), "{position_m} m is not on the shaft");
         let mut row = vec![0.0; 2 * self.position_m.len()];
         row[2 * at..2 * at + 4].copy_from_slice(&Shapes::at(x, l, 0.0).displacement);
         row

@@ -34,10 +34,7 @@ impl Law {
     pub fn new([a, b, c, d]: [Table; 4], sample_time_s: f64) -> Self {
         let from = |axes: [usize; 2]| {
             // States that these inputs reach; the others never move.
-            let mut reached: Vec<bool> = b
-                .iter()
-                .map(|row| axes.iter().any(|k| row[*k] != 0.0))
-                .collect();
+            let mut reached: Vec<bool> = b.iter().map(|row| axes.iter().any(|k| row[*k] != 0.0)).collect();
             for _ in 0..a.len() {
                 for i in 0..a.len() {
                     reached[i] |= (0..a.len()).any(|j| reached[j] && a[i][j] != 0.0);
@@ -46,21 +43,13 @@ impl Law {
             let states: Vec<usize> = (0..a.len()).filter(|i| reached[*i]).collect();
             let n = states.len();
             // What x commands in x, plus j times what it commands in y (for the y axes: in y, minus j times in x).
-            let (own, other) = if axes[0] == 0 {
-                ([0, 2], 1.0)
-            } else {
-                ([1, 3], -1.0)
-            };
+            let (own, other) = if axes[0] == 0 { ([0, 2], 1.0) } else { ([1, 3], -1.0) };
             let across = if axes[0] == 0 { [1, 3] } else { [0, 2] };
             Self {
                 a: Mat::from_fn(n, n, |i, j| c64::new(a[states[i]][states[j]], 0.0)),
                 b: Mat::from_fn(n, 2, |i, j| c64::new(b[states[i]][axes[j]], 0.0)),
-                c: Mat::from_fn(2, n, |i, j| {
-                    c64::new(c[own[i]][states[j]], other * c[across[i]][states[j]])
-                }),
-                d: Mat::from_fn(2, 2, |i, j| {
-                    c64::new(d[own[i]][axes[j]], other * d[across[i]][axes[j]])
-                }),
+                c: Mat::from_fn(2, n, |i, j| c64::new(c[own[i]][states[j]], other * c[across[i]][states[j]])),
+                d: Mat::from_fn(2, 2, |i, j| c64::new(d[own[i]][axes[j]], other * d[across[i]][axes[j]])),
                 sample_time_s,
             }
         };
@@ -84,11 +73,7 @@ impl Law {
         if n == 0 {
             return self.d.clone();
         }
-        let shifted = Mat::from_fn(
-            n,
-            n,
-            |i, j| if i == j { point } else { c64::new(0.0, 0.0) } - self.a[(i, j)],
-        );
+        let shifted = Mat::from_fn(n, n, |i, j| if i == j { point } else { c64::new(0.0, 0.0) } - self.a[(i, j)]);
         &self.c * shifted.partial_piv_lu().solve(&self.b) + &self.d
     }
 }

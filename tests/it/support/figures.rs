@@ -38,27 +38,13 @@ const ROUNDS: usize = 4;
 
 impl<'a> Loop<'a> {
     pub fn new(rotor: &'a Rotor, law: &'a Law, rpm: f64) -> Self {
-        let poles = if law.sample_time_s > 0.0 {
-            sampled::poles(rotor, law, rpm)
-        } else {
-            vec![]
-        };
-        Self {
-            rotor,
-            law,
-            rpm,
-            poles,
-        }
+        let poles = if law.sample_time_s > 0.0 { sampled::poles(rotor, law, rpm) } else { vec![] };
+        Self { rotor, law, rpm, poles }
     }
 
     /// Without poles: for lines at given frequencies, not for figures of a band.
     pub fn lines_only(rotor: &'a Rotor, law: &'a Law, rpm: f64) -> Self {
-        Self {
-            rotor,
-            law,
-            rpm,
-            poles: vec![],
-        }
+        Self { rotor, law, rpm, poles: vec![] }
     }
 
     pub fn growth_rate_per_s(&self) -> f64 {
@@ -66,11 +52,7 @@ impl<'a> Loop<'a> {
     }
 
     fn command(&self) -> Command {
-        if self.law.sample_time_s > 0.0 {
-            Command::Held
-        } else {
-            Command::Continuous
-        }
+        if self.law.sample_time_s > 0.0 { Command::Held } else { Command::Continuous }
     }
 
     /// Tool compliance (m/N) and sensitivity of one whirl coordinate at a signed frequency.
@@ -78,11 +60,8 @@ impl<'a> Loop<'a> {
         let p = self.rotor.response(hz, self.rpm, 0, self.command());
         let k = self.law.at(hz);
         let part = |r: usize, c: usize, h: usize, w: usize| p.submatrix(r, c, h, w).to_owned();
-        let difference = Mat::<c64>::identity(BEARINGS, BEARINGS)
-            - part(PLACES, PLACES, BEARINGS, BEARINGS) * &k;
-        let s = difference
-            .partial_piv_lu()
-            .solve(Mat::<c64>::identity(BEARINGS, BEARINGS));
+        let difference = Mat::<c64>::identity(BEARINGS, BEARINGS) - part(PLACES, PLACES, BEARINGS, BEARINGS) * &k;
+        let s = difference.partial_piv_lu().solve(Mat::<c64>::identity(BEARINGS, BEARINGS));
         let fed_back = part(0, PLACES, 1, BEARINGS) * &k * &s * part(PLACES, 0, BEARINGS, 1);
         (p[(0, 0)] + fed_back[(0, 0)], [s[(0, 0)], s[(1, 1)]])
     }
@@ -90,11 +69,7 @@ impl<'a> Loop<'a> {
     /// One axis: forward whirl and the conjugate of backward whirl, half each.
     pub fn line(&self, hz: f64) -> Line {
         let (x, s) = self.whirl(hz);
-        let (back, turned) = if self.rpm == 0.0 {
-            (x.conj(), s.map(|v| v.conj()))
-        } else {
-            self.whirl(-hz)
-        };
+        let (back, turned) = if self.rpm == 0.0 { (x.conj(), s.map(|v| v.conj())) } else { self.whirl(-hz) };
         let compliance = 0.5 * (x + back.conj());
         let sensitivity = [0, 1].map(|b| (0.5 * (s[b] + turned[b].conj())).norm());
         (hz, 1.0 / compliance.norm(), sensitivity)
@@ -108,9 +83,7 @@ impl<'a> Loop<'a> {
     /// Frequencies of a band: evenly in its logarithm, and round every lightly damped pole.
     pub fn grid_hz(&self, band_hz: (f64, f64)) -> Vec<f64> {
         let ratio = band_hz.1 / band_hz.0;
-        let mut grid: Vec<f64> = (0..PLAIN)
-            .map(|k| band_hz.0 * ratio.powf(k as f64 / (PLAIN - 1) as f64))
-            .collect();
+        let mut grid: Vec<f64> = (0..PLAIN).map(|k| band_hz.0 * ratio.powf(k as f64 / (PLAIN - 1) as f64)).collect();
         let poles = self.poles.iter().filter(|z| z.norm() > 1e-6);
         for s in poles.map(|z| z.ln() / self.rotor.period_s) {
             let (centre, half) = (s.im.abs() / TAU, s.re.abs() / TAU);
@@ -131,9 +104,7 @@ impl<'a> Loop<'a> {
         let mut lines: Vec<Line> = self.lines(self.grid_hz(band_hz));
         let heights: [fn(&Line) -> f64; 3] = [|l| 1.0 / l.1, |l| l.2[0], |l| l.2[1]];
         let top = |lines: &[Line], height: fn(&Line) -> f64| {
-            (0..lines.len())
-                .max_by(|a, b| height(&lines[*a]).total_cmp(&height(&lines[*b])))
-                .expect("a band has lines")
+            (0..lines.len()).max_by(|a, b| height(&lines[*a]).total_cmp(&height(&lines[*b]))).expect("a band has lines")
         };
         for _ in 0..ROUNDS {
             let between: Vec<f64> = heights

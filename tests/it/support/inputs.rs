@@ -9,13 +9,7 @@ use std::sync::OnceLock;
 
 /// A PID search of a second, for tests that need some stable law.
 pub fn short_search() -> TuneSettings {
-    TuneSettings {
-        starts: 400,
-        basins: 1,
-        steps: 12,
-        speeds: 2,
-        ..TuneSettings::quick()
-    }
+    TuneSettings { starts: 400, basins: 1, steps: 12, speeds: 2, ..TuneSettings::quick() }
 }
 
 /// What that search finds for the reference machine; tests share it.

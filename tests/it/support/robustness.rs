@@ -46,16 +46,8 @@ pub struct Specification {
 impl Specification {
     /// As the weights file writes it, for the modes that the spindle keeps.
     pub fn as_written(weights: WeightsFile, flexible_modes: usize) -> Self {
-        let uncertainty = weights
-            .mode_uncertainty
-            .iter()
-            .copied()
-            .take(flexible_modes)
-            .collect();
-        Self {
-            weights,
-            uncertainty,
-        }
+        let uncertainty = weights.mode_uncertainty.iter().copied().take(flexible_modes).collect();
+        Self { weights, uncertainty }
     }
 
     /// The weighted loop from (modal channels, loads, noise) to (modal channels, displacements, currents) at a signed
@@ -63,19 +55,12 @@ impl Specification {
     pub fn weighted(&self, rotor: &Rotor, law: &Law, hz: f64, rpm: f64) -> Mat<c64> {
         let modal = self.uncertainty.len();
         let (errors, size) = (modal + PLACES, modal + PERFORMANCE);
-        let command = if law.sample_time_s > 0.0 {
-            Command::Held
-        } else {
-            Command::Continuous
-        };
+        let command = if law.sample_time_s > 0.0 { Command::Held } else { Command::Continuous };
         let p = rotor.response(hz, rpm, modal, command);
         let k = law.at(hz);
         let part = |r: usize, c: usize, h: usize, w: usize| p.submatrix(r, c, h, w).to_owned();
-        let difference = Mat::<c64>::identity(BEARINGS, BEARINGS)
-            - part(errors, errors, BEARINGS, BEARINGS) * &k;
-        let inverse = difference
-            .partial_piv_lu()
-            .solve(Mat::<c64>::identity(BEARINGS, BEARINGS));
+        let difference = Mat::<c64>::identity(BEARINGS, BEARINGS) - part(errors, errors, BEARINGS, BEARINGS) * &k;
+        let inverse = difference.partial_piv_lu().solve(Mat::<c64>::identity(BEARINGS, BEARINGS));
         // u = R (y of the loads + noise)
         let r = &k * inverse;
         let through = part(0, errors, errors, BEARINGS) * &r;
@@ -98,15 +83,10 @@ impl Specification {
         let w = &self.weights;
         let limits = [w.tool, w.front, w.rear];
         let modal = self.uncertainty.iter().enumerate();
-        let modal: Vec<f64> = modal
-            .map(|(k, r)| (2.0 * r).sqrt() * rotor.omega_rad_s[2 + k])
-            .collect();
+        let modal: Vec<f64> = modal.map(|(k, r)| (2.0 * r).sqrt() * rotor.omega_rad_s[2 + k]).collect();
         let loads = limits.map(|l| level(hz, l.max_dc_load_n, l.max_hf_load_n, LOAD_CROSSOVER_HZ));
         let displacements = [0, 1, 2].map(|k| {
-            let (dc, hf) = (
-                limits[k].max_dc_displacement_m,
-                limits[k].max_hf_displacement_m,
-            );
+            let (dc, hf) = (limits[k].max_dc_displacement_m, limits[k].max_hf_displacement_m);
             level(hz, 1.0 / dc, 1.0 / hf, DISPLACEMENT_CROSSOVER_HZ[k])
         });
         let stage = level(hz, 1.0, ROLLOFF_RATIO, ROLLOFF_HZ * ROLLOFF_RATIO.sqrt());
@@ -136,30 +116,18 @@ impl Specification {
         let modal = self.uncertainty.len();
         // A bound below the peak found so far need not be brought to its optimum.
         let search = |grid: &[f64], least: f64| -> Option<Peak> {
-            let bound = |hz: &f64| Peak {
-                mu: scaled_bound(&self.weighted(rotor, law, *hz, rpm), modal, Some(least)),
-                hz: *hz,
-            };
+            let bound =
+                |hz: &f64| Peak { mu: scaled_bound(&self.weighted(rotor, law, *hz, rpm), modal, Some(least)), hz: *hz };
             grid.par_iter().map(bound).reduce_with(higher)
         };
         let coarse: Vec<f64> = grid.iter().copied().step_by(8).collect();
         let mut peak = search(&coarse, 0.0).expect("a grid has lines");
         peak = higher(peak, search(&grid, peak.mu).expect("a grid has lines"));
         for _ in 0..3 {
-            let below = grid
-                .iter()
-                .copied()
-                .filter(|f| *f < peak.hz)
-                .fold(f64::NEG_INFINITY, f64::max);
-            let above = grid
-                .iter()
-                .copied()
-                .filter(|f| *f > peak.hz)
-                .fold(f64::INFINITY, f64::min);
+            let below = grid.iter().copied().filter(|f| *f < peak.hz).fold(f64::NEG_INFINITY, f64::max);
+            let above = grid.iter().copied().filter(|f| *f > peak.hz).fold(f64::INFINITY, f64::min);
             let (below, above) = (below.max(-band.1), above.min(band.1));
-            let between: Vec<f64> = (1..10)
-                .map(|k| below + (above - below) * f64::from(k) / 10.0)
-                .collect();
+            let between: Vec<f64> = (1..10).map(|k| below + (above - below) * f64::from(k) / 10.0).collect();
             peak = higher(peak, search(&between, peak.mu).expect("a grid has lines"));
             grid.extend(between);
         }
@@ -220,9 +188,7 @@ fn scaled_value(m: &Mat<c64>, x: &[f64], scalars: usize) -> (f64, Vec<f64>) {
     let scaled = Mat::from_fn(m.nrows(), m.ncols(), |i, j| m[(i, j)] * (d(i) - d(j)).exp());
     let svd = scaled.svd().expect("singular values of a small matrix");
     let (u, v) = (svd.U(), svd.V());
-    let slope = (0..scalars)
-        .map(|i| u[(i, 0)].norm_sqr() - v[(i, 0)].norm_sqr())
-        .collect();
+    let slope = (0..scalars).map(|i| u[(i, 0)].norm_sqr() - v[(i, 0)].norm_sqr()).collect();
     (svd.S()[0].re, slope)
 }
 
@@ -234,12 +200,8 @@ fn balanced_start(m: &Mat<c64>, scalars: usize) -> Vec<f64> {
         for i in 0..scalars {
             let d = |k: usize| if k < scalars { x[k] } else { 0.0 };
             let others = || (0..size).filter(|k| *k != i);
-            let row: f64 = others()
-                .map(|k| (m[(i, k)].norm() * (d(i) - d(k)).exp()).powi(2))
-                .sum();
-            let column: f64 = others()
-                .map(|k| (m[(k, i)].norm() * (d(k) - d(i)).exp()).powi(2))
-                .sum();
+            let row: f64 = others().map(|k| (m[(i, k)].norm() * (d(i) - d(k)).exp()).powi(2)).sum();
+            let column: f64 = others().map(|k| (m[(k, i)].norm() * (d(k) - d(i)).exp()).powi(2)).sum();
             if row > 0.0 && column > 0.0 {
                 x[i] += 0.25 * (column / row).ln();
             }

@@ -56,9 +56,7 @@ impl Rotor {
         };
         let row = |z: f64, gain: f64| -> Vec<f64> {
             let row = shaft.row(z);
-            (0..shapes.ncols())
-                .map(|k| gain * (0..row.len()).map(|i| row[i] * shapes[(i, k)]).sum::<f64>())
-                .collect()
+            (0..shapes.ncols()).map(|k| gain * (0..row.len()).map(|i| row[i] * shapes[(i, k)]).sum::<f64>()).collect()
         };
         let (p, e) = (spindle.planes, spindle.electronics);
         let bearings = [spindle.bearings.front, spindle.bearings.rear];
@@ -70,19 +68,14 @@ impl Rotor {
         };
         let places = [-tool.tool_plane_m, p.front_actuator_m, p.rear_actuator_m];
         let places = places.map(|z| row(z, 1.0));
-        let magnet = |b: usize, i: usize, j: usize| {
-            bearings[b].ks_n_per_m * places[1 + b][i] * places[1 + b][j]
-        };
+        let magnet = |b: usize, i: usize, j: usize| bearings[b].ks_n_per_m * places[1 + b][i] * places[1 + b][j];
         let n = omega_rad_s.len();
         Self {
             damper_per_s: (0..n).map(damper).collect(),
             gyroscopic,
             magnets: Mat::from_fn(n, n, |i, j| magnet(0, i, j) + magnet(1, i, j)),
             places,
-            sensors: [
-                row(p.front_sensor_m, gain[0]),
-                row(p.rear_sensor_m, gain[1]),
-            ],
+            sensors: [row(p.front_sensor_m, gain[0]), row(p.rear_sensor_m, gain[1])],
             ki_n_per_a: bearings.map(|b| b.ki_n_per_a),
             amplifier_rad_s: TAU * e.amplifier_bandwidth_hz,
             sensor_rad_s: TAU * e.sensor_bandwidth_hz,
@@ -110,11 +103,7 @@ impl Rotor {
 
     /// Modal stiffness with magnets, 1/s².
     fn stiffness(&self, i: usize, j: usize) -> f64 {
-        let own = if i == j {
-            self.omega_rad_s[i].powi(2)
-        } else {
-            0.0
-        };
+        let own = if i == j { self.omega_rad_s[i].powi(2) } else { 0.0 };
         own - self.magnets[(i, j)]
     }
 
@@ -132,12 +121,8 @@ impl Rotor {
         let s = c64::new(0.0, TAU * hz);
         // s·(−jΩG) is real at s = jω.
         let turning = speed * TAU * hz;
-        let mut dynamic = Mat::from_fn(n, n, |i, j| {
-            c64::new(
-                turning * self.gyroscopic[(i, j)] - self.magnets[(i, j)],
-                0.0,
-            )
-        });
+        let mut dynamic =
+            Mat::from_fn(n, n, |i, j| c64::new(turning * self.gyroscopic[(i, j)] - self.magnets[(i, j)], 0.0));
         for i in 0..n {
             dynamic[(i, i)] += s * s + s * self.damper_per_s[i] + self.omega_rad_s[i].powi(2);
         }
@@ -146,11 +131,7 @@ impl Rotor {
         let loads = Mat::from_fn(n, ports + BEARINGS, |i, p| match p {
             p if p < modal => c64::new(unit(p, i), 0.0),
             p if p < ports => c64::new(self.places[p - modal][i], 0.0),
-            p => {
-                self.current_path(s, command)
-                    * self.ki_n_per_a[p - ports]
-                    * self.places[1 + p - ports][i]
-            }
+            p => self.current_path(s, command) * self.ki_n_per_a[p - ports] * self.places[1 + p - ports][i],
         });
         let q = dynamic.partial_piv_lu().solve(&loads);
         let sensor = c64::new(1.0, 0.0) / (c64::new(1.0, 0.0) + s / self.sensor_rad_s);
@@ -170,11 +151,7 @@ impl Rotor {
         let way = match command {
             Command::Continuous => (-s * self.delay_s).exp(),
             Command::Held => {
-                let hold = if st.norm() < 1e-9 {
-                    one
-                } else {
-                    (one - (-st).exp()) / st
-                };
+                let hold = if st.norm() < 1e-9 { one } else { (one - (-st).exp()) / st };
                 hold * (-s * self.pure_delay_s()).exp()
             }
         };
@@ -222,21 +199,12 @@ fn modes(shaft: &Shaft) -> (Vec<f64>, Mat<f64>) {
     let n = shaft.mass.nrows();
     let unit: Vec<f64> = (0..n).map(|i| shaft.mass[(i, i)].sqrt().recip()).collect();
     let scaled = |m: &Mat<f64>| Mat::from_fn(n, n, |i, j| m[(i, j)] * unit[i] * unit[j]);
-    let cholesky = scaled(&shaft.mass)
-        .llt(Side::Lower)
-        .expect("mass matrix is positive definite");
-    let inverse = cholesky
-        .L()
-        .partial_piv_lu()
-        .solve(Mat::<f64>::identity(n, n));
+    let cholesky = scaled(&shaft.mass).llt(Side::Lower).expect("mass matrix is positive definite");
+    let inverse = cholesky.L().partial_piv_lu().solve(Mat::<f64>::identity(n, n));
     let reduced = &inverse * scaled(&shaft.stiffness) * inverse.transpose();
     let symmetric = Mat::from_fn(n, n, |i, j| 0.5 * (reduced[(i, j)] + reduced[(j, i)]));
-    let eigen = symmetric
-        .self_adjoint_eigen(Side::Lower)
-        .expect("eigenvalues of the free shaft");
-    let omega = (0..n)
-        .map(|k| if k < 2 { 0.0 } else { eigen.S()[k].sqrt() })
-        .collect();
+    let eigen = symmetric.self_adjoint_eigen(Side::Lower).expect("eigenvalues of the free shaft");
+    let omega = (0..n).map(|k| if k < 2 { 0.0 } else { eigen.S()[k].sqrt() }).collect();
     let shapes = inverse.transpose() * eigen.U();
     (omega, Mat::from_fn(n, n, |i, j| unit[i] * shapes[(i, j)]))
 }

@@ -8,10 +8,7 @@ use faer::{Mat, c64};
 /// Matrix of the closed loop from one sample to the next.
 pub fn closed_loop(rotor: &Rotor, law: &Law, rpm: f64) -> Mat<c64> {
     // The number is written twice, as a rate and as a period.
-    assert!(
-        (law.sample_time_s / rotor.period_s - 1.0).abs() < 1e-9,
-        "sample times differ"
-    );
+    assert!((law.sample_time_s / rotor.period_s - 1.0).abs() < 1e-9, "sample times differ");
     let (a, b, c) = rotor.first_order(rpm);
     let (n, m, period) = (a.nrows(), BEARINGS, rotor.period_s);
     let lag = rotor.pure_delay_s() / period;
@@ -21,15 +18,10 @@ pub fn closed_loop(rotor: &Rotor, law: &Law, rpm: f64) -> Mat<c64> {
     // x after a span during which the command u is constant: Φ x + Γ u.
     let span = |t: f64| -> (Mat<c64>, Mat<c64>) {
         let mut wide = Mat::<c64>::zeros(n + m, n + m);
-        wide.submatrix_mut(0, 0, n, n)
-            .copy_from(&a * faer::Scale(c64::new(t, 0.0)));
-        wide.submatrix_mut(0, n, n, m)
-            .copy_from(&b * faer::Scale(c64::new(t, 0.0)));
+        wide.submatrix_mut(0, 0, n, n).copy_from(&a * faer::Scale(c64::new(t, 0.0)));
+        wide.submatrix_mut(0, n, n, m).copy_from(&b * faer::Scale(c64::new(t, 0.0)));
         let e = exponential(&wide);
-        (
-            e.submatrix(0, 0, n, n).to_owned(),
-            e.submatrix(0, n, n, m).to_owned(),
-        )
+        (e.submatrix(0, 0, n, n).to_owned(), e.submatrix(0, n, n, m).to_owned())
     };
     let (early, gain_early) = span(part * period);
     let (late, gain_late) = span((1.0 - part) * period);
@@ -39,9 +31,7 @@ pub fn closed_loop(rotor: &Rotor, law: &Law, rpm: f64) -> Mat<c64> {
     let size = n + stored * m + order;
     let k0 = n + stored * m;
     let mut loop_matrix = Mat::<c64>::zeros(size, size);
-    loop_matrix
-        .submatrix_mut(0, 0, n, n)
-        .copy_from(&late * &early);
+    loop_matrix.submatrix_mut(0, 0, n, n).copy_from(&late * &early);
     // The command of `age` samples ago acts with this gain: the older one before the step, the younger one after it.
     let gains = [(whole, gain_late), (whole + 1, &late * &gain_early)];
     let command_of_state = &law.d * &c;
@@ -76,9 +66,7 @@ fn add(to: &mut Mat<c64>, (row, column): (usize, usize), block: &Mat<c64>) {
 
 /// Eigenvalues of the loop, z plane.
 pub fn poles(rotor: &Rotor, law: &Law, rpm: f64) -> Vec<c64> {
-    closed_loop(rotor, law, rpm)
-        .eigenvalues()
-        .expect("eigenvalues of the loop")
+    closed_loop(rotor, law, rpm).eigenvalues().expect("eigenvalues of the loop")
 }
 
 /// Largest (|z| − 1)/Ts of the poles, 1/s; negative when stable.
@@ -90,16 +78,13 @@ pub fn growth_rate_per_s(rotor: &Rotor, poles: &[c64]) -> f64 {
 /// e^A by scaling and squaring of its Taylor series.
 pub fn exponential(a: &Mat<c64>) -> Mat<c64> {
     let n = a.nrows();
-    let largest = (0..n)
-        .map(|i| (0..n).map(|j| a[(i, j)].norm()).sum::<f64>())
-        .fold(0.0, f64::max);
+    let largest = (0..n).map(|i| (0..n).map(|j| a[(i, j)].norm()).sum::<f64>()).fold(0.0, f64::max);
     // Norm at most a half: the term after the last is below 0.5²⁰/20! = 4e-25.
     let squarings = (largest.max(0.5) / 0.5).log2().ceil() as i32;
     let scaled = a * faer::Scale(c64::new(0.5f64.powi(squarings), 0.0));
     let mut sum = Mat::<c64>::identity(n, n);
     for k in (1..20).rev() {
-        sum = Mat::<c64>::identity(n, n)
-            + &scaled * &sum * faer::Scale(c64::new(1.0 / f64::from(k), 0.0));
+        sum = Mat::<c64>::identity(n, n) + &scaled * &sum * faer::Scale(c64::new(1.0 / f64::from(k), 0.0));
     }
     for _ in 0..squarings {
         sum = &sum * &sum;

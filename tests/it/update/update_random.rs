@@ -50,10 +50,7 @@ fn truth(nominal: &Machine, seed: u64, sd: f64) -> Machine {
 /// Root mean square errors of the tool's FRF, dB: of the nominal rotor, and after updating with prior standard deviations
 /// of ln θ, the noise known to be next to nothing or estimated.
 fn errors_db(nominal: &Machine, truth: &Machine) -> (f64, Vec<f64>, f64) {
-    let once = UpdateSettings {
-        max_evaluations: 1,
-        ..Default::default()
-    };
+    let once = UpdateSettings { max_evaluations: 1, ..Default::default() };
     // The spectrum reaches as far as the targets do.
     let some = [1165.0, 2304.0, 3425.0].map(|f| Some(Target::read_off(f)));
     let targets = front_and_rear(truth, some.to_vec(), vec![], vec![]);
@@ -63,36 +60,22 @@ fn errors_db(nominal: &Machine, truth: &Machine) -> (f64, Vec<f64>, f64) {
         let flexible = all.iter().copied().filter(|f| *f > 100.0);
         flexible.take(n).collect()
     };
-    let lists = [
-        pick(&spectrum.poles_hz, 3),
-        pick(&spectrum.zeros_hz[0], 3),
-        pick(&spectrum.zeros_hz[1], 2),
-    ];
+    let lists = [pick(&spectrum.poles_hz, 3), pick(&spectrum.zeros_hz[0], 3), pick(&spectrum.zeros_hz[1], 2)];
     let given = |relative: Option<f64>| {
-        let target = |f: &f64| Target {
-            frequency_hz: *f,
-            standard_deviation_hz: relative.map(|r| r * f),
-        };
+        let target = |f: &f64| Target { frequency_hz: *f, standard_deviation_hz: relative.map(|r| r * f) };
         let one = |l: &Vec<f64>| l.iter().map(|f| Some(target(f))).collect::<Vec<_>>();
         front_and_rear(nominal, one(&lists[0]), one(&lists[1]), one(&lists[2]))
     };
     let shown = truth.rotor().unwrap();
     let after = |relative: Option<f64>, prior_sd_ln: f64| {
-        let settings = UpdateSettings {
-            prior_sd_ln,
-            ..Default::default()
-        };
+        let settings = UpdateSettings { prior_sd_ln, ..Default::default() };
         let updated = gauss_newton(nominal, &given(relative), &settings).unwrap();
         assert!(updated.fit.explanation.explained);
         apart_db(&updated.fit.rotor, &shown)
     };
     let known = [0.5, 1.1, 4.0].map(|sd| after(Some(1e-4), sd));
     let estimated = after(None, UpdateSettings::default().prior_sd_ln);
-    (
-        apart_db(&nominal.rotor().unwrap(), &shown),
-        known.to_vec(),
-        estimated,
-    )
+    (apart_db(&nominal.rotor().unwrap(), &shown), known.to_vec(), estimated)
 }
 
 #[test]
@@ -101,20 +84,13 @@ fn the_strength_of_the_prior_does_not_matter_for_exact_data() {
     for spread in [0.1, 0.2] {
         let (mut before, mut known, mut estimated) = (0.0, [0.0; 3], 0.0);
         for seed in 0..8 {
-            let (nominal_db, known_db, estimated_db) =
-                errors_db(&nominal, &truth(&nominal, 100 + seed, spread));
+            let (nominal_db, known_db, estimated_db) = errors_db(&nominal, &truth(&nominal, 100 + seed, spread));
             before += nominal_db / 8.0;
             estimated += estimated_db / 8.0;
-            known
-                .iter_mut()
-                .zip(&known_db)
-                .for_each(|(sum, db)| *sum += db / 8.0);
+            known.iter_mut().zip(&known_db).for_each(|(sum, db)| *sum += db / 8.0);
             // A strength that is told from the data would choose among these.
             for db in &known_db {
-                assert!(
-                    (db - known_db[1]).abs() < 0.03 + 0.1 * known_db[1],
-                    "{known_db:?}"
-                );
+                assert!((db - known_db[1]).abs() < 0.03 + 0.1 * known_db[1], "{known_db:?}");
             }
         }
         println!("spread {spread}: {before:.3} dB, {known:.3?}, noise estimated {estimated:.3}");

@@ -2,8 +2,7 @@
 
 use muspin::rotor::{Disc, Material, PlanarModes, Rotor, Section};
 use muspin::update::{
-    FrfTargets, MeasuredShape, Target, Targets, UpdateSettings, Updated, gauss_newton_rotor,
-    nelder_mead_rotor,
+    FrfTargets, MeasuredShape, Target, Targets, UpdateSettings, Updated, gauss_newton_rotor, nelder_mead_rotor,
 };
 use serde_json::Value;
 use std::f64::consts::TAU;
@@ -23,18 +22,11 @@ fn numbers(v: &Value) -> Vec<f64> {
 }
 
 pub fn load(name: &str) -> Case {
-    let path = format!(
-        "{}/tests/data/updating/{name}.json",
-        env!("CARGO_MANIFEST_DIR")
-    );
+    let path = format!("{}/tests/data/updating/{name}.json", env!("CARGO_MANIFEST_DIR"));
     let json: Value = serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
     let model = &json["nominal"];
-    let moved: Vec<usize> = json["parameters"]["elements"]
-        .as_array()
-        .unwrap()
-        .iter()
-        .map(|v| v.as_u64().unwrap() as usize)
-        .collect();
+    let moved: Vec<usize> =
+        json["parameters"]["elements"].as_array().unwrap().iter().map(|v| v.as_u64().unwrap() as usize).collect();
     let z = numbers(&model["node_z_m"]);
     let sections = model["elements"]
         .as_array()
@@ -60,10 +52,7 @@ pub fn load(name: &str) -> Case {
             s.inner_diameter_m = pair("id_l", "id_r");
             s.mass_outer_diameter_m = s.outer_diameter_m;
             s.mass_inner_diameter_m = s.inner_diameter_m;
-            s.region = moved
-                .iter()
-                .position(|k| *k == i)
-                .map(|k| format!("r{k:02}"));
+            s.region = moved.iter().position(|k| *k == i).map(|k| format!("r{k:02}"));
             s
         })
         .collect();
@@ -85,12 +74,7 @@ pub fn load(name: &str) -> Case {
         v.as_array()
             .unwrap()
             .iter()
-            .map(|f| {
-                f.as_f64().map(|f| Target {
-                    frequency_hz: f,
-                    standard_deviation_hz: Some(sd * f),
-                })
-            })
+            .map(|f| f.as_f64().map(|f| Target { frequency_hz: f, standard_deviation_hz: Some(sd * f) }))
             .collect()
     };
     let node = |p: &Value| z[p.as_u64().unwrap() as usize];
@@ -104,29 +88,15 @@ pub fn load(name: &str) -> Case {
             held_out: false,
         })
         .collect();
-    let targets = Targets {
-        resonances: list(&measured["resonances_hz"]),
-        antiresonances,
-        mode_shapes: vec![],
-    };
-    Case {
-        rotor,
-        targets,
-        json,
-    }
+    let targets = Targets { resonances: list(&measured["resonances_hz"]), antiresonances, mode_shapes: vec![] };
+    Case { rotor, targets, json }
 }
 
 /// rms over frequency of 20 log10 |H/H_true| at the tool, which no fit has seen.
 pub fn tool_error_db(case: &Case, rotor: &Rotor) -> f64 {
     let held_out = &case.json["truth"]["heldout_frf"];
-    let (re, im) = (
-        numbers(&held_out["data"]["tool"]["re"]),
-        numbers(&held_out["data"]["tool"]["im"]),
-    );
-    let (start, step) = (
-        number(&held_out["f_start_hz"]),
-        number(&held_out["f_step_hz"]),
-    );
+    let (re, im) = (numbers(&held_out["data"]["tool"]["re"]), numbers(&held_out["data"]["tool"]["im"]));
+    let (start, step) = (number(&held_out["f_start_hz"]), number(&held_out["f_step_hz"]));
     let zeta = number(&case.json["modal_damping_zeta_all_flexible"]);
     let modes = PlanarModes::new(rotor).unwrap();
     let tool = modes.amplitudes(&rotor.shape_at("tool", rotor.from_m()).unwrap());
@@ -159,10 +129,7 @@ fn show(name: &str, case: &Case, u: &Updated) {
 fn nominal_spectrum_equals_the_independent_fe() {
     for name in ["u01", "u02", "u03", "u04"] {
         let case = load(name);
-        let settings = UpdateSettings {
-            max_evaluations: 1,
-            ..Default::default()
-        };
+        let settings = UpdateSettings { max_evaluations: 1, ..Default::default() };
         let u = gauss_newton_rotor(&case.rotor, &case.targets, &settings).unwrap();
         let nominal = &case.json["baselines"]["nominal"];
         let check = |found: &[f64], expected: &Value| {
@@ -197,11 +164,7 @@ fn gauss_newton_estimates_the_noise_when_nobody_gives_it() {
     for (name, db) in BASELINES {
         let mut case = load(name);
         let frfs = case.targets.antiresonances.iter_mut();
-        for t in frfs
-            .flat_map(|f| &mut f.antiresonances)
-            .chain(&mut case.targets.resonances)
-            .flatten()
-        {
+        for t in frfs.flat_map(|f| &mut f.antiresonances).chain(&mut case.targets.resonances).flatten() {
             t.standard_deviation_hz = None;
         }
         let u = gauss_newton_rotor(&case.rotor, &case.targets, &UpdateSettings::default()).unwrap();
@@ -219,16 +182,9 @@ fn nelder_mead_reaches_at_least_what_scipy_does() {
         let u = nelder_mead_rotor(&case.rotor, &case.targets, &UpdateSettings::default()).unwrap();
         show(name, &case, &u);
         let baseline = &case.json["baselines"]["nelder_mead_500"];
-        let sum: f64 = u
-            .errors
-            .iter()
-            .map(|e| e.error_percent().unwrap().abs())
-            .sum();
+        let sum: f64 = u.errors.iter().map(|e| e.error_percent().unwrap().abs()).sum();
         assert!(u.iterations <= 500);
-        assert!(
-            sum <= number(&baseline["objective_sum_abs_percent"]),
-            "{name}: {sum}"
-        );
+        assert!(sum <= number(&baseline["objective_sum_abs_percent"]), "{name}: {sum}");
         assert!(tool_error_db(&case, &u.rotor) <= number(&baseline["heldout"]["tool_rms_db"]));
         if name == "u01" {
             assert!(u.largest_error_percent() < 0.1);
@@ -259,15 +215,11 @@ fn mode_shapes_of_the_truth_agree() {
 
 #[test]
 fn peaks_are_matched_by_pattern_and_not_by_place_in_the_list() {
-    let fit = |case: &Case| {
-        gauss_newton_rotor(&case.rotor, &case.targets, &UpdateSettings::default()).unwrap()
-    };
+    let fit = |case: &Case| gauss_newton_rotor(&case.rotor, &case.targets, &UpdateSettings::default()).unwrap();
     // The missing antiresonance of u04 without its placeholder.
     let with_gap = load("u04");
     let mut without = load("u04");
-    without.targets.antiresonances[0]
-        .antiresonances
-        .retain(Option::is_some);
+    without.targets.antiresonances[0].antiresonances.retain(Option::is_some);
     let (a, b) = (fit(&with_gap), fit(&without));
     for (x, y) in a.factors.iter().zip(&b.factors) {
         assert!((x.factor / y.factor - 1.0).abs() < 1e-9);
@@ -275,9 +227,7 @@ fn peaks_are_matched_by_pattern_and_not_by_place_in_the_list() {
     // A list in another order, and one resonance left out.
     let case = load("u01");
     let mut turned = load("u01");
-    turned.targets.antiresonances[0]
-        .antiresonances
-        .rotate_left(1);
+    turned.targets.antiresonances[0].antiresonances.rotate_left(1);
     turned.targets.antiresonances[1].antiresonances.reverse();
     turned.targets.resonances.remove(1);
     let (a, b) = (fit(&case), fit(&turned));
@@ -285,16 +235,9 @@ fn peaks_are_matched_by_pattern_and_not_by_place_in_the_list() {
     assert!((a.after.poles_hz[1] / b.after.poles_hz[1] - 1.0).abs() < 2e-2);
     // Something that is no antiresonance of the rotor: the others still land, and the odd one is named.
     let mut odd = load("u01");
-    odd.targets.antiresonances[0]
-        .antiresonances
-        .insert(1, Some(Target::read_off(1400.0)));
+    odd.targets.antiresonances[0].antiresonances.insert(1, Some(Target::read_off(1400.0)));
     let u = fit(&odd);
-    let missing: Vec<f64> = u
-        .errors
-        .iter()
-        .filter(|e| e.after_hz.is_none())
-        .map(|e| e.measured_hz)
-        .collect();
+    let missing: Vec<f64> = u.errors.iter().filter(|e| e.after_hz.is_none()).map(|e| e.measured_hz).collect();
     assert_eq!(missing, [1400.0]);
     assert!(!u.explanation.explained);
 }
@@ -303,47 +246,24 @@ fn peaks_are_matched_by_pattern_and_not_by_place_in_the_list() {
 fn sensitivities_equal_differences() {
     // One Gauss–Newton step from the start predicts what a small change does: checked through the fit of a tiny change.
     let case = load("u01");
-    let factors: Vec<f64> = (0..15)
-        .map(|k| 1.0 + 1e-3 * ((k % 4) as f64 - 1.5))
-        .collect();
+    let factors: Vec<f64> = (0..15).map(|k| 1.0 + 1e-3 * ((k % 4) as f64 - 1.5)).collect();
     let changed = case
         .rotor
-        .with_modulus_factors(|_, s| {
-            s.region
-                .as_ref()
-                .map_or(1.0, |r| factors[r[1..].parse::<usize>().unwrap()])
-        })
+        .with_modulus_factors(|_, s| s.region.as_ref().map_or(1.0, |r| factors[r[1..].parse::<usize>().unwrap()]))
         .unwrap();
-    let settings = UpdateSettings {
-        max_evaluations: 1,
-        ..Default::default()
-    };
-    let at = |rotor: &Rotor| {
-        gauss_newton_rotor(rotor, &case.targets, &settings)
-            .unwrap()
-            .before
-    };
+    let settings = UpdateSettings { max_evaluations: 1, ..Default::default() };
+    let at = |rotor: &Rotor| gauss_newton_rotor(rotor, &case.targets, &settings).unwrap().before;
     let (a, b) = (at(&case.rotor), at(&changed));
     let mut targets = case.targets.clone();
     for (t, f) in targets.resonances.iter_mut().zip(&b.poles_hz) {
-        *t = Some(Target {
-            frequency_hz: *f,
-            standard_deviation_hz: Some(0.0),
-        });
+        *t = Some(Target { frequency_hz: *f, standard_deviation_hz: Some(0.0) });
     }
     for (frf, zeros) in targets.antiresonances.iter_mut().zip(&b.zeros_hz) {
         for (t, f) in frf.antiresonances.iter_mut().zip(zeros) {
-            *t = Some(Target {
-                frequency_hz: *f,
-                standard_deviation_hz: Some(0.0),
-            });
+            *t = Some(Target { frequency_hz: *f, standard_deviation_hz: Some(0.0) });
         }
     }
-    let settings = UpdateSettings {
-        max_evaluations: 2,
-        floor_relative_sd: 1e-8,
-        ..Default::default()
-    };
+    let settings = UpdateSettings { max_evaluations: 2, floor_relative_sd: 1e-8, ..Default::default() };
     let u = gauss_newton_rotor(&case.rotor, &targets, &settings).unwrap();
     // A single step removes the change to second order.
     let first = (a.poles_hz[0] / b.poles_hz[0] - 1.0).abs();

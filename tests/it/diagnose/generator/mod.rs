@@ -47,9 +47,7 @@ pub struct Draw {
 
 impl Draw {
     pub fn new(seed: u64) -> Self {
-        Self {
-            rng: ChaCha8Rng::seed_from_u64(seed),
-        }
+        Self { rng: ChaCha8Rng::seed_from_u64(seed) }
     }
     pub fn normal(&mut self) -> f64 {
         let (a, b): (f64, f64) = (self.rng.random(), self.rng.random());
@@ -59,10 +57,7 @@ impl Draw {
         lo + (hi - lo) * self.rng.random::<f64>()
     }
     fn complex(&mut self, sd: f64) -> c64 {
-        c64::new(
-            self.normal() * sd / 2f64.sqrt(),
-            self.normal() * sd / 2f64.sqrt(),
-        )
+        c64::new(self.normal() * sd / 2f64.sqrt(), self.normal() * sd / 2f64.sqrt())
     }
 }
 
@@ -70,16 +65,10 @@ type Small = [[f64; 4]; 4];
 
 /// Stiffness, mass with rotary inertia, gyroscopic matrix of a Timoshenko cylinder.
 fn element(s: &Section, length: f64, scale: f64) -> (Small, Small, Small) {
-    let (e, nu) = (
-        s.material.youngs_modulus_pa * s.modulus_scale * scale,
-        s.material.poisson_ratio,
-    );
+    let (e, nu) = (s.material.youngs_modulus_pa * s.modulus_scale * scale, s.material.poisson_ratio);
     let (d, b) = (s.outer_diameter_m[0], s.inner_diameter_m[0]);
     let (dm, bm) = (s.mass_outer_diameter_m[0], s.mass_inner_diameter_m[0]);
-    let (area, inertia) = (
-        PI / 4.0 * (d * d - b * b),
-        PI / 64.0 * (d.powi(4) - b.powi(4)),
-    );
+    let (area, inertia) = (PI / 4.0 * (d * d - b * b), PI / 64.0 * (d.powi(4) - b.powi(4)));
     let m = b / d;
     let q = (1.0 + m * m).powi(2);
     let kappa = 6.0 * (1.0 + nu) * q / ((7.0 + 6.0 * nu) * q + (20.0 + 12.0 * nu) * m * m);
@@ -95,32 +84,14 @@ fn element(s: &Section, length: f64, scale: f64) -> (Small, Small, Small) {
     .map(|r| r.map(|x| x * g));
     let rho = s.material.density_kg_m3;
     let t = rho * PI / 4.0 * (dm * dm - bm * bm) * l / (840.0 * (1.0 + f).powi(2));
-    let (m1, m2) = (
-        312.0 + 588.0 * f + 280.0 * f * f,
-        (44.0 + 77.0 * f + 35.0 * f * f) * l,
-    );
-    let (m3, m4) = (
-        108.0 + 252.0 * f + 140.0 * f * f,
-        -(26.0 + 63.0 * f + 35.0 * f * f) * l,
-    );
-    let (m5, m6) = (
-        (8.0 + 14.0 * f + 7.0 * f * f) * l * l,
-        -(6.0 + 14.0 * f + 7.0 * f * f) * l * l,
-    );
+    let (m1, m2) = (312.0 + 588.0 * f + 280.0 * f * f, (44.0 + 77.0 * f + 35.0 * f * f) * l);
+    let (m3, m4) = (108.0 + 252.0 * f + 140.0 * f * f, -(26.0 + 63.0 * f + 35.0 * f * f) * l);
+    let (m5, m6) = ((8.0 + 14.0 * f + 7.0 * f * f) * l * l, -(6.0 + 14.0 * f + 7.0 * f * f) * l * l);
     let w = rho * PI / 64.0 * (dm.powi(4) - bm.powi(4)) / (30.0 * l * (1.0 + f).powi(2));
     let (a, c) = (36.0, (3.0 - 15.0 * f) * l);
-    let (x, y) = (
-        (4.0 + 5.0 * f + 10.0 * f * f) * l * l,
-        (-1.0 - 5.0 * f + 5.0 * f * f) * l * l,
-    );
-    let r =
-        [[a, c, -a, c], [c, x, -c, y], [-a, -c, a, -c], [c, y, -c, x]].map(|r| r.map(|v| v * w));
-    let shift = [
-        [m1, m2, m3, m4],
-        [m2, m5, -m4, m6],
-        [m3, -m4, m1, -m2],
-        [m4, m6, -m2, m5],
-    ];
+    let (x, y) = ((4.0 + 5.0 * f + 10.0 * f * f) * l * l, (-1.0 - 5.0 * f + 5.0 * f * f) * l * l);
+    let r = [[a, c, -a, c], [c, x, -c, y], [-a, -c, a, -c], [c, y, -c, x]].map(|r| r.map(|v| v * w));
+    let shift = [[m1, m2, m3, m4], [m2, m5, -m4, m6], [m3, -m4, m1, -m2], [m4, m6, -m2, m5]];
     let mut mass = shift.map(|r| r.map(|v| v * t));
     for i in 0..4 {
         for j in 0..4 {
@@ -149,9 +120,7 @@ pub fn simulate(
     };
     // Mesh, tool tip first.
     let tool = machine.tool.sections.iter().rev().map(|s| (s, true));
-    let sections: Vec<(&Section, bool)> = tool
-        .chain(machine.spindle.sections.iter().map(|s| (s, false)))
-        .collect();
+    let sections: Vec<(&Section, bool)> = tool.chain(machine.spindle.sections.iter().map(|s| (s, false))).collect();
     let joint = of(EffectKind::ToolJoint).next();
     let mut z = vec![-machine.tool.length_m()];
     let mut spans = vec![];
@@ -170,11 +139,7 @@ pub fn simulate(
         }
     }
     let n = 2 * z.len();
-    let (mut k, mut m, mut g) = (
-        Mat::<f64>::zeros(n, n),
-        Mat::<f64>::zeros(n, n),
-        Mat::<f64>::zeros(n, n),
-    );
+    let (mut k, mut m, mut g) = (Mat::<f64>::zeros(n, n), Mat::<f64>::zeros(n, n), Mat::<f64>::zeros(n, n));
     for (left, length, s, scale) in &spans {
         let (ke, me, ge) = element(s, *length, *scale);
         for i in 0..4 {
@@ -186,23 +151,14 @@ pub fn simulate(
         }
     }
     for d in &machine.spindle.discs {
-        let node = (0..z.len())
-            .min_by(|a, b| {
-                (z[*a] - d.position_m)
-                    .abs()
-                    .total_cmp(&(z[*b] - d.position_m).abs())
-            })
-            .unwrap();
+        let node =
+            (0..z.len()).min_by(|a, b| (z[*a] - d.position_m).abs().total_cmp(&(z[*b] - d.position_m).abs())).unwrap();
         m[(2 * node, 2 * node)] += d.mass_kg;
         m[(2 * node + 1, 2 * node + 1)] += d.diametral_inertia_kg_m2;
         g[(2 * node + 1, 2 * node + 1)] += d.polar_inertia_kg_m2;
     }
     let row = |p: f64| -> Vec<f64> {
-        let (left, l, ..) = spans
-            .iter()
-            .rev()
-            .find(|(a, ..)| z[*a] <= p + 1e-9)
-            .unwrap_or(&spans[0]);
+        let (left, l, ..) = spans.iter().rev().find(|(a, ..)| z[*a] <= p + 1e-9).unwrap_or(&spans[0]);
         let s = (p - z[*left]) / l;
         let mut r = vec![0.0; n];
         r[2 * left] = 1.0 - 3.0 * s * s + 2.0 * s.powi(3);
@@ -229,34 +185,19 @@ pub fn simulate(
     if let Some(e) = joint {
         let a = 2 * CUTS * machine.tool.sections.len();
         for d in 0..2 {
-            for (i, j, sign) in [
-                (a, a, 1.0),
-                (a + 2, a + 2, 1.0),
-                (a, a + 2, -1.0),
-                (a + 2, a, -1.0),
-            ] {
+            for (i, j, sign) in [(a, a, 1.0), (a + 2, a + 2, 1.0), (a, a + 2, -1.0), (a + 2, a, -1.0)] {
                 k[(i + d, j + d)] += sign * e.values[d];
             }
         }
         (relative[a + 1], relative[a + 3]) = (1.0, -1.0);
     }
     // Modes; a spring of 1 N/m on every deflection keeps the rigid ones off zero.
-    let lifted = Mat::from_fn(n, n, |i, j| {
-        k[(i, j)] + if i == j && i % 2 == 0 { 1.0 } else { 0.0 }
-    });
+    let lifted = Mat::from_fn(n, n, |i, j| k[(i, j)] + if i == j && i % 2 == 0 { 1.0 } else { 0.0 });
     let modes = definite_eigen(&lifted, &m).expect("modes");
     let count = n;
-    let omega: Vec<f64> = modes
-        .values
-        .iter()
-        .take(count)
-        .map(|v| v.max(0.0).sqrt())
-        .collect();
-    let amplitude = |r: &[f64]| -> Vec<f64> {
-        (0..count)
-            .map(|c| (0..n).map(|i| r[i] * modes.vectors[(i, c)]).sum())
-            .collect()
-    };
+    let omega: Vec<f64> = modes.values.iter().take(count).map(|v| v.max(0.0).sqrt()).collect();
+    let amplitude =
+        |r: &[f64]| -> Vec<f64> { (0..count).map(|c| (0..n).map(|i| r[i] * modes.vectors[(i, c)]).sum()).collect() };
     let nominal = &machine.spindle.damping_ratio;
     let zeta: Vec<f64> = (0..count)
         .map(|c| {
@@ -271,14 +212,9 @@ pub fn simulate(
             nominal[(c - 2).min(nominal.len() - 1)] * factor * (1.0 + 0.2 * own).max(0.1)
         })
         .collect();
-    let loss = of(EffectKind::InternalDamping)
-        .map(|e| e.values[0])
-        .sum::<f64>();
-    let gyro = of(EffectKind::Gyroscopic)
-        .next()
-        .map_or(f64::from(u8::from(machine.spindle.gyroscopics)), |e| {
-            e.values[0]
-        });
+    let loss = of(EffectKind::InternalDamping).map(|e| e.values[0]).sum::<f64>();
+    let gyro =
+        of(EffectKind::Gyroscopic).next().map_or(f64::from(u8::from(machine.spindle.gyroscopics)), |e| e.values[0]);
     let shapes = Mat::from_fn(n, MODES.min(n), |i, c| modes.vectors[(i, c)]);
     let gm = shapes.transpose() * (&g * &shapes);
     let planes = &machine.spindle.planes;
@@ -287,9 +223,7 @@ pub fn simulate(
     let sensors = [planes.front_sensor_m, planes.rear_sensor_m];
     let mut ports = vec![amplitude(&row(machine.tool_plane_m()))];
     for b in 0..2 {
-        ports.push(amplitude(&row(
-            actuators[b] + offset(EffectKind::ActuatorOffset, b)
-        )));
+        ports.push(amplitude(&row(actuators[b] + offset(EffectKind::ActuatorOffset, b))));
     }
     for b in 0..2 {
         let p = sensors[b] + offset(EffectKind::SensorOffset, b);
@@ -302,25 +236,15 @@ pub fn simulate(
         ports.push(amplitude(&r));
     }
     let bearings = [&machine.spindle.front, &machine.spindle.rear];
-    let drawn: Vec<[f64; 3]> = (0..2)
-        .map(|_| {
-            [
-                1.0 + 0.02 * draw.normal(),
-                1.0 + 0.04 * draw.normal(),
-                1.0 + 0.01 * draw.normal(),
-            ]
-        })
-        .collect();
+    let drawn: Vec<[f64; 3]> =
+        (0..2).map(|_| [1.0 + 0.02 * draw.normal(), 1.0 + 0.04 * draw.normal(), 1.0 + 0.01 * draw.normal()]).collect();
     let factor = |kind, b| at_bearing(kind, b).unwrap_or(1.0);
-    let ki: Vec<f64> = (0..2)
-        .map(|b| bearings[b].ki_n_per_a * drawn[b][0] * factor(EffectKind::ForceConstant, b))
-        .collect();
-    let ks: Vec<f64> = (0..2)
-        .map(|b| bearings[b].ks_n_per_m * drawn[b][1] * factor(EffectKind::NegativeStiffness, b))
-        .collect();
-    let gain: Vec<f64> = (0..2)
-        .map(|b| bearings[b].sensor_gain * drawn[b][2] * factor(EffectKind::SensorGain, b))
-        .collect();
+    let ki: Vec<f64> =
+        (0..2).map(|b| bearings[b].ki_n_per_a * drawn[b][0] * factor(EffectKind::ForceConstant, b)).collect();
+    let ks: Vec<f64> =
+        (0..2).map(|b| bearings[b].ks_n_per_m * drawn[b][1] * factor(EffectKind::NegativeStiffness, b)).collect();
+    let gain: Vec<f64> =
+        (0..2).map(|b| bearings[b].sensor_gain * drawn[b][2] * factor(EffectKind::SensorGain, b)).collect();
     // Extra ports: springs, circulatory forces, absorber, joint damping. Those of springs in one plane, (port, plane,
     // N/m), stay open in r = x + jy.
     let mut extra: Vec<Box<dyn Fn(f64) -> c64>> = vec![];
@@ -367,26 +291,16 @@ pub fn simulate(
         let p = ports.len();
         let diagonal = |c: usize| {
             let own = omega[c] * omega[c];
-            c64::new(
-                own - w * w,
-                w * (2.0 * zeta[c] * omega[c] + loss * own) - speed_rad_s * loss * own,
-            )
+            c64::new(own - w * w, w * (2.0 * zeta[c] * omega[c] + loss * own) - speed_rad_s * loss * own)
         };
         let mut x = Mat::from_fn(count, p, |c, j| diagonal(c).inv() * ports[j][c]);
         if speed_rad_s != 0.0 && gyro != 0.0 {
             let coupled = MODES.min(count);
             let dynamic = Mat::from_fn(coupled, coupled, |i, j| {
-                let own = if i == j {
-                    diagonal(i)
-                } else {
-                    c64::new(0.0, 0.0)
-                };
+                let own = if i == j { diagonal(i) } else { c64::new(0.0, 0.0) };
                 own + w * speed_rad_s * gyro * gm[(i, j)]
             });
-            let own = solve_complex(
-                &dynamic,
-                &Mat::from_fn(coupled, p, |c, j| c64::new(ports[j][c], 0.0)),
-            );
+            let own = solve_complex(&dynamic, &Mat::from_fn(coupled, p, |c, j| c64::new(ports[j][c], 0.0)));
             for c in 0..coupled {
                 for j in 0..p {
                     x[(c, j)] = own[(c, j)];
@@ -414,9 +328,7 @@ pub fn simulate(
             j if j >= 5 => extra[j - 5](w),
             _ => c64::new(0.0, 0.0),
         };
-        let loop_matrix = Mat::from_fn(p, p, |i, j| {
-            c64::new(f64::from(u8::from(i == j)), 0.0) - h[(i, j)] * kappa(j)
-        });
+        let loop_matrix = Mat::from_fn(p, p, |i, j| c64::new(f64::from(u8::from(i == j)), 0.0) - h[(i, j)] * kappa(j));
         solve_complex(&loop_matrix, &h)
     };
     let e = &machine.spindle.electronics;
@@ -447,15 +359,12 @@ pub fn simulate(
         let loop_matrix = Mat::from_fn(f.nrows(), f.nrows(), |i, j| {
             c64::new(f64::from(u8::from(i == j)), 0.0) + f[(i, j)] * spring(j)
         });
-        let f = solve_complex(&loop_matrix, &f)
-            .submatrix(0, 0, 6, 6)
-            .to_owned();
+        let f = solve_complex(&loop_matrix, &f).submatrix(0, 0, 6, 6).to_owned();
         let one = c64::new(1.0, 0.0);
         let mut inputs = Mat::<c64>::identity(6, 6);
         let mut outputs = Mat::<c64>::identity(6, 6);
         for b in 0..2 {
-            let bandwidth =
-                at_bearing(EffectKind::AmplifierBandwidth, b).unwrap_or(e.amplifier_bandwidth_hz);
+            let bandwidth = at_bearing(EffectKind::AmplifierBandwidth, b).unwrap_or(e.amplifier_bandwidth_hz);
             let mut act = ki[b] * (-s * delay).exp() / (one + s / (TAU * bandwidth));
             if let Some(corner) = at_bearing(EffectKind::EddyCurrents, b) {
                 act /= one + (s / (TAU * corner)).sqrt();
@@ -480,9 +389,7 @@ pub fn simulate(
                 let q = s / (TAU * hz);
                 sense *= (one + 2.0 * zero * q + q * q) / (one + 2.0 * pole * q + q * q);
             }
-            let (sin, cos) = offset(EffectKind::AxisMisalignment, b)
-                .to_radians()
-                .sin_cos();
+            let (sin, cos) = offset(EffectKind::AxisMisalignment, b).to_radians().sin_cos();
             outputs[(2 * b, 2 * b)] = sense * cos;
             outputs[(2 * b, 2 * b + 1)] = sense * sin;
             outputs[(2 * b + 1, 2 * b)] = -sense * sin;
@@ -501,9 +408,7 @@ pub fn simulate(
     let mut current = Array4::from_elem((lines, 4, repeats, 4), zero);
     let mut signal = current.clone();
     let mut compliance = vec![];
-    let gains: Vec<f64> = (0..4 * repeats)
-        .map(|_| 1.0 + 1e-3 * draw.normal())
-        .collect();
+    let gains: Vec<f64> = (0..4 * repeats).map(|_| 1.0 + 1e-3 * draw.normal()).collect();
     for (l, hz) in frequency_hz.iter().enumerate() {
         let (f, kc) = (full(*hz), controller.held_at(TAU * hz));
         let gyu = Mat::from_fn(4, 4, |i, j| f[(i, j)]);
@@ -511,13 +416,7 @@ pub fn simulate(
             let own = Mat::from_fn(4, 4, |i, j| gyu[(i, j)] * gains[4 * p + i]);
             let unit = Mat::<c64>::identity(4, 4) - &own * &kc;
             for experiment in 0..4 {
-                let r = Mat::from_fn(4, 1, |i, _| {
-                    if i == experiment {
-                        c64::new(0.1, 0.0)
-                    } else {
-                        zero
-                    }
-                });
+                let r = Mat::from_fn(4, 1, |i, _| if i == experiment { c64::new(0.1, 0.0) } else { zero });
                 let noise = Mat::from_fn(4, 1, |_, _| draw.complex(0.7e-9));
                 let y = solve_complex(&unit, &(&own * &r + &noise));
                 let u = &kc * &y + &r;
@@ -546,13 +445,7 @@ pub fn simulate(
         .collect();
     let speed_rpm = speed_rad_s * 60.0 / TAU;
     Drawn {
-        sweep: SweepRecord {
-            name: "drawn".into(),
-            speed_rpm,
-            frequency_hz: frequency_hz.to_vec(),
-            current,
-            signal,
-        },
+        sweep: SweepRecord { name: "drawn".into(), speed_rpm, frequency_hz: frequency_hz.to_vec(), current, signal },
         hammer: HammerFrf {
             speed_rpm,
             frequency_hz: frequency_hz.to_vec(),

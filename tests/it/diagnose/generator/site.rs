@@ -24,9 +24,7 @@ pub fn drawn_site(
         | EffectKind::AddedMass
         | EffectKind::AddedStiffness
         | EffectKind::TiltingStiffness => Location::Position(draw.uniform(from_m, to_m)),
-        EffectKind::ModalDamping => {
-            Location::Mode(1 + draw.uniform(0.0, modes as f64 - 1e-3) as usize)
-        }
+        EffectKind::ModalDamping => Location::Mode(1 + draw.uniform(0.0, modes as f64 - 1e-3) as usize),
         EffectKind::RegionStiffness => {
             let regions = machine.regions();
             let pick = draw.uniform(0.0, regions.len() as f64 - 1e-9) as usize;

@@ -29,31 +29,17 @@ pub fn read(format: &str, bytes: &[u8]) -> Result<(), String> {
     let told = |e: muspin::input::InputError| e.to_string();
     match format {
         "spindle" => read_spindle("file", &text()?).map(drop).map_err(told),
-        "tool" => read_tool("file", &text()?, reference())
-            .map(drop)
-            .map_err(told),
+        "tool" => read_tool("file", &text()?, reference()).map(drop).map_err(told),
         "weights" => read_weights("file", &text()?).map(drop).map_err(told),
-        "frequencies" => measurement::read_frequencies("file", &text()?)
-            .map(drop)
-            .map_err(told),
+        "frequencies" => measurement::read_frequencies("file", &text()?).map(drop).map_err(told),
         "measurement" => measurement::read_list("file", &text()?).map_err(told),
-        "sweep" => sweep::read_sweep("file", bytes, 0.0)
-            .map(drop)
-            .map_err(told),
-        "hammer" => hammer::read_hammer("file", bytes, 0.0)
-            .map(drop)
-            .map_err(told),
-        "mode_shapes" => hammer::read_mode_shapes("file", bytes)
-            .map(drop)
-            .map_err(told),
+        "sweep" => sweep::read_sweep("file", bytes, 0.0).map(drop).map_err(told),
+        "hammer" => hammer::read_hammer("file", bytes, 0.0).map(drop).map_err(told),
+        "mode_shapes" => hammer::read_mode_shapes("file", bytes).map(drop).map_err(told),
         "controller" => read_controller("file", &text()?).map(drop).map_err(told),
-        "uff" => hammer::read_hammer("file.uff", bytes, 0.0)
-            .map(drop)
-            .map_err(told),
+        "uff" => hammer::read_hammer("file.uff", bytes, 0.0).map(drop).map_err(told),
         "mat" => mat::read_controller("file", bytes).map(drop).map_err(told),
-        "solve" => Problem::parse(Path::new("file"), &text()?)
-            .map_err(told)
-            .and_then(|p| solve(&p)),
+        "solve" => Problem::parse(Path::new("file"), &text()?).map_err(told).and_then(|p| solve(&p)),
         other => Err(format!("file: no format {other}")),
     }
 }
@@ -61,10 +47,7 @@ pub fn read(format: &str, bytes: &[u8]) -> Result<(), String> {
 fn solve(problem: &Problem) -> Result<(), String> {
     problem.system().map(drop).map_err(|e| e.to_string())?;
     if problem.has("m1") {
-        problem
-            .generalized_plant()
-            .map(drop)
-            .map_err(|e| e.to_string())?;
+        problem.generalized_plant().map(drop).map_err(|e| e.to_string())?;
     }
     Ok(())
 }

@@ -90,17 +90,10 @@ fn once(mut bytes: Vec<u8>, random: &mut ChaCha8Rng) -> Vec<u8> {
 /// The number behind a place becomes another one.
 fn number(bytes: &mut Vec<u8>, at: usize, random: &mut ChaCha8Rng) {
     let is_part = |b: &u8| b.is_ascii_digit() || b"+-.e".contains(b);
-    let Some(from) = bytes[at..]
-        .iter()
-        .position(u8::is_ascii_digit)
-        .map(|k| at + k)
-    else {
+    let Some(from) = bytes[at..].iter().position(u8::is_ascii_digit).map(|k| at + k) else {
         return;
     };
-    let to = bytes[from..]
-        .iter()
-        .position(|b| !is_part(b))
-        .map_or(bytes.len(), |k| from + k);
+    let to = bytes[from..].iter().position(|b| !is_part(b)).map_or(bytes.len(), |k| from + k);
     let text = match random.random_range(0..3) {
         0 => format!("{:e}", 10f64.powf(random.random_range(-320.0..308.0))),
         _ => NUMBERS[random.random_range(0..NUMBERS.len())].to_owned(),
@@ -111,10 +104,7 @@ fn number(bytes: &mut Vec<u8>, at: usize, random: &mut ChaCha8Rng) {
 /// A line lost, doubled, or exchanged with another one.
 fn lines(bytes: &[u8], kind: usize, random: &mut ChaCha8Rng) -> Vec<u8> {
     let mut lines: Vec<&[u8]> = bytes.split(|b| *b == b'\n').collect();
-    let (i, j) = (
-        random.random_range(0..lines.len()),
-        random.random_range(0..lines.len()),
-    );
+    let (i, j) = (random.random_range(0..lines.len()), random.random_range(0..lines.len()));
     match kind {
         9 => {
             lines.remove(i);
