@@ -7,6 +7,24 @@ pub mod start {}
 #[doc = include_str!("updating.md")]
 pub mod updating {}
 
+#[doc = include_str!("design.md")]
+pub mod design {}
+
+#[doc = include_str!("pid.md")]
+pub mod pid {}
+
+#[doc = include_str!("weights.md")]
+pub mod weights {}
+
+#[doc = include_str!("records.md")]
+pub mod records {}
+
+#[doc = include_str!("files.md")]
+pub mod files {}
+
+#[doc = include_str!("limits.md")]
+pub mod limits {}
+
 #[doc = include_str!("comparison.md")]
 pub mod comparison {}
 

@@ -395,6 +395,7 @@ fn the_commands_of_the_guide_to_a_machine_of_your_own_run() {
 #[test]
 fn the_commands_of_the_guide_to_updating_run() {
     run_guide("updating", false);
+    run_guide("records", false);
 }
 
 #[test]
@@ -548,5 +549,7 @@ mod long {
     fn the_slow_commands_of_the_guides_run() {
         run_guide("start", true);
         run_guide("comparison", true);
+        run_guide("design", true);
+        run_guide("pid", true);
     }
 }
