@@ -117,10 +117,7 @@ fn one(
     let weights = &weights.on(&variant.machine)?;
     let settings = DesignSettings {
         earlier: arguments.from.design(&variant.machine)?,
-        ..match arguments.no_polish {
-            true => DesignSettings::default(),
-            false => DesignSettings::polished(),
-        }
+        ..if arguments.no_polish { DesignSettings::default() } else { DesignSettings::polished() }
     };
     let inputs = inputs_sha256(arguments, variant, (weights, &settings.earlier));
     if !arguments.again
@@ -137,16 +134,12 @@ fn one(
         weights,
         settings: &settings,
         pid: arguments.pid.settings(),
-        extent: match arguments.quick {
-            true => Extent::Controller,
-            false => Extent::Everything,
-        },
+        extent: if arguments.quick { Extent::Controller } else { Extent::Everything },
     };
     progress.line(format!("{}: begun", variant.name));
     let alone = arguments.timings.are_asked();
-    let found = one_tool(&task, arguments.tightening, &mut |event| match alone {
-        true => told(progress, event),
-        false => told_of(progress, &variant.name, event),
+    let found = one_tool(&task, arguments.tightening, &mut |event| {
+        if alone { told(progress, event) } else { told_of(progress, &variant.name, event) }
     });
     if alone {
         progress.timed("report");
@@ -237,14 +230,12 @@ fn finish(
                 "stable to rpm",
             ];
             let shown = Shown::met(met, sentence.as_str()).row(head).rows(shown_rows(rows));
-            match arguments.no_table {
-                true => shown,
-                false => shown.file(format!("{out}/report.html")).file(format!("{out}/tools.csv")),
+            if arguments.no_table {
+                shown
+            } else {
+                shown.file(format!("{out}/report.html")).file(format!("{out}/tools.csv"))
             }
         },
     )?;
-    Ok(match met {
-        true => Outcome::Done,
-        false => Outcome::TargetMissed,
-    })
+    Ok(if met { Outcome::Done } else { Outcome::TargetMissed })
 }

@@ -61,9 +61,10 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
         }
         return Err(last);
     }
-    let words = match all_plausible {
-        true => format!("{} files are right", lines.len()),
-        false => "a record contradicts its machine".to_owned(),
+    let words = if all_plausible {
+        format!("{} files are right", lines.len())
+    } else {
+        "a record contradicts its machine".to_owned()
     };
     console.other(
         || lines.iter().map(|(file, kind, verdict)| format!("{file}: {kind} {verdict}\n")).collect(),
@@ -80,10 +81,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
             Shown::met(all_plausible, words).rows(rows)
         },
     )?;
-    Ok(match all_plausible {
-        true => Outcome::Done,
-        false => Outcome::TargetMissed,
-    })
+    Ok(if all_plausible { Outcome::Done } else { Outcome::TargetMissed })
 }
 
 type Partner<'a> = (&'a str, &'a Result<Spindle, InputError>);

@@ -100,17 +100,15 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     }
     let list = all_compared(&ground, &controllers, &progress, arguments.timings.are_asked())?;
     let met = met && list.iter().all(|(role, c)| is_acceptable(*role, c));
-    let ended = match met {
-        true => Outcome::Done,
-        false => Outcome::TargetMissed,
-    };
+    let ended = if met { Outcome::Done } else { Outcome::TargetMissed };
     let mut flexible_hz = PlanarModes::new(&machine.rotor()?)?.flexible_hz();
     flexible_hz.truncate(LISTED_MODES);
     let hammers = hammers.iter().map(|h| Hammer::of(&h.name, &h.frf)).collect();
     add_compared(&mut report, &ground, &flexible_hz, &list, hammers)?;
-    let sentence = match met {
-        true => "every loop is proven stable at every speed",
-        false => "a loop is not proven stable at every speed, is in zone D, or the design misses its specification",
+    let sentence = if met {
+        "every loop is proven stable at every speed"
+    } else {
+        "a loop is not proven stable at every speed, is in zone D, or the design misses its specification"
     };
     report.verdict(met, sentence);
     progress.timed("report");

@@ -188,14 +188,9 @@ impl Shown {
     }
 
     fn text(&self, colours: bool) -> String {
-        let paint = |code: &str, text: &str| match colours {
-            true => format!("\u{1b}[{code}m{text}\u{1b}[0m"),
-            false => text.to_owned(),
-        };
-        let word = match self.missed {
-            true => paint("1;33", "target missed"),
-            false => paint("1;32", "done"),
-        };
+        let paint =
+            |code: &str, text: &str| if colours { format!("\u{1b}[{code}m{text}\u{1b}[0m") } else { text.to_owned() };
+        let word = if self.missed { paint("1;33", "target missed") } else { paint("1;32", "done") };
         let mut text = format!("{word}: {}\n", self.verdict);
         if !self.table.is_empty() {
             text.push('\n');

@@ -129,14 +129,15 @@ pub(super) fn outcome(design: &Design, predictions: [&Prediction; 2]) -> Outcome
 
 /// The verdict on a design in one sentence.
 fn design_words(machine: &Machine, design: &Design, rest: &Prediction) -> String {
-    let stiffness = match rest.is_stable() {
-        true => format!(
+    let stiffness = if rest.is_stable() {
+        format!(
             ", smallest tool stiffness {} at {:.0} Hz, zone {}",
             stiffness_words(rest.minimum.0),
             rest.minimum.1,
             rest.zone_word()
-        ),
-        false => ", unstable at rest".to_owned(),
+        )
+    } else {
+        ", unstable at rest".to_owned()
     };
     let words = format!(
         "{} with {}: μ {} at most from rest to {:.0} rpm{stiffness}.",

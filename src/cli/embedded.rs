@@ -51,10 +51,7 @@ pub(crate) fn designed(
     polish: bool,
     progress: &(dyn Fn() + Sync),
 ) -> Result<(Design, Value), Failure> {
-    let settings = match polish {
-        true => DesignSettings::polished(),
-        false => DesignSettings::default(),
-    };
+    let settings = if polish { DesignSettings::polished() } else { DesignSettings::default() };
     let found = design(machine, weights, &settings, &mut |_| progress())?;
     let rest = predict(machine, &found.delivery.controller, 0.0)?;
     let mut summary = Summary::new();

@@ -29,9 +29,10 @@ impl Writing {
         let _ = ctrlc::set_handler(move || {
             // Waits for files that are being written. The guard lives until the process ends: no others are begun.
             let written = own.written();
-            let words = match *written {
-                true => "interrupted: the files of this run were written",
-                false => "interrupted: nothing was written",
+            let words = if *written {
+                "interrupted: the files of this run were written"
+            } else {
+                "interrupted: nothing was written"
             };
             eprintln!("\n{words}");
             std::process::exit(INTERRUPTED);

@@ -102,10 +102,7 @@ pub(super) fn measured_mesh_warning(
 }
 
 fn mesh_words(coarse: &CoarseMesh, spindle: &str, tool: &str) -> Warning {
-    let (file, list) = match coarse.in_tool {
-        true => (tool, "elements"),
-        false => (spindle, "rotor.elements"),
-    };
+    let (file, list) = if coarse.in_tool { (tool, "elements") } else { (spindle, "rotor.elements") };
     Warning {
         file: file.to_owned(),
         message: format!(

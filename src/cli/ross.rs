@@ -52,10 +52,7 @@ const LISTED: usize = 4;
 
 fn import(arguments: &Arguments, file: &str, console: &Console) -> Result<Outcome, Failure> {
     let read = read_ross(file, &shipped::text(file, "ROSS", &[])?)?;
-    let rotor = match arguments.reverse {
-        true => read.reversed(),
-        false => read,
-    };
+    let rotor = if arguments.reverse { read.reversed() } else { read };
     let out = arguments.out.as_str();
     claim(out, &["spindle.yaml"], [file])?;
     let nose_m = arguments.nose_face_m;

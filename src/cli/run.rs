@@ -80,10 +80,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
         weights: &weights.on(&given.nominal)?,
         settings: &DesignSettings { earlier: arguments.from.design(&given.nominal)?, ..DesignSettings::polished() },
         pid: TuneSettings::quick(),
-        extent: match arguments.quick {
-            true => Extent::Controller,
-            false => Extent::Everything,
-        },
+        extent: if arguments.quick { Extent::Controller } else { Extent::Everything },
     };
     let found = run_chain(&task, &mut |event| told(&progress, event))?;
     progress.timed("report");

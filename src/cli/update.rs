@@ -148,10 +148,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     if !explanation.explained {
         eprintln!("{}", explanation.statement);
     }
-    Ok(match met {
-        true => Outcome::Done,
-        false => Outcome::TargetMissed,
-    })
+    Ok(if met { Outcome::Done } else { Outcome::TargetMissed })
 }
 
 fn shown(arguments: &Arguments, met: bool, fit: &Updated) -> Shown {

@@ -55,15 +55,13 @@ impl FullLoop {
         let axes: &[usize] = if apart { &[0, 2] } else { &[0, 1, 2, 3] };
         let own = connected_part(&law.select(axes, axes));
         let part = connected_part(&sampled.select(axes, axes));
-        let planes = match part.order() == sampled.order() {
-            true => plant.planes_of_loop(part.order(), &own).map_err(&numeric)?,
-            false => None,
+        let planes = if part.order() == sampled.order() {
+            plant.planes_of_loop(part.order(), &own).map_err(&numeric)?
+        } else {
+            None
         };
         let loops = noisy_loops(&part, &own).map_err(&numeric)?;
-        let modes = match apart || planes.is_some() {
-            true => ModalLoop::new(&loops, planes.as_ref()),
-            false => None,
-        };
+        let modes = if apart || planes.is_some() { ModalLoop::new(&loops, planes.as_ref()) } else { None };
         Ok(Self { planes, plant, loops, axes: axes.len(), modes })
     }
 

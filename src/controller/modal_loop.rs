@@ -64,10 +64,7 @@ impl ModalLoop {
 
     /// Poles of the loop, of both planes if it has two.
     pub(super) fn poles(&self) -> Vec<c64> {
-        match self.is_turning {
-            true => self.poles.iter().flat_map(|p| [*p, p.conj()]).collect(),
-            false => self.poles.clone(),
-        }
+        if self.is_turning { self.poles.iter().flat_map(|p| [*p, p.conj()]).collect() } else { self.poles.clone() }
     }
 
     /// From input to output of one plane, x to x.

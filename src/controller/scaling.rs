@@ -181,12 +181,8 @@ pub(super) fn with_room(scaled: ScaledRealisation, gain: &Mat<f64>) -> Result<Sc
         (Some(y), Some(u)) => power_of_two(y + u).max(1.0),
         _ => 1.0,
     };
-    let states: Vec<f64> = (0..n)
-        .map(|i| match scaled.anti_windup[i] {
-            true => 1.0,
-            false => factor(of_y.states[i], of_u.states[i]),
-        })
-        .collect();
+    let states: Vec<f64> =
+        (0..n).map(|i| if scaled.anti_windup[i] { 1.0 } else { factor(of_y.states[i], of_u.states[i]) }).collect();
     let signals: Vec<f64> = (0..maps.len()).map(|k| factor(of_y.signals[k], of_u.signals[k])).collect();
     let rows = rescaled(&scaled.rows, &states, &signals, 1.0, 1.0);
     let times = |old: &[f64], by: &[f64]| old.iter().zip(by).map(|(s, f)| s * f).collect();
@@ -254,10 +250,7 @@ fn l1_gains(transitions: &[Row], maps: &[Vec<f64>], b: &Mat<f64>, limit: f64) ->
     let (n, m) = (transitions.len(), b.ncols());
     let read: Vec<Row> = maps.iter().map(|map| terms(&map[..n])).collect();
     let of_inputs = |first: usize| {
-        let input = |i: usize, lane: usize| match first + lane < m {
-            true => b[(i, first + lane)] * limit,
-            false => 0.0,
-        };
+        let input = |i: usize, lane: usize| if first + lane < m { b[(i, first + lane)] * limit } else { 0.0 };
         let start = |i: usize| std::array::from_fn(|lane| input(i, lane));
         let mut sums = impulse_sums::<LANES>(transitions, &read, (0..n).map(start).collect());
         sums.truncate(m - first);

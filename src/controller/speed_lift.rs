@@ -299,10 +299,12 @@ mod tests {
     fn series_of_a_gramian_agrees_with_the_exponential_of_van_loan() {
         let n = 6;
         // Stiff: poles from 1 to 1e4 rad/s, coupled, over half a time constant of the fastest and over many.
-        let f = Mat::from_fn(n, n, |i, j| match i == j {
-            true => -10f64.powi(i as i32 - 1),
-            false => 3.0 * ((2 * i + 3 * j) as f64).sin(),
-        });
+        let f =
+            Mat::from_fn(
+                n,
+                n,
+                |i, j| if i == j { -10f64.powi(i as i32 - 1) } else { 3.0 * ((2 * i + 3 * j) as f64).sin() },
+            );
         let r = Mat::from_fn(n, n, |i, j| ((i * j) as f64 + 0.3 * i as f64).cos());
         let q = r.transpose() * &r;
         for seconds in [5e-5, 1e-3] {

@@ -82,9 +82,10 @@ pub(crate) fn ross_rotor(origin_m: f64, sections: &[Section], discs: &[Disc]) ->
 /// The section as layers of one material each.
 fn layers(section: &Section) -> Vec<Section> {
     let scaled = |m: &Material, modulus: f64, density: f64| Material {
-        name: match modulus == 1.0 && density == 1.0 {
-            true => m.name.clone(),
-            false => format!("{}_{modulus:e}_{density:e}", m.name),
+        name: if modulus == 1.0 && density == 1.0 {
+            m.name.clone()
+        } else {
+            format!("{}_{modulus:e}_{density:e}", m.name)
         },
         youngs_modulus_pa: m.youngs_modulus_pa * modulus,
         shear_modulus_pa: m.shear_modulus_pa * modulus,

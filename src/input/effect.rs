@@ -82,9 +82,10 @@ fn of_entry(entry: &Entry, one_axis: bool) -> Schema {
         properties.insert(key.into(), place);
     }
     for parameter in entry.parameters {
-        let kind = match parameter.positive {
-            true => serde_json::json!({ "type": "number", "minimum": 0 }),
-            false => serde_json::json!({ "type": "number" }),
+        let kind = if parameter.positive {
+            serde_json::json!({ "type": "number", "minimum": 0 })
+        } else {
+            serde_json::json!({ "type": "number" })
         };
         properties.insert(parameter.name.into(), kind);
     }
@@ -159,9 +160,10 @@ impl EffectFile {
         let takes: Vec<&str> = place.into_iter().chain(axis).chain(names).collect();
         let mut allowed = format!("{} takes {}", kind.name(), takes.join(", "));
         if kind.entry().one_axis {
-            allowed += match in_plane {
-                true => "; where it acts in one plane only, axis: x or y stands beside position_m",
-                false => "; where one axis differs, axis stands in place of bearing",
+            allowed += if in_plane {
+                "; where it acts in one plane only, axis: x or y stands beside position_m"
+            } else {
+                "; where one axis differs, axis stands in place of bearing"
             };
         }
         let fail = |rule: String| InputError::new(file, rule).with_hint(allowed.clone());

@@ -151,10 +151,7 @@ fn matrix(data: &[u8], little: bool) -> Option<Matrix> {
     let flag = word(flags.data, 0, little)?;
     // Classes 6 to 15: double, single and the whole numbers.
     let real = (6..=15).contains(&(flag & 0xff)) && flag & COMPLEX == 0;
-    let values = match real {
-        true => element(data, name.end, little).and_then(|e| numbers(&e, little)),
-        false => None,
-    };
+    let values = if real { element(data, name.end, little).and_then(|e| numbers(&e, little)) } else { None };
     Some(Matrix {
         name: String::from_utf8_lossy(name.data).into_owned(),
         sizes: (0..count).filter_map(|k| word(sizes.data, 4 * k, little)).collect(),

@@ -147,12 +147,13 @@ impl RossMagnet {
 /// # Errors
 /// [`InputError`] with the table and the key that is missing or has no place in a spindle.
 pub fn read_ross(file: &str, text: &str) -> Result<RossRotor, InputError> {
-    let top: Map<String, Value> = match file.to_ascii_lowercase().ends_with(".json") {
-        true => serde_json::from_str(text).map_err(|e| InputError::json(file, &e))?,
-        false => toml::from_str(text).map_err(|e| {
+    let top: Map<String, Value> = if file.to_ascii_lowercase().ends_with(".json") {
+        serde_json::from_str(text).map_err(|e| InputError::json(file, &e))?
+    } else {
+        toml::from_str(text).map_err(|e| {
             InputError::new(file, format!("is no TOML: {}", e.message()))
                 .with_hint("give a file that ROSS has saved with `rotor.save(\"name.toml\")`")
-        })?,
+        })?
     };
     let mut reader = Reader { file, beams: vec![], discs: vec![], supports: vec![], left_out: vec![] };
     let mut speed = None;
@@ -249,9 +250,10 @@ impl Table<'_> {
 
     fn node(&self) -> Result<usize, InputError> {
         let n = self.number("n")?;
-        match n >= 0.0 && n.fract() == 0.0 && n < 1e6 {
-            true => Ok(n as usize),
-            false => Err(self.wrong(format!("n: {n} is no number of a node"))),
+        if n >= 0.0 && n.fract() == 0.0 && n < 1e6 {
+            Ok(n as usize)
+        } else {
+            Err(self.wrong(format!("n: {n} is no number of a node")))
         }
     }
 
@@ -319,15 +321,16 @@ impl Reader<'_> {
                 table.name
             ));
         } else if table.has("kxx") {
-            let magnet = match ["g0", "i0", "ag", "nw", "alpha"].iter().all(|k| table.has(k)) {
-                true => Some(RossMagnet::of(
+            let magnet = if ["g0", "i0", "ag", "nw", "alpha"].iter().all(|k| table.has(k)) {
+                Some(RossMagnet::of(
                     table.number("g0")?,
                     table.first("i0")?,
                     table.number("ag")?,
                     table.number("nw")?,
                     table.number("alpha")?,
-                )),
-                false => None,
+                ))
+            } else {
+                None
             };
             let tag = table.table.get("tag").and_then(Value::as_str);
             self.supports.push(Placed { node: table.node()?, tag: tag.unwrap_or(table.name).to_owned(), magnet });
@@ -395,9 +398,10 @@ impl Reader<'_> {
         let mut sections = vec![];
         for (k, (node, name, section)) in unlayered(self.beams).into_iter().enumerate() {
             if node != k {
-                let rule = match node < k {
-                    true => format!("{name}: another element begins at node {node} as well"),
-                    false => format!("{name}: begins at node {node}, but no element leads there"),
+                let rule = if node < k {
+                    format!("{name}: another element begins at node {node} as well")
+                } else {
+                    format!("{name}: begins at node {node}, but no element leads there")
                 };
                 return Err(InputError::new(self.file, rule).with_hint(
                     "a shaft is one element after the other; a layer is read as mass alone where its modulus is less \

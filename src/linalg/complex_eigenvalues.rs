@@ -122,14 +122,8 @@ impl Hessenberg<[f64; 2]> {
         let half = (a - d) * 0.5;
         let root = (half * half + beside).sqrt();
         // The two differ from d by half ± root, whose product is −beside.
-        let far = match (half.conj() * root).re >= 0.0 {
-            true => half + root,
-            false => half - root,
-        };
-        match far.norm_sqr() > 0.0 {
-            true => d - beside / far,
-            false => d,
-        }
+        let far = if (half.conj() * root).re >= 0.0 { half + root } else { half - root };
+        if far.norm_sqr() > 0.0 { d - beside / far } else { d }
     }
 
     /// Where a step begins: as far down as what its first rotation fills in before is negligible. A shift that passes
@@ -151,22 +145,19 @@ impl Hessenberg<[f64; 2]> {
         let n = self.order;
         let first = self.begun((start, end), shift);
         for i in first..end - 1 {
-            let rotation = match i > first {
-                true => {
-                    let pair = (self.value(i, i - 1), self.value(i + 1, i - 1));
-                    let (rotation, r) = Rotation::of(pair.0, pair.1);
-                    self.set_value(i, i - 1, r);
-                    self.set_value(i + 1, i - 1, c64::new(0.0, 0.0));
-                    rotation
+            let rotation = if i > first {
+                let pair = (self.value(i, i - 1), self.value(i + 1, i - 1));
+                let (rotation, r) = Rotation::of(pair.0, pair.1);
+                self.set_value(i, i - 1, r);
+                self.set_value(i + 1, i - 1, c64::new(0.0, 0.0));
+                rotation
+            } else {
+                let rotation = Rotation::of(self.value(i, i) - shift, self.value(i + 1, i)).0;
+                if i > start {
+                    // What the rotation fills in further down is negligible.
+                    self.set_value(i, i - 1, self.value(i, i - 1) * rotation.c);
                 }
-                false => {
-                    let rotation = Rotation::of(self.value(i, i) - shift, self.value(i + 1, i)).0;
-                    if i > start {
-                        // What the rotation fills in further down is negligible.
-                        self.set_value(i, i - 1, self.value(i, i - 1) * rotation.c);
-                    }
-                    rotation
-                }
+                rotation
             };
             for column in self.entries[i * n..end * n].chunks_exact_mut(n) {
                 let pair = column[i..i + 2].as_flattened_mut();

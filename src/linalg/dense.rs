@@ -62,10 +62,7 @@ pub fn solve(a: &Mat<f64>, b: &Mat<f64>) -> Result<Mat<f64>, NumericError> {
 /// # Errors
 /// As [`solve`].
 pub(crate) fn solve_normal(a: &Mat<f64>, b: &Mat<f64>) -> Result<Mat<f64>, NumericError> {
-    let unit = |k: usize| match a[(k, k)] > 0.0 {
-        true => a[(k, k)].sqrt().recip(),
-        false => 1.0,
-    };
+    let unit = |k: usize| if a[(k, k)] > 0.0 { a[(k, k)].sqrt().recip() } else { 1.0 };
     let units: Vec<f64> = (0..a.nrows()).map(unit).collect();
     let scaled = |m: &Mat<f64>| Mat::from_fn(m.nrows(), m.ncols(), |i, j| units[i] * m[(i, j)]);
     let even = Mat::from_fn(a.nrows(), a.ncols(), |i, j| units[i] * a[(i, j)] * units[j]);
@@ -145,10 +142,7 @@ pub(super) fn of_unit_norm(a: &Mat<f64>) -> Result<(Mat<f64>, f64), NumericError
 
 /// Power of two near a norm, by which a matrix is divided so that products of its entries stay in range; one for zero.
 pub(super) fn unit_of(norm: f64) -> f64 {
-    match norm > 0.0 {
-        true => norm.log2().round().exp2(),
-        false => 1.0,
-    }
+    if norm > 0.0 { norm.log2().round().exp2() } else { 1.0 }
 }
 
 /// Entries below this, of a matrix of norm one, are zero: their squares underflow, and iterations make NaN of them.

@@ -32,10 +32,7 @@ pub(crate) fn exponentials<const K: usize>(
     }
     let turning = planes.and_then(|planes| planes.exponentials(a, times));
     let result = turning.unwrap_or_else(|| by_parts(a, times));
-    match result.iter().all(Mat::is_all_finite) {
-        true => Ok(result),
-        false => not_finite,
-    }
+    if result.iter().all(Mat::is_all_finite) { Ok(result) } else { not_finite }
 }
 
 fn by_parts<const K: usize>(a: &Mat<f64>, times: [f64; K]) -> [Mat<f64>; K] {

@@ -98,13 +98,17 @@ impl Francis {
             let n = form.order;
             let values_alone = self.basis.is_empty();
             let part = if values_alone { start..end } else { 0..n };
-            let columns = |entries: &mut [f64], rows| match three {
-                true => reflection.reflect_three_columns(entries, (n, k), rows),
-                false => reflection.reflect_two_columns(entries, (n, k), rows),
+            let columns = |entries: &mut [f64], rows| {
+                if three {
+                    reflection.reflect_three_columns(entries, (n, k), rows)
+                } else {
+                    reflection.reflect_two_columns(entries, (n, k), rows)
+                }
             };
-            match three {
-                true => form.reflect_three_rows(&reflection, k, part.end),
-                false => form.reflect_two_rows(&reflection, k, part.end),
+            if three {
+                form.reflect_three_rows(&reflection, k, part.end)
+            } else {
+                form.reflect_two_rows(&reflection, k, part.end)
             }
             columns(&mut form.entries, part.start..(k + 4).min(end));
             if !values_alone {
@@ -126,10 +130,7 @@ impl Reflection {
         let rest = y * y + z * z;
         let square = x * x + rest;
         // Outside this range squares lose digits.
-        let size = match rest > 1e-280 && square < 1e280 {
-            true => square.sqrt(),
-            false => x.hypot(y.hypot(z)),
-        };
+        let size = if rest > 1e-280 && square < 1e280 { square.sqrt() } else { x.hypot(y.hypot(z)) };
         // The reciprocal of a smaller size could be infinite.
         if (y, z) == (0.0, 0.0) || size < NEGLIGIBLE {
             let (tau, v) = (0.0, [0.0; 2]);
@@ -194,9 +195,10 @@ impl Hessenberg<f64> {
         let last = end - 1;
         if steps.is_multiple_of(EXCEPTION) {
             // At the lower end and at the upper end in turn.
-            let (at, size) = match (steps / EXCEPTION).is_multiple_of(2) {
-                false => (self.at(last, last), self.at(last, last - 1).abs() + self.at(last - 1, last - 2).abs()),
-                true => (self.at(start, start), self.at(start + 1, start).abs() + self.at(start + 2, start + 1).abs()),
+            let (at, size) = if (steps / EXCEPTION).is_multiple_of(2) {
+                (self.at(start, start), self.at(start + 1, start).abs() + self.at(start + 2, start + 1).abs())
+            } else {
+                (self.at(last, last), self.at(last, last - 1).abs() + self.at(last - 1, last - 2).abs())
             };
             // The shifts of EISPACK's hqr.
             let own = at + 0.75 * size;
@@ -208,10 +210,7 @@ impl Hessenberg<f64> {
         }
         // Of two real ones the nearer to the last entry, twice.
         let own = self.at(last, last);
-        let nearer = match (a.re - own).abs() <= (b.re - own).abs() {
-            true => a.re,
-            false => b.re,
-        };
+        let nearer = if (a.re - own).abs() <= (b.re - own).abs() { a.re } else { b.re };
         (nearer, 0.0)
     }
 
@@ -230,10 +229,7 @@ impl Hessenberg<f64> {
             ];
             // Only its direction counts, and a small entry below the diagonal makes it long.
             let size = column.iter().map(|x| x.abs()).fold(0.0, f64::max);
-            let column = match size > 0.0 {
-                true => column.map(|x| x / size),
-                false => column,
-            };
+            let column = if size > 0.0 { column.map(|x| x / size) } else { column };
             if first == start {
                 return (first, column);
             }

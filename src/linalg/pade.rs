@@ -113,10 +113,7 @@ fn norm_of_power<T: Entry>(a: &Mat<T>) -> f64 {
         let column = |j: usize| sizes.col(j).iter().zip(&sums).map(|(a, b)| a * b).sum();
         sums = (0..n).map(column).collect();
     }
-    match norm > 0.0 {
-        true => sums.into_iter().fold(0.0, f64::max) / norm,
-        false => 0.0,
-    }
+    if norm > 0.0 { sums.into_iter().fold(0.0, f64::max) / norm } else { 0.0 }
 }
 
 /// Squarings that bring the first term of the backward error of exp(cA) below rounding.

@@ -22,9 +22,10 @@ pub fn polynomial_roots(coefficients: &[c64]) -> Result<Vec<c64>, NumericError> 
         (i, j) if i == j + 1 => c64::new(1.0, 0.0),
         _ => c64::new(0.0, 0.0),
     };
-    let mut roots = match monic.iter().all(|c| c.im == 0.0) {
-        true => eigenvalues(&Mat::from_fn(n, n, |i, j| entry(i, j).re))?,
-        false => eigenvalues_complex(&Mat::from_fn(n, n, entry))?,
+    let mut roots = if monic.iter().all(|c| c.im == 0.0) {
+        eigenvalues(&Mat::from_fn(n, n, |i, j| entry(i, j).re))?
+    } else {
+        eigenvalues_complex(&Mat::from_fn(n, n, entry))?
     };
     for root in &mut roots {
         // Two steps remove what the scale of the coefficients leaves.

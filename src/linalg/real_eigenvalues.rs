@@ -16,10 +16,7 @@ pub fn eigenvalues(a: &Mat<f64>) -> Result<Vec<c64>, NumericError> {
 }
 
 fn ensure_finite(a: &Mat<f64>) -> Result<(), NumericError> {
-    match a.is_all_finite() {
-        true => Ok(()),
-        false => Err(NumericError::NotFinite { what: "eigenvalues" }),
-    }
+    if a.is_all_finite() { Ok(()) } else { Err(NumericError::NotFinite { what: "eigenvalues" }) }
 }
 
 /// [`eigenvalues`] of a balanced matrix.

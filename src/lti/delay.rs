@@ -50,10 +50,7 @@ fn holds<const K: usize>(
     // Inputs in a unit, a power of two, in which they weigh as much as the states: their rows are zero, so that
     // balancing leaves them.
     let ratio = (b.norm_max() / a.norm_max()).log2().round().exp2();
-    let unit = match ratio.is_normal() {
-        true => ratio,
-        false => 1.0,
-    };
+    let unit = if ratio.is_normal() { ratio } else { 1.0 };
     let block = Mat::from_fn(n + m, n + m, |i, j| match (i < n, j < n) {
         (true, true) => a[(i, j)],
         (true, false) => b[(i, j - n)] / unit,

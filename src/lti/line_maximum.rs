@@ -21,10 +21,7 @@ impl LineMaximum {
     /// A search between `below` and `above`, on either side of `best`, with their values; it ends when the largest is
     /// known to twice `tolerance` of its place.
     pub(crate) fn new([below, best, above]: [(f64, f64); 3], tolerance: f64) -> Self {
-        let (second, third) = match below.1 > above.1 {
-            true => (below, above),
-            false => (above, below),
-        };
+        let (second, third) = if below.1 > above.1 { (below, above) } else { (above, below) };
         let width = above.0 - below.0;
         Self { ends: (below.0, above.0), best, second, third, steps: [width, width], tolerance }
     }
@@ -47,10 +44,7 @@ impl LineMaximum {
             Some(step) => {
                 self.steps = [step, last];
                 let near = |end: f64| (x + step - end).abs() < 2.0 * self.tolerance;
-                match near(lo) || near(hi) {
-                    true => self.tolerance.copysign(middle - x),
-                    false => step,
-                }
+                if near(lo) || near(hi) { self.tolerance.copysign(middle - x) } else { step }
             }
             None => {
                 let larger = if x >= middle { lo - x } else { hi - x };
@@ -78,16 +72,18 @@ impl LineMaximum {
         let point = (place, value);
         let right = place >= self.best.0;
         if value >= self.best.1 {
-            match right {
-                true => self.ends.0 = self.best.0,
-                false => self.ends.1 = self.best.0,
+            if right {
+                self.ends.0 = self.best.0
+            } else {
+                self.ends.1 = self.best.0
             }
             (self.third, self.second, self.best) = (self.second, self.best, point);
             return;
         }
-        match right {
-            true => self.ends.1 = place,
-            false => self.ends.0 = place,
+        if right {
+            self.ends.1 = place
+        } else {
+            self.ends.0 = place
         }
         if value >= self.second.1 {
             (self.third, self.second) = (self.second, point);

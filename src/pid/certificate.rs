@@ -247,19 +247,18 @@ impl Figures {
         let judged = self.judged();
         // With shifted modes nothing is learnt of a loop that is unstable as it is.
         let is_stable = self.nominal.is_stable();
-        let whole = |factor: f64, words: &str| match is_stable {
-            true => {
+        let whole = |factor: f64, words: &str| {
+            if is_stable {
                 let shifted = with_shifted_modes(machine, factor);
                 verify(&shifted, law, SHIFTED_SPEEDS, words)
+            } else {
+                verify_at(machine, law, &[], words)
             }
-            false => verify_at(machine, law, &[], words),
         };
         let lowered = whole(1.0 - settings.mode_shift, "full plant, all modes lowered")?;
         let raised = whole(1.0 + settings.mode_shift, "full plant, all modes raised")?;
-        let shifted = match is_stable {
-            true => shifted_loops(machine, law, settings)?,
-            false => ShiftedLoops::none(settings.mode_shift),
-        };
+        let shifted =
+            if is_stable { shifted_loops(machine, law, settings)? } else { ShiftedLoops::none(settings.mode_shift) };
         Ok(TunedPid {
             certificate: PidCertificate {
                 lowered,

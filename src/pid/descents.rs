@@ -92,10 +92,7 @@ impl Descent {
             if self.idle >= IDLE {
                 break;
             }
-            self.idle = match self.round(effort, fresh)? {
-                true => 0,
-                false => self.idle + 1,
-            };
+            self.idle = if self.round(effort, fresh)? { 0 } else { self.idle + 1 };
         }
         Ok(())
     }

@@ -182,9 +182,10 @@ fn better(earlier: TunedPid, later: TunedPid, settings: &TuneSettings) -> TunedP
         let at_speed = pid.certificate.stiffness_at_speed_n_per_m;
         pid.certificate.stiffness_n_per_m.min(at_speed)
     };
-    match violation(&earlier) == violation(&later) && stiffness(&later) > stiffness(&earlier) {
-        true => later,
-        false => nearer(Some(earlier), later, settings),
+    if violation(&earlier) == violation(&later) && stiffness(&later) > stiffness(&earlier) {
+        later
+    } else {
+        nearer(Some(earlier), later, settings)
     }
 }
 

@@ -112,10 +112,7 @@ pub fn predict(machine: &Machine, controller: &Controller, speed_rpm: f64) -> Re
     let lines = grid.omega_rad_s().iter().copied();
     let lines = lines.chain(stated.map(|f| f * TAU));
     let grid = FrequencyGrid::from_rad_s(lines.filter(|_| stable));
-    let at = |hz: f64| match stable {
-        true => stiffness_at(&plant, controller, 0, hz),
-        false => f64::NAN,
-    };
+    let at = |hz: f64| if stable { stiffness_at(&plant, controller, 0, hz) } else { f64::NAN };
     let (stiffness, sensitivity) = stiffness_and_sensitivity(&plant, &*controller.responder(), &grid);
     let modes = match &controller.law {
         ControlLaw::Discrete(_) => modes_of_poles(&plant, &law, &poles.poles_rad_s)?,

@@ -36,8 +36,5 @@ pub(crate) fn proven_as_rounded(machine: &Machine, rows: &ScaledRealisation) -> 
     };
     let float = check(&rows.rows.rounded_f32()?, "float32 and to Q31")?;
     let fixed = check(&q31(rows)?.rounded()?, "Q31")?;
-    Ok(match float.is_proven() && !fixed.is_proven() {
-        true => fixed,
-        false => float,
-    })
+    Ok(if float.is_proven() && !fixed.is_proven() { fixed } else { float })
 }

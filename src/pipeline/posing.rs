@@ -213,10 +213,7 @@ impl Posing<'_> {
         for (own, scale) in start.iter_mut().zip(known.into_iter().flatten()) {
             *own = *scale;
         }
-        let start = match known.is_some() && near {
-            true => ScaleStart::Neighbour(&start),
-            false => ScaleStart::Guess(&start),
-        };
+        let start = if known.is_some() && near { ScaleStart::Neighbour(&start) } else { ScaleStart::Guess(&start) };
         let found = scales_to(&plant, start, enough)?;
         Ok(Posed { plant, limit, scales: found.scale, gamma: found.gamma })
     }

@@ -82,15 +82,11 @@ pub(crate) fn simulated(
     let smooth = run_case(machine, program, case, speed, seconds, &smooth)?;
     let steps = Quantisation::of(settings.quantum_m, &response, &smooth);
     let recovery = Recovery::of(machine, &response);
-    let (met, end) = match scenario.stable {
-        true => {
-            let (met, end) = verdict(scenario.goal, &response, recovery);
-            match met && steps.dominates() {
-                true => (met, format!("{end}; {}", steps.sentence())),
-                false => (met, end),
-            }
-        }
-        false => (false, "the closed loop is unstable at this speed".to_owned()),
+    let (met, end) = if scenario.stable {
+        let (met, end) = verdict(scenario.goal, &response, recovery);
+        if met && steps.dominates() { (met, format!("{end}; {}", steps.sentence())) } else { (met, end) }
+    } else {
+        (false, "the closed loop is unstable at this speed".to_owned())
     };
     Ok(Simulated {
         figures: figures(machine, &response),

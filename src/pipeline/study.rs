@@ -98,9 +98,10 @@ pub(crate) fn study(
         Some(asked) => tightened(machine, written, settings, asked, progress)?,
     };
     let weights = tighter(written, factor);
-    let orders = match questions.lowest_order {
-        true => Some(lowest_order(machine, &weights, settings, &mut found, progress)?),
-        false => None,
+    let orders = if questions.lowest_order {
+        Some(lowest_order(machine, &weights, settings, &mut found, progress)?)
+    } else {
+        None
     };
     progress(Event::Begins("predictions"));
     let delivered = delivered(machine, &found)?;
@@ -112,21 +113,19 @@ pub(crate) fn study(
         }
         None => None,
     };
-    let other_route = match questions.other_route {
-        true => {
-            progress(Event::Begins("other route"));
-            let other = other_route(machine, &weights, settings)?;
-            progress(Event::Found("both routes designed"));
-            Some(other)
-        }
-        false => None,
+    let other_route = if questions.other_route {
+        progress(Event::Begins("other route"));
+        let other = other_route(machine, &weights, settings)?;
+        progress(Event::Found("both routes designed"));
+        Some(other)
+    } else {
+        None
     };
-    let limit = match questions.limit {
-        true => {
-            progress(Event::Begins("limit of the stiffness"));
-            Some(found.stiffness_limit(machine)?)
-        }
-        false => None,
+    let limit = if questions.limit {
+        progress(Event::Begins("limit of the stiffness"));
+        Some(found.stiffness_limit(machine)?)
+    } else {
+        None
     };
     progress(Event::Begins("predictions"));
     let unpolished = unpolished(machine, &found)?;

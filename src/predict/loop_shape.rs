@@ -39,10 +39,7 @@ pub struct DiscMargin {
 impl DiscMargin {
     /// Gain factors between which every channel may change; the upper one is infinite for a radius of one and more.
     pub fn gain(&self) -> [f64; 2] {
-        let upper = match self.radius < 1.0 {
-            true => 1.0 / (1.0 - self.radius),
-            false => f64::INFINITY,
-        };
+        let upper = if self.radius < 1.0 { 1.0 / (1.0 - self.radius) } else { f64::INFINITY };
         [1.0 / (1.0 + self.radius), upper]
     }
 

@@ -118,12 +118,13 @@ fn at_frequency(
         .take(omega_rad_s.len())
         .map(|r| [(1.0 - r).powi(2) - 1.0, (1.0 + r).powi(2) - 1.0])
         .collect();
-    let both = |x: usize| match alike(&n, m, x, x + 1) {
-        true => {
+    let both = |x: usize| {
+        if alike(&n, m, x, x + 1) {
             let found = Search::of_equal_planes(&n, m, x).run(&kappa);
             [found.clone(), found]
+        } else {
+            [x, x + 1].map(|channel| Search::new(&n, m, channel).run(&kappa))
         }
-        false => [x, x + 1].map(|channel| Search::new(&n, m, channel).run(&kappa)),
     };
     let [[tool_x, tool_y], [front_x, front_y], [rear_x, rear_y]] = [0, 2, 4].map(both);
     [tool_x, tool_y, front_x, front_y, rear_x, rear_y]

@@ -114,9 +114,10 @@ impl NativeMachine {
 const PADE_LIMIT: usize = 10;
 
 fn speed(rpm: f64) -> PyResult<f64> {
-    match rpm.is_finite() && rpm >= 0.0 {
-        true => Ok(rpm * TAU / 60.0),
-        false => Err(refused(format!("rpm = {rpm} must be zero or a positive number"))),
+    if rpm.is_finite() && rpm >= 0.0 {
+        Ok(rpm * TAU / 60.0)
+    } else {
+        Err(refused(format!("rpm = {rpm} must be zero or a positive number")))
     }
 }
 

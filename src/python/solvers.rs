@@ -47,13 +47,12 @@ fn hinfnorm(python: Python<'_>, p: Matrices<'_>, period: f64) -> PyResult<(f64, 
         return Err(refused(format!("dt = {period} must be a time in seconds")));
     }
     let found = compute(python, move |_| {
-        let found = match period > 0.0 {
-            false => hinf_norm(&s, NORM_TOLERANCE),
-            true => {
-                let time = Discrete { period_s: period };
-                let sampled = StateSpace { a: s.a, b: s.b, c: s.c, d: s.d, time };
-                hinf_norm_discrete(&sampled, NORM_TOLERANCE)
-            }
+        let found = if period > 0.0 {
+            let time = Discrete { period_s: period };
+            let sampled = StateSpace { a: s.a, b: s.b, c: s.c, d: s.d, time };
+            hinf_norm_discrete(&sampled, NORM_TOLERANCE)
+        } else {
+            hinf_norm(&s, NORM_TOLERANCE)
         };
         found.map_err(|e| format!("H-infinity norm: {e}"))
     })?;
@@ -62,13 +61,16 @@ fn hinfnorm(python: Python<'_>, p: Matrices<'_>, period: f64) -> PyResult<(f64, 
 
 fn plant(p: &Matrices<'_>, measurements: usize, controls: usize, blocks: Vec<Block>) -> PyResult<GeneralizedPlant> {
     let system = continuous(p)?;
-    let fits = |name: &str, part: usize, whole: usize| match part > 0 && part < whole {
-        true => Ok(()),
-        false => Err(refused(format!(
-            "{name} = {part} must lie between 1 and {}: the plant has {whole} channels there, errors or disturbances \
+    let fits = |name: &str, part: usize, whole: usize| {
+        if part > 0 && part < whole {
+            Ok(())
+        } else {
+            Err(refused(format!(
+                "{name} = {part} must lie between 1 and {}: the plant has {whole} channels there, errors or disturbances \
              included",
-            whole.saturating_sub(1)
-        ))),
+                whole.saturating_sub(1)
+            )))
+        }
     };
     fits("nmeas", measurements, system.outputs())?;
     fits("ncon", controls, system.inputs())?;
@@ -108,13 +110,12 @@ fn hinfsyn<'py>(
     let (found, norm, added) = compute(python, move |_| {
         let (plant, added) = posed(&given, share)?;
         let found = synthesise(&plant, &settings).map_err(|e| explained(&e))?;
-        let norm = match added == Regularisation::default() {
-            true => (found.closed_loop_norm, found.closed_loop_peak_rad_s),
-            false => {
-                let closed = lower_lft(&given.system, &found.controller).map_err(|e| e.to_string())?;
-                let norm = hinf_norm(&closed, NORM_TOLERANCE).map_err(|e| e.to_string())?;
-                (norm.norm, norm.peak_omega_rad_s)
-            }
+        let norm = if added == Regularisation::default() {
+            (found.closed_loop_norm, found.closed_loop_peak_rad_s)
+        } else {
+            let closed = lower_lft(&given.system, &found.controller).map_err(|e| e.to_string())?;
+            let norm = hinf_norm(&closed, NORM_TOLERANCE).map_err(|e| e.to_string())?;
+            (norm.norm, norm.peak_omega_rad_s)
         };
         Ok((found, norm, added))
     })?;

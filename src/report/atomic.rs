@@ -144,10 +144,7 @@ impl Replacement<'_> {
             // Back to what was there; the error that is returned names the file that failed.
             for path in written.iter().copied().chain(self.stale) {
                 let (copy, place) = (old.join(path), self.target.join(path));
-                let _ = match copy.is_file() {
-                    true => fs::rename(&copy, &place),
-                    false => fs::remove_file(&place),
-                };
+                let _ = if copy.is_file() { fs::rename(&copy, &place) } else { fs::remove_file(&place) };
             }
         }
         self.remove_empty_folders();

@@ -189,10 +189,7 @@ pub(crate) fn sentences(rows: &[Row]) -> Vec<String> {
     let range = |k: usize| {
         let all = rows.iter().map(|r| r.minimum(k)).filter(|x| x.is_finite());
         let (low, high) = all.fold((f64::INFINITY, 0.0f64), |(a, b), x| (a.min(x), b.max(x)));
-        match low <= high {
-            true => format!("{} to {}", stiffness_words(low), stiffness_words(high)),
-            false => "none".to_owned(),
-        }
+        if low <= high { format!("{} to {}", stiffness_words(low), stiffness_words(high)) } else { "none".to_owned() }
     };
     let wins = rows
         .iter()
@@ -200,13 +197,14 @@ pub(crate) fn sentences(rows: &[Row]) -> Vec<String> {
         .filter(|r| r.minimum(1).is_nan() || r.minimum(0) > r.minimum(1))
         .count();
     let own = format!("Smallest tool stiffness at rest: {} with the µ controllers", range(0));
-    words.push(match has_pid(rows.iter()) {
-        true => format!(
+    words.push(if has_pid(rows.iter()) {
+        format!(
             "{own}, {} with PIDs tuned for it; the µ controller is the stiffer one for {wins} of {} tools.",
             range(1),
             rows.len()
-        ),
-        false => format!("{own}."),
+        )
+    } else {
+        format!("{own}.")
     });
     words
 }
@@ -384,10 +382,7 @@ fn quantities(rows: &[&Row]) -> Vec<ToolQuantity<'static>> {
 
 /// Rows of a table for a person: tool, verdict, µ, order, stiffness, zone, speed.
 pub(crate) fn shown_rows(rows: &[Row]) -> Vec<Vec<String>> {
-    let stiffness = |x: f64| match x.is_finite() {
-        true => stiffness_words(x),
-        false => "-".to_owned(),
-    };
+    let stiffness = |x: f64| if x.is_finite() { stiffness_words(x) } else { "-".to_owned() };
     rows.iter()
         .map(|r| {
             let Some(figures) = &r.figures else {

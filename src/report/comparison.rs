@@ -332,9 +332,10 @@ pub(crate) fn figure_9_words(runs: &[&Prediction], worst: &[NamedWorst]) -> Vec<
         first.speed_rpm,
         list(&|p| stiffness_words(p, p.at_10_hz_n_per_m)),
         list(&|p| stiffness_words(p, p.at_max_speed_n_per_m)),
-        list(&|p| match p.is_stable() {
-            true => format!("{:.2} at {:.0} Hz", 1e-6 * p.minimum.0, p.minimum.1),
-            false => stiffness_words(p, f64::NAN),
+        list(&|p| if p.is_stable() {
+            format!("{:.2} at {:.0} Hz", 1e-6 * p.minimum.0, p.minimum.1)
+        } else {
+            stiffness_words(p, f64::NAN)
         }),
     ));
     let damping = |p: &Prediction| {
@@ -354,10 +355,7 @@ pub(crate) fn figure_9_words(runs: &[&Prediction], worst: &[NamedWorst]) -> Vec<
 }
 
 fn stiffness_words(prediction: &Prediction, n_per_m: f64) -> String {
-    match prediction.is_stable() {
-        true => format!("{:.2}", 1e-6 * n_per_m),
-        false => "none (unstable)".to_owned(),
-    }
+    if prediction.is_stable() { format!("{:.2}", 1e-6 * n_per_m) } else { "none (unstable)".to_owned() }
 }
 
 /// The loops that are unstable, speed by speed.

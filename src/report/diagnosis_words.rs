@@ -95,10 +95,7 @@ fn tried(d: &Diagnosis) -> String {
             d.gap_nearest
         );
     }
-    let slope = match d.slope_read {
-        true => " Sensors that read the slope of the shaft on such an arm come nearer.",
-        false => "",
-    };
+    let slope = if d.slope_read { " Sensors that read the slope of the shaft on such an arm come nearer." } else { "" };
     format!(
         " Of all effects and mistakes of a rig that were tried the nearest is: {}; it leaves a gap of {:.2} σ.{slope}",
         names.join(", and "),

@@ -198,9 +198,10 @@ fn not_found_words(reason: &str) -> String {
 fn plain_words(run: &Run) -> String {
     let (design, mu) = (&run.design, &run.delivered[0]);
     let proven_rpm = design.delivery.speed_proof.proven_to_rpm();
-    let stable = match design.is_stable() {
-        true => format!("stable at every speed up to {proven_rpm:.0} rpm, proven between the speeds computed as well"),
-        false => format!("NOT proven stable at every speed (up to {proven_rpm:.0} rpm only)"),
+    let stable = if design.is_stable() {
+        format!("stable at every speed up to {proven_rpm:.0} rpm, proven between the speeds computed as well")
+    } else {
+        format!("NOT proven stable at every speed (up to {proven_rpm:.0} rpm only)")
     };
     let words = format!(
         "{} with {}: the sampled controller with rounded coefficients (order {}) has μ {} for the specification as \

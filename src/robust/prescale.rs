@@ -73,10 +73,7 @@ pub(crate) fn scales_to(
     };
     let mut ln: Vec<f64> = (0..free).map(|k| start.get(k).map_or(0.0, |d| d.ln())).collect();
     let reached = enough > 0.0 && reaches(&ln, enough);
-    let mut gamma = match reached {
-        true => enough,
-        false => optimal_level(&at(&ln), &settings)?,
-    };
+    let mut gamma = if reached { enough } else { optimal_level(&at(&ln), &settings)? };
     let mut syntheses = 1;
     let mut known = Tried { lattice: vec![ln.clone()] };
     let mut step: f64 = first_step;

@@ -229,10 +229,7 @@ impl Rotor {
         };
         // Conjugate pairs: one of each, the one with Im λ > 0, stands for the mode.
         let listed = (0..values.len()).map(|k| (values[k], k));
-        let direction = |v: c64, k: usize| match v.im > OSCILLATING_RAD_S {
-            true => whirl(k),
-            false => 0.0,
-        };
+        let direction = |v: c64, k: usize| if v.im > OSCILLATING_RAD_S { whirl(k) } else { 0.0 };
         let kept: Vec<(c64, f64)> = listed.filter(|(v, _)| v.im >= 0.0).map(|(v, k)| (v, direction(v, k))).collect();
         Ok(spectrum(kept, to_hz))
     }

@@ -38,10 +38,7 @@ pub(super) fn halved(machine: &Machine, chosen: impl Fn(usize) -> bool) -> Machi
     let split = |sections: &[Section], first: usize| -> Vec<Section> {
         let mut all = Vec::with_capacity(2 * sections.len());
         for (k, section) in sections.iter().enumerate() {
-            match chosen(first + k) {
-                true => all.extend(halves(section)),
-                false => all.push(section.clone()),
-            }
+            if chosen(first + k) { all.extend(halves(section)) } else { all.push(section.clone()) }
         }
         all
     };

@@ -181,9 +181,8 @@ impl Mechanics {
         let m = modes.min(self.flexible);
         let old = |i: usize, j: usize| i < p && j < p;
         Self {
-            ports: Mat::from_fn(p + m, n, |i, k| match i < p {
-                true => self.ports[(i, k)],
-                false => f64::from(u8::from(k == RIGID + i - p)),
+            ports: Mat::from_fn(p + m, n, |i, k| {
+                if i < p { self.ports[(i, k)] } else { f64::from(u8::from(k == RIGID + i - p)) }
             }),
             residual: Mat::from_fn(p + m, p + m, |i, j| if old(i, j) { self.residual[(i, j)] } else { 0.0 }),
             open: OnceLock::new(),

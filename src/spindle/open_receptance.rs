@@ -70,10 +70,7 @@ impl Coordinates<'_> {
             OpenReceptance::Equations => {
                 let z = Mat::from_fn(n, n, |i, j| {
                     let turn = self.gyroscopic.map_or(0.0, |g| w * g[(i, j)]);
-                    match i == j {
-                        true => self.stiffness(i, w) + turn,
-                        false => c64::new(turn, 0.0),
-                    }
+                    if i == j { self.stiffness(i, w) + turn } else { c64::new(turn, 0.0) }
                 });
                 let force = Mat::from_fn(n, p, |k, j| c64::new(self.ports[(j, k)], 0.0));
                 let moved = solve_complex(&z, &force);

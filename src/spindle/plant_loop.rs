@@ -52,10 +52,7 @@ impl PlantLoop {
         let picked = |all: Vec<c64>| -> [c64; 9] {
             std::array::from_fn(|k| {
                 let (i, j) = (k / 3, k % 3);
-                match i < pairs && j < pairs {
-                    true => all[ENTRIES[0][i] * ports + ENTRIES[1][j]],
-                    false => ZERO,
-                }
+                if i < pairs && j < pairs { all[ENTRIES[0][i] * ports + ENTRIES[1][j]] } else { ZERO }
             })
         };
         let (forward, backward) = mechanics.both_ways(omega_rad_s);

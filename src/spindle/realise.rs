@@ -236,10 +236,7 @@ impl Plant {
         let loops: Vec<Feedback> = (5 + m..).zip(springs).map(|(k, s)| s.beside(k)).collect();
         let kept = (0..2 * (5 + m)).chain(loops.iter().map(|f| f.port));
         let kept: Vec<usize> = kept.collect();
-        let law = Mat::from_fn(loops.len(), loops.len(), |i, j| match i == j {
-            true => -loops[i].value,
-            false => 0.0,
-        });
+        let law = Mat::from_fn(loops.len(), loops.len(), |i, j| if i == j { -loops[i].value } else { 0.0 });
         let law = StateSpace::gain(law, Continuous);
         Ok(lower_lft(&open.select(&kept, &kept), &law)?)
     }

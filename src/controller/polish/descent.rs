@@ -204,9 +204,10 @@ fn descend_from(
             }
             continue;
         }
-        memory.weight = match is_corrected {
-            true => after_corrected_step(memory.weight, kept, promised),
-            false => after_step(memory.weight, kept, promised),
+        memory.weight = if is_corrected {
+            after_corrected_step(memory.weight, kept, promised)
+        } else {
+            after_step(memory.weight, kept, promised)
         };
         *place = trial.place;
         history.push(place.merit);
@@ -339,12 +340,11 @@ fn near_largest(place: &Place) -> Vec<Value> {
 
 /// The reach of the evaluations of the next step: twice that of the values that take part in it, and a step.
 fn next_reach(place: &Place, participants: &[Participant]) -> f64 {
-    let used = match participants.len() < LARGEST_PROGRAMME {
-        true => place.reach,
-        false => {
-            let below = participants.iter().map(|p| below(&place.found, &p.value));
-            below.fold(0.0, f64::max)
-        }
+    let used = if participants.len() < LARGEST_PROGRAMME {
+        place.reach
+    } else {
+        let below = participants.iter().map(|p| below(&place.found, &p.value));
+        below.fold(0.0, f64::max)
     };
     (2.0 * used + STEP).min(WIDEST)
 }

@@ -102,10 +102,7 @@ impl Loss {
             Role::Weak => (Group::Margin, limits.weak_sensitivity),
             Role::Weakest => (Group::Margin, WEAKEST * limits.weak_sensitivity),
         };
-        let noise = match role.is_nominal() {
-            true => limits.sensor_noise_m / limits.noise_current_a,
-            false => 0.0,
-        };
+        let noise = if role.is_nominal() { limits.sensor_noise_m / limits.noise_current_a } else { 0.0 };
         Counted {
             rotor,
             place,

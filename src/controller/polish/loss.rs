@@ -240,19 +240,18 @@ impl Loss {
             let mut sums = DirectionSums::ZERO;
             for number in group.packs.clone() {
                 let pack = &loops[number];
-                let state = match group.is_nominal {
-                    true => {
-                        let whole = pack.closed_nominal(&gain, free);
-                        let share = self.share[k] / group.packs.len() as f64;
-                        part.largest[place].add_noise(share, whole.currents());
-                        for (own, (at, lane)) in part.specified.iter_mut().zip(&self.specified) {
-                            if *at == number {
-                                *own = whole.lane(*lane);
-                            }
+                let state = if group.is_nominal {
+                    let whole = pack.closed_nominal(&gain, free);
+                    let share = self.share[k] / group.packs.len() as f64;
+                    part.largest[place].add_noise(share, whole.currents());
+                    for (own, (at, lane)) in part.specified.iter_mut().zip(&self.specified) {
+                        if *at == number {
+                            *own = whole.lane(*lane);
                         }
-                        whole.state
                     }
-                    false => pack.closed(&gain, free),
+                    whole.state
+                } else {
+                    pack.closed(&gain, free)
                 };
                 part.add_determinant(number, &state.determinant);
                 sums = sums.with(&state);

@@ -64,15 +64,9 @@ pub(crate) fn hermitian_eigen(a: &Matrix2) -> ([f64; 2], [[c64; 2]; 2]) {
     let beside = a[0][1];
     let apart = half.hypot(beside.norm());
     // Of the two forms of the vector the one without cancellation.
-    let v = match half >= 0.0 {
-        true => [c64::from(half + apart), beside.conj()],
-        false => [beside, c64::from(apart - half)],
-    };
+    let v = if half >= 0.0 { [c64::from(half + apart), beside.conj()] } else { [beside, c64::from(apart - half)] };
     let size = (v[0].norm_sqr() + v[1].norm_sqr()).sqrt();
-    let v = match size > 0.0 {
-        true => v.map(|z| z / size),
-        false => [ONE, ZERO],
-    };
+    let v = if size > 0.0 { v.map(|z| z / size) } else { [ONE, ZERO] };
     let values = [mean + apart, (mean - apart).max(0.0)];
     (values, [v, [-v[1].conj(), v[0].conj()]])
 }

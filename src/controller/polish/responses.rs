@@ -219,10 +219,7 @@ impl Plants {
                 ..*g
             };
             Rotor {
-                role: match part[0].min(part[1]) < WEAKEST_BELOW {
-                    true => Role::Weakest,
-                    false => Role::Weak,
-                },
+                role: if part[0].min(part[1]) < WEAKEST_BELOW { Role::Weakest } else { Role::Weak },
                 directions: directions.iter().map(|lines| lines.iter().map(weaker).collect()).collect(),
             }
         }));
@@ -255,10 +252,7 @@ impl Plants {
                 continue;
             }
             let opened = plant.with_modal_ports(ports);
-            let signs: &[f64] = match plant.mechanics().planes_are_decoupled() {
-                true => &[1.0],
-                false => &[1.0, -1.0],
-            };
+            let signs: &[f64] = if plant.mechanics().planes_are_decoupled() { &[1.0] } else { &[1.0, -1.0] };
             let first = loops.len();
             let rows: Vec<Vec<SpecificationLine>> = lines
                 .par_iter()

@@ -157,12 +157,11 @@ impl<'a> Polisher<'a> {
         polisher.renew(COARSE)?;
         if polisher.stable.first() != Some(&true) {
             let own = start.growth_rate().map_err(in_step("poles of the start"))?;
-            let reason = match own >= 0.0 {
-                true => {
-                    "the start is unstable itself, and with its poles moved inside the circle it does not levitate \
+            let reason = if own >= 0.0 {
+                "the start is unstable itself, and with its poles moved inside the circle it does not levitate \
                      the machine at rest"
-                }
-                false => "the start does not levitate the machine at rest",
+            } else {
+                "the start does not levitate the machine at rest"
             };
             return Err(infeasible(reason).into());
         }
@@ -245,9 +244,10 @@ impl<'a> Polisher<'a> {
         let stuck = after > EXCEEDED.ln() && after > (1.0 - WORTHWHILE) * excess(&before);
         if !first && stuck {
             // Curvature learnt on the way may be what holds it: a limit is given up by a descent that began without.
-            match std::mem::replace(&mut self.began_afresh, true) {
-                true => self.keep_within_reach(&before),
-                false => self.memory = Memory::default(),
+            if std::mem::replace(&mut self.began_afresh, true) {
+                self.keep_within_reach(&before)
+            } else {
+                self.memory = Memory::default()
             }
         }
         self.began_afresh &= stuck;

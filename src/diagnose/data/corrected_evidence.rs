@@ -58,17 +58,11 @@ impl Evidence {
         own.smooth = Known::default();
         rest.smooth = Known::default();
         for (s, sweep) in self.sweeps.iter().enumerate() {
-            let gone = match record == RecordId::Sweep(s) {
-                true => &mut rest,
-                false => &mut own,
-            };
+            let gone = if record == RecordId::Sweep(s) { &mut rest } else { &mut own };
             gone.sweeps[s] = sweep.thinned_to(&[]);
         }
         for (t, tap) in self.taps.iter().enumerate() {
-            let gone = match record == RecordId::Hammer(t) {
-                true => &mut rest,
-                false => &mut own,
-            };
+            let gone = if record == RecordId::Hammer(t) { &mut rest } else { &mut own };
             gone.taps[t] = tap.thinned_to(&[]);
         }
         (own, rest)

@@ -164,10 +164,8 @@ impl Case<'_> {
         let leading = self.problem(effects, self.leading(usage));
         let (mut at, mut last) = (from.clone(), None);
         for model_error in MODEL_ERRORS.into_iter().filter(|f| *f <= top) {
-            let (problem, iterations) = match model_error == FINAL_MODEL_ERROR {
-                true => (&whole, FINAL_ITERATIONS),
-                false => (&leading, ITERATIONS),
-            };
+            let (problem, iterations) =
+                if model_error == FINAL_MODEL_ERROR { (&whole, FINAL_ITERATIONS) } else { (&leading, ITERATIONS) };
             let fit = problem.fit(&at, &[(model_error, iterations)])?;
             let hopeless = fit.data_chi2 > HOPELESS_CHI2 * fit.residuals as f64;
             at = fit.at.clone();

@@ -128,15 +128,15 @@ fn course(
             return or_one_effect((&trial, &null), &found, (gross, without), progress);
         }
     }
-    let wide = match explained_by_nothing {
-        true => None,
-        false => trial.widened(&null)?,
-    };
+    let wide = if explained_by_nothing { None } else { trial.widened(&null)? };
     // A machine that is off everywhere has one explanation; three effects and more would not be a simpler one.
     let most = if wide.is_some() { 2 } else { MOST_EFFECTS };
-    let beside = |best: &[Candidate]| match explained_by_nothing || best.is_empty() {
-        true => Ok(None),
-        false => effect_and_fault(&trial, &gross, alternatives, Some(best), progress),
+    let beside = |best: &[Candidate]| {
+        if explained_by_nothing || best.is_empty() {
+            Ok(None)
+        } else {
+            effect_and_fault(&trial, &gross, alternatives, Some(best), progress)
+        }
     };
     let plain = conclude_unless(&trial, &null, (gross.clone(), most), &beside, progress)?;
     // One effect is simpler than a machine that is off everywhere.
@@ -298,10 +298,7 @@ fn either(mistakes: Diagnosis, effects: Diagnosis, above: f64) -> Diagnosis {
         all.iter_mut().for_each(|r| r.score_above_best += above);
         all
     };
-    let (best, other) = match above < 0.0 {
-        true => (effects, mistakes),
-        false => (mistakes, effects),
-    };
+    let (best, other) = if above < 0.0 { (effects, mistakes) } else { (mistakes, effects) };
     let mut tie = members(&best, 0.0);
     tie.extend(members(&other, above.abs()));
     Diagnosis {

@@ -238,10 +238,7 @@ impl Case<'_> {
         let sized = |h: &Hypothesis| assembled_with_size(h.kind) || h.start != h.nothing();
         let (with_size, without): (Vec<_>, Vec<_>) = free.into_iter().partition(sized);
         // What has no size yet shares one linearisation.
-        let steps = match without.is_empty() {
-            true => vec![],
-            false => problem.predicted_beside(&base, origin, w, &without)?,
-        };
+        let steps = if without.is_empty() { vec![] } else { problem.predicted_beside(&base, origin, w, &without)? };
         let both = without.into_iter().zip(steps);
         let mut screened: Vec<Screened> = both.map(|(h, (at, chi2))| (h, at, chi2)).collect();
         let each = with_size.into_par_iter().filter_map(|h| {
@@ -313,10 +310,7 @@ fn settled(standing: &Standing) -> bool {
 /// Model errors of first fits: from a larger one again, as the nuisance parameters were fitted without the new effect.
 fn first_stages(standing: &Standing) -> Vec<Stage> {
     let w = standing.working_error;
-    match settled(standing) {
-        true => vec![(w, 4)],
-        false => vec![(3.0 * w, 3), (w, 2)],
-    }
+    if settled(standing) { vec![(w, 4)] } else { vec![(3.0 * w, 3), (w, 2)] }
 }
 
 fn score(fit: &Fit) -> f64 {

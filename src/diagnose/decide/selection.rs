@@ -55,10 +55,7 @@ pub(super) fn choose(
     let within = |c: &Candidate| case.within(c);
     // What is in the electronics alone is no effect of the shaft that nuisance parameters could have taken up.
     let inside = sole.is_none_or(Place::mechanical);
-    let again = match inside && !round.finalists.iter().any(within) {
-        true => as_it_is(case, null),
-        false => None,
-    };
+    let again = if inside && !round.finalists.iter().any(within) { as_it_is(case, null) } else { None };
     if let Some(again) = again {
         (case.progress)("from the machine as it is");
         let again = case.full_round(&again)?;
@@ -207,10 +204,7 @@ fn extend(case: &Case, begins: &[Standing]) -> Result<Option<Compared>, Diagnose
 
 /// The best finalist beside a set as the new standing, if it lowers the score enough.
 fn longer(case: &Case, begin: &Standing, finalists: &[Candidate]) -> Result<Option<Standing>, DiagnoseError> {
-    let least = match begin.candidate.effects.is_empty() {
-        true => FIRST_EFFECT_BIC_GAIN,
-        false => FURTHER_EFFECT_BIC_GAIN,
-    };
+    let least = if begin.candidate.effects.is_empty() { FIRST_EFFECT_BIC_GAIN } else { FURTHER_EFFECT_BIC_GAIN };
     better(case, finalists, fall(case, begin, finalists)?, least)
 }
 
@@ -314,10 +308,7 @@ fn elsewhere(case: &Case, effects: &[Hypothesis], at: Point) -> Result<Point, Di
     for (e, effect) in effects.iter().enumerate() {
         let own = |h: &&Hypothesis| h.same_name(effect);
         let placed = effect.place.position_m().is_some();
-        let stations: Vec<&Hypothesis> = match placed {
-            true => case.catalogue.iter().filter(own).collect(),
-            false => vec![],
-        };
+        let stations: Vec<&Hypothesis> = if placed { case.catalogue.iter().filter(own).collect() } else { vec![] };
         let tried: Vec<Fit> = stations
             .par_iter()
             .filter_map(|h| {
@@ -359,10 +350,7 @@ fn fall(case: &Case, standing: &Standing, finalists: &[Candidate]) -> Result<f64
         Some(best) if best.model_error == FINAL_MODEL_ERROR => {
             // A lower model error makes every χ² larger.
             let least = standing.candidate.score() - best.score();
-            match least > FURTHER_EFFECT_BIC_GAIN {
-                true => least,
-                false => final_score(case, standing)? - best.score(),
-            }
+            if least > FURTHER_EFFECT_BIC_GAIN { least } else { final_score(case, standing)? - best.score() }
         }
         Some(_) => f64::INFINITY,
         None => 0.0,

@@ -93,10 +93,7 @@ impl Case<'_> {
         let tried = ahead.par_iter().filter_map(|fit| problem.fit(&fit.at, &[(w, 2)]).ok());
         let tried = lowest(tried.collect(), |fit: &Fit| fit.chi2, RELOCATED / 2);
         let refined = tried.into_iter().filter_map(|fit| problem.fit(&fit.at, stages).ok());
-        refined.fold(found, |best, next| match next.chi2 < best.chi2 {
-            true => next,
-            false => best,
-        })
+        refined.fold(found, |best, next| if next.chi2 < best.chi2 { next } else { best })
     }
 
     /// The best strong effects beside a standing, of any size at any place.

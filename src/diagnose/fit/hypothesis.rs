@@ -146,10 +146,7 @@ pub fn catalogue(
             continue;
         }
         // The nose face is at zero.
-        let span_m = match entry.on_spindle {
-            true => (span_m.0.max(0.0), span_m.1),
-            false => span_m,
-        };
+        let span_m = if entry.on_spindle { (span_m.0.max(0.0), span_m.1) } else { span_m };
         let starts = starts(entry.starts, &scale, scope);
         let mut places = match kind {
             EffectKind::TiltingStiffness => tilting_places(machine),
@@ -174,12 +171,10 @@ pub fn catalogue(
 /// Every axis of the bearings, or every position in each plane.
 fn of_one_axis(places: &[Location]) -> Vec<Location> {
     let positions: Vec<f64> = places.iter().filter_map(Location::position_m).collect();
-    match positions.is_empty() {
-        true => (0..4).map(Location::Axis).collect(),
-        false => Plane::ALL
-            .into_iter()
-            .flat_map(|plane| positions.iter().map(move |z| Location::InPlane(*z, plane)))
-            .collect(),
+    if positions.is_empty() {
+        (0..4).map(Location::Axis).collect()
+    } else {
+        Plane::ALL.into_iter().flat_map(|plane| positions.iter().map(move |z| Location::InPlane(*z, plane))).collect()
     }
 }
 

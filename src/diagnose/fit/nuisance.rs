@@ -61,10 +61,7 @@ impl Layout {
     pub(crate) fn deviation(&self, k: usize, p: f64) -> (f64, f64) {
         let sd = self.sd.get(k).copied().unwrap_or(f64::INFINITY);
         let damping = self.machine.damping(0)..=self.machine.damping(DAMPED_MODES);
-        match damping.contains(&k) && p < 0.0 {
-            true => (p.exp_m1() / sd, p.exp() / sd),
-            false => (p / sd, sd.recip()),
-        }
+        if damping.contains(&k) && p < 0.0 { (p.exp_m1() / sd, p.exp() / sd) } else { (p / sd, sd.recip()) }
     }
 
     /// The priors at p: for each parameter the weight on the diagonal of the normal equations, and what it adds to the

@@ -233,10 +233,7 @@ fn ranked_places(case: &Case) -> Result<Vec<Entry>, DiagnoseError> {
         places(case.model, turning).into_iter().map(|(name, place)| (name, place, origin.clone())).collect();
     for (round, (stages, stride)) in ROUNDS.iter().enumerate() {
         let usage = Subset {
-            stride: match round + 1 == ROUNDS.len() {
-                true => *stride,
-                false => (case.evidence.lines() / LINES).max(*stride),
-            },
+            stride: if round + 1 == ROUNDS.len() { *stride } else { (case.evidence.lines() / LINES).max(*stride) },
             ..Subset::ALL
         };
         field = fitted(case, next, stages, usage)?;

@@ -94,9 +94,10 @@ impl OpenedPlace<'_> {
         let plus = a.ported(omega_rad_s, &self.extra);
         let minus = (a.coupled() || self.split).then(|| a.ported(-omega_rad_s, &self.extra));
         // The directions are those of a machine without springs in one plane: near enough to tell where something is.
-        let response = match a.has_plane_springs() {
-            true => a.line(omega_rad_s, None).response,
-            false => Assembled::response(&electronics, &plus, minus.as_ref()),
+        let response = if a.has_plane_springs() {
+            a.line(omega_rad_s, None).response
+        } else {
+            Assembled::response(&electronics, &plus, minus.as_ref())
         };
         let mut view = PlaceResponse { scene: self, electronics, plus, minus, response, directions: vec![] };
         view.directions = view.offered();

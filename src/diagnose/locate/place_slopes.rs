@@ -44,9 +44,8 @@ impl PlaceResponse<'_> {
             None => d,
         };
         let mixes = self.mixed(&self.response).is_some();
-        let gain = |rows: bool, b: usize| match mixes {
-            true => with_mixture(factor(&self.response, rows, b)),
-            false => factor(&response, rows, b),
+        let gain = |rows: bool, b: usize| {
+            if mixes { with_mixture(factor(&self.response, rows, b)) } else { factor(&response, rows, b) }
         };
         let gains = [gain(false, 0), gain(false, 1), gain(true, 0), gain(true, 1)];
         let mut units: Vec<Square> = self.units().into_iter().map(with_mixture).collect();

@@ -82,10 +82,7 @@ pub(crate) fn explained<'a>(
         return reconciled(trial);
     }
     // What thinned lines refute is worth all of them only where nothing else explains the records.
-    Ok(Some(match here.complete {
-        true => on_all_lines(trial, &here, alternatives)?,
-        false => here,
-    }))
+    Ok(Some(if here.complete { on_all_lines(trial, &here, alternatives)? } else { here }))
 }
 
 /// Gap of a machine without effects.

@@ -172,9 +172,12 @@ impl Problem {
         let mut before = first.to_vec();
         let mut found = vec![];
         for _ in 0..LEAST_SQUARES {
-            let entry = |i: usize, j: usize| match j < size {
-                true => self.at_data[i][j] / (self.squared[i] * before[i]),
-                false => -self.at_data[i][j - size] / before[i],
+            let entry = |i: usize, j: usize| {
+                if j < size {
+                    self.at_data[i][j] / (self.squared[i] * before[i])
+                } else {
+                    -self.at_data[i][j - size] / before[i]
+                }
             };
             let rows = self.squared.len();
             let Ok(parts) = svd(&Mat::from_fn(rows, 2 * size, entry)) else {
@@ -223,9 +226,10 @@ impl Problem {
         objective[t] = 1.0;
         Exchange {
             objective,
-            always: match present {
-                true => (0..size).flat_map(|j| between(&[(size + j, 1.0)], -1.0)).collect(),
-                false => between(&self.mean(&now.m), 0.5).into(),
+            always: if present {
+                (0..size).flat_map(|j| between(&[(size + j, 1.0)], -1.0)).collect()
+            } else {
+                between(&self.mean(&now.m), 0.5).into()
             },
             curves: vec![above, below, of_n, of_m],
         }
@@ -270,10 +274,7 @@ fn values(at_data: &[Vec<f64>], coefficients: &[f64]) -> Vec<f64> {
 fn ln_level(n: &[f64], m: &[f64], squared: &[f64]) -> f64 {
     let ratios = n.iter().zip(m).zip(squared);
     ratios
-        .map(|((n, m), s)| match *n > 0.0 && *m > 0.0 {
-            true => (n / (m * s)).ln().abs(),
-            false => f64::INFINITY,
-        })
+        .map(|((n, m), s)| if *n > 0.0 && *m > 0.0 { (n / (m * s)).ln().abs() } else { f64::INFINITY })
         .fold(0.0, |a, b| if b.is_nan() { f64::INFINITY } else { a.max(b) })
 }
 

@@ -136,9 +136,6 @@ impl Point {
         // What Newton's step misses, in terms of the step, is the scale on which the measure bends.
         let scale = beyond.abs() * other.step() / (step * step);
         let error = (beyond * scale * scale).abs().max((step * other.step()).powi(2));
-        match error < newton.1 {
-            true => (newton.0 + beyond, error),
-            false => newton,
-        }
+        if error < newton.1 { (newton.0 + beyond, error) } else { newton }
     }
 }

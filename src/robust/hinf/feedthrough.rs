@@ -93,9 +93,10 @@ pub(super) fn direct_share(system: &StateSpace<Continuous>, damping: f64) -> Opt
     let responder = FrequencyResponder::new(system);
     let mut gains: Vec<f64> = (0..system.inputs()).map(|j| system.d.col(j).norm_l2()).collect();
     for omega in seeds(&poles) {
-        let response = match omega.is_infinite() || damping == 0.0 {
-            true => responder.at_or_infinity(omega),
-            false => responder.transfer(c64::new(damping * omega, omega)),
+        let response = if omega.is_infinite() || damping == 0.0 {
+            responder.at_or_infinity(omega)
+        } else {
+            responder.transfer(c64::new(damping * omega, omega))
         };
         for (j, gain) in gains.iter_mut().enumerate() {
             let here = response.col(j).norm_l2();
@@ -104,10 +105,8 @@ pub(super) fn direct_share(system: &StateSpace<Continuous>, damping: f64) -> Opt
             }
         }
     }
-    let smallest = |d: &Mat<f64>| match d.nrows() < d.ncols() {
-        true => Some(0.0),
-        false => svd(d).ok().and_then(|f| f.s.last().copied()),
-    };
+    let smallest =
+        |d: &Mat<f64>| if d.nrows() < d.ncols() { Some(0.0) } else { svd(d).ok().and_then(|f| f.s.last().copied()) };
     let share =
         Mat::from_fn(system.outputs(), system.inputs(), |i, j| system.d[(i, j)] / gains[j].max(f64::MIN_POSITIVE));
     let (smallest, relative) = (smallest(&system.d)?, smallest(&share)?);

@@ -141,9 +141,10 @@ fn attempt(plant: &GeneralizedPlant, settings: &HinfSettings) -> Result<HinfSolu
     let pairs = Cell::new(0);
     if let Some(gamma) = settings.gamma {
         let found = search.deliver(plant, None, gamma, &pairs)?;
-        return match found.closed_loop_norm > gamma * (1.0 + 2.0 * LEVEL_TOL) {
-            true => Err(refuted(gamma, &found)),
-            false => Ok(found),
+        return if found.closed_loop_norm > gamma * (1.0 + 2.0 * LEVEL_TOL) {
+            Err(refuted(gamma, &found))
+        } else {
+            Ok(found)
         };
     }
     let optimum = search.optimum(settings, &pairs)?;

@@ -211,10 +211,7 @@ mod tests {
         assert!(is_feasible(plant, hi)? && !is_feasible(plant, lo)?);
         while hi / lo > 1.0 + 1e-9 {
             let middle = (lo * hi).sqrt();
-            match is_feasible(plant, middle)? {
-                true => hi = middle,
-                false => lo = middle,
-            }
+            if is_feasible(plant, middle)? { hi = middle } else { lo = middle }
         }
         Ok(hi)
     }

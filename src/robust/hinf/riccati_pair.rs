@@ -75,18 +75,16 @@ impl Coupling {
         let passage = |k: usize| {
             if self.extremes[k] == 0.0 { 1.0 } else { sizes[k] / self.extremes[k] }
         };
-        let near = match passage(0) <= passage(1) {
-            true => (passage(0), Limit::ControlIndefinite),
-            false => (passage(1), Limit::FilterIndefinite),
+        let near = if passage(0) <= passage(1) {
+            (passage(0), Limit::ControlIndefinite)
+        } else {
+            (passage(1), Limit::FilterIndefinite)
         };
         if near.0 < 0.0 {
             return (near.0.max(-1.0), near.1);
         }
         let coupling = gamma * gamma / self.ratio.max(1e-12 * gamma * gamma) - 1.0;
-        match coupling <= near.0 {
-            true => (coupling, Limit::Coupling),
-            false => near,
-        }
+        if coupling <= near.0 { (coupling, Limit::Coupling) } else { near }
     }
 }
 

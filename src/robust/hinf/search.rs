@@ -258,10 +258,10 @@ impl Search {
             (filter.lower, Limit::FilterSide { omega_rad_s: filter.omega_rad_s }),
         ];
         let first = Optimum { gamma: self.coupling_level(), limit: Limit::Coupling };
-        Ok(sides.into_iter().fold(first, |largest, (gamma, limit)| match gamma > largest.gamma {
-            true => Optimum { gamma, limit },
-            false => largest,
-        }))
+        Ok(sides.into_iter().fold(
+            first,
+            |largest, (gamma, limit)| if gamma > largest.gamma { Optimum { gamma, limit } } else { largest },
+        ))
     }
 
     /// Smallest feasible level where the lower bound is zero: it is bracketed in steps of a decade from the size of the

@@ -55,29 +55,18 @@ fn axis_slope(side: &Side, regulator: &Regulator, level: &Peak) -> Result<Matrix
         let diagonal = if i == j { level.omega_rad_s } else { 0.0 };
         c64::new(-closed.a[(i, j)], diagonal)
     });
-    let states = match finite {
-        true => solve_complex(&pencil, &b),
-        false => Mat::zeros(n, m1 + m2),
-    };
+    let states = if finite { solve_complex(&pencil, &b) } else { Mat::zeros(n, m1 + m2) };
     let (rest, reached) = beyond_control(&(&c * &states + complex(&closed.d)), m1);
     let (left, values, right) = singular_vectors(&rest)?;
     let (u, v) = (left.subcols(0, 1).to_owned(), right.subcols(0, 1));
     // The disturbance v and the control that answers it best, around the feedback F₂.
     let answer = &reached * v;
-    let around = Mat::from_fn(m1 + m2, 1, |i, _| match i < m1 {
-        true => v[(i, 0)],
-        false => -answer[(i - m1, 0)],
-    });
+    let around = Mat::from_fn(m1 + m2, 1, |i, _| if i < m1 { v[(i, 0)] } else { -answer[(i - m1, 0)] });
     let x = &states * &around;
     let regulated = complex(&regulator.f) * &x;
-    let f = Mat::from_fn(m1 + m2, 1, |i, _| match i < m1 {
-        true => around[(i, 0)],
-        false => around[(i, 0)] + regulated[(i - m1, 0)],
-    });
-    let y = match finite {
-        true => solve_complex(&pencil.adjoint().to_owned(), &(c.adjoint() * &u)),
-        false => Mat::zeros(n, 1),
-    };
+    let f =
+        Mat::from_fn(m1 + m2, 1, |i, _| if i < m1 { around[(i, 0)] } else { around[(i, 0)] + regulated[(i - m1, 0)] });
+    let y = if finite { solve_complex(&pencil.adjoint().to_owned(), &(c.adjoint() * &u)) } else { Mat::zeros(n, 1) };
     // d ln σ = Re uᴴ dP f / σ.
     let outer = |left: &Mat<c64>, right: &Mat<c64>| {
         Mat::from_fn(left.nrows(), right.nrows(), |i, j| (left[(i, 0)].conj() * right[(j, 0)]).re / values[0])

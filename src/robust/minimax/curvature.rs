@@ -52,10 +52,7 @@ impl Curvature {
         if !(own > 0.0 && along.is_finite()) {
             return;
         }
-        let share = match along < DAMPED * own {
-            true => (1.0 - DAMPED) * own / (own - along),
-            false => 1.0,
-        };
+        let share = if along < DAMPED * own { (1.0 - DAMPED) * own / (own - along) } else { 1.0 };
         let pairs = change.iter().zip(&image);
         let change: Vec<f64> = pairs.map(|(y, b)| share * y + (1.0 - share) * b).collect();
         let along = dot(step, &change);

@@ -149,9 +149,8 @@ fn by_interior_point(values: &[LinearValue], rule: &StepRule) -> Result<Vec<f64>
     let not_negative = (0..m).map(|k| Row { terms: vec![(k, -1.0)], bound: 0.0 });
     let groups = (0..rule.limits).map(|g| sum_over(Some(g), rule.penalty));
     let programme = QuadraticProgramme {
-        quadratic: Mat::from_fn(m, m, |i, j| match i <= j {
-            true => dot(&values[i].gradient, &values[j].gradient) / rule.proximal,
-            false => 0.0,
+        quadratic: Mat::from_fn(m, m, |i, j| {
+            if i <= j { dot(&values[i].gradient, &values[j].gradient) / rule.proximal } else { 0.0 }
         }),
         objective: values.iter().map(|v| -v.value).collect(),
         // Without an objective the level is free and costs nothing.

@@ -82,10 +82,8 @@ impl ReducedMachine {
             ports.rows.push(probe.row(shaft)?);
         }
         // Springs in one plane are closed between all ports.
-        let driven = match ports.plane_springs.is_empty() {
-            true => ports.rows.len() - assembly.probes.len(),
-            false => ports.rows.len(),
-        };
+        let driven =
+            if ports.plane_springs.is_empty() { ports.rows.len() - assembly.probes.len() } else { ports.rows.len() };
         let constant = match finer {
             Some(finer) => finer.move_ports(shaft, &mut ports.rows)?,
             None => vec![],

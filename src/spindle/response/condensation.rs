@@ -139,10 +139,7 @@ mod tests {
         };
         let (_, turn) = symmetric_eigen(&stiffness(&vec![1.0; n - 1])).expect("modes");
         let turned = turn.transpose() * stiffness(springs) * &turn;
-        Mat::from_fn(n + 1, n + 1, |i, j| match i < RIGID || j < RIGID {
-            true => 0.0,
-            false => turned[(i - 1, j - 1)],
-        })
+        Mat::from_fn(n + 1, n + 1, |i, j| if i < RIGID || j < RIGID { 0.0 } else { turned[(i - 1, j - 1)] })
     }
 
     /// Receptance between all pairs of some rows over the flexible coordinates, with a damping ratio of 0.5 %.

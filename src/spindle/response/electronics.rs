@@ -94,9 +94,10 @@ impl ElectronicsLine {
             let apart = apart(m);
             for row in f.chunks_mut(side) {
                 let (on_x, on_y) = (row[x], row[y]);
-                (row[x], row[y]) = match apart {
-                    true => (on_x * m[0], on_y * m[3]),
-                    false => (on_x * m[0] + on_y * m[2], on_x * m[1] + on_y * m[3]),
+                (row[x], row[y]) = if apart {
+                    (on_x * m[0], on_y * m[3])
+                } else {
+                    (on_x * m[0] + on_y * m[2], on_x * m[1] + on_y * m[3])
                 };
             }
         }
@@ -105,9 +106,10 @@ impl ElectronicsLine {
             let apart = apart(m);
             for column in 0..side {
                 let (of_x, of_y) = (f[x + column], f[y + column]);
-                (f[x + column], f[y + column]) = match apart {
-                    true => (of_x * m[0], of_y * m[3]),
-                    false => (m[0] * of_x + m[1] * of_y, m[2] * of_x + m[3] * of_y),
+                (f[x + column], f[y + column]) = if apart {
+                    (of_x * m[0], of_y * m[3])
+                } else {
+                    (m[0] * of_x + m[1] * of_y, m[2] * of_x + m[3] * of_y)
                 };
             }
         }

@@ -77,9 +77,10 @@ impl Change {
             let (x, y) = (2 * b, 2 * b + 1);
             // Factors on the axes stand outside of what couples them.
             let bearing = &machine.bearings[b];
-            let [to_x, to_y] = match currents {
-                true => [bearing.force_factors[0], bearing.force_factors[1]],
-                false => [bearing.signal_factors[1], bearing.signal_factors[0]],
+            let [to_x, to_y] = if currents {
+                [bearing.force_factors[0], bearing.force_factors[1]]
+            } else {
+                [bearing.signal_factors[1], bearing.signal_factors[0]]
             };
             let (cross_x, cross_y) = (cross * (to_x / to_y), cross * (to_y / to_x));
             for n in 0..SIDE {

@@ -87,10 +87,7 @@ impl ReducedShaft {
             [translation, turning, 0.0]
         };
         let start = at_nose(JOINT_START);
-        let with_joint = |machine: &Machine| match movable_joint {
-            true => jointed(machine, start),
-            false => Ok(machine.clone()),
-        };
+        let with_joint = |machine: &Machine| if movable_joint { jointed(machine, start) } else { Ok(machine.clone()) };
         let file = with_joint(machine)?.rotor()?;
         let machine = with_joint(&fine)?;
         let rotor = machine.rotor()?;

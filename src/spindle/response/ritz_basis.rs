@@ -168,10 +168,7 @@ pub(super) fn group_strains(
         }));
     }
     let matrix = |strains: &Vec<Vec<f64>>| {
-        Mat::from_fn(shapes.ncols(), strains.len(), |i, r| match i < RIGID {
-            true => 0.0,
-            false => strains[r][i],
-        })
+        Mat::from_fn(shapes.ncols(), strains.len(), |i, r| if i < RIGID { 0.0 } else { strains[r][i] })
     };
     strains.iter().map(matrix).collect()
 }
@@ -190,10 +187,7 @@ pub(super) fn without_rigid(a: &Mat<f64>) -> Mat<f64> {
 pub(super) fn joint_rows(shapes: &Mat<f64>, [a, b]: Ends) -> [Vec<f64>; 2] {
     [0, 1].map(|d| {
         (0..shapes.ncols())
-            .map(|c| match c < RIGID {
-                true => 0.0,
-                false => shapes[(2 * a + d, c)] - shapes[(2 * b + d, c)],
-            })
+            .map(|c| if c < RIGID { 0.0 } else { shapes[(2 * a + d, c)] - shapes[(2 * b + d, c)] })
             .collect()
     })
 }

@@ -88,10 +88,7 @@ impl Assembled {
             Term::Magnet(b, slope) => {
                 let magnet = MAGNETS[b];
                 let through = moved(magnet, first + slope) * self.negative_stiffness()[b];
-                match i == magnet {
-                    true => through + h(o, first + slope),
-                    false => through,
-                }
+                if i == magnet { through + h(o, first + slope) } else { through }
             }
             Term::Housing(index, number) => {
                 let Some(housing) = self.effective.housings.get(index) else {

@@ -47,10 +47,7 @@ pub(super) fn modes(stiffness: &Mat<f64>, masses: &[(Vec<f64>, f64)]) -> Result<
     rigid[(1, 1)] = second.recip();
     let flexible = definite_eigen_lifted(stiffness, &mass, &rigid)?;
     omega.extend(flexible.values.iter().map(|v| frequency(*v)));
-    let shapes = Mat::from_fn(n, n, |i, k| match k < RIGID {
-        true => rigid[(i, k)],
-        false => flexible.vectors[(i, k - RIGID)],
-    });
+    let shapes = Mat::from_fn(n, n, |i, k| if k < RIGID { rigid[(i, k)] } else { flexible.vectors[(i, k - RIGID)] });
     Ok(Modes { omega, shapes })
 }
 

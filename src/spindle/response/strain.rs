@@ -35,9 +35,8 @@ impl Strain {
         let turned = own.transpose() * turned;
         let follow = Mat::from_fn(n - dynamic, ports.len(), |k, q| ports[q][dynamic + k] / omega[dynamic + k].powi(2));
         let above = turned.subcols(dynamic, n - dynamic) * follow;
-        let strains = Mat::from_fn(count, dynamic + ports.len(), |r, c| match c < dynamic {
-            true => turned[(r, c)],
-            false => above[(r, c - dynamic)],
+        let strains = Mat::from_fn(count, dynamic + ports.len(), |r, c| {
+            if c < dynamic { turned[(r, c)] } else { above[(r, c - dynamic)] }
         });
         Self { of_group: shaft.strains_of_group.clone(), strains }
     }

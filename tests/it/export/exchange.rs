@@ -36,9 +36,10 @@ fn mat_file(matrices: &[(&str, usize, usize, &[f64])], compressed: bool) -> Vec<
     for (name, rows, columns, values) in matrices {
         // Whole numbers are stored in bytes, as MATLAB does.
         let small = values.iter().all(|x| x.fract() == 0.0 && (0.0..256.0).contains(x));
-        let numbers = match small {
-            true => element(2, &values.iter().map(|x| *x as u8).collect::<Vec<u8>>()),
-            false => element(9, &values.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>()),
+        let numbers = if small {
+            element(2, &values.iter().map(|x| *x as u8).collect::<Vec<u8>>())
+        } else {
+            element(9, &values.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>())
         };
         let parts = [
             element(6, &words(&[6, 0])),

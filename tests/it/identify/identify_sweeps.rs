@@ -313,10 +313,7 @@ fn a_hammer_line_that_happens_to_be_small_is_not_believed() {
             let mean = each.iter().sum::<c64>() / f64::from(blows);
             let all: f64 = each.iter().map(|h| h.norm_sqr()).sum();
             frf.compliance.push(mean);
-            coherence.push(match estimated {
-                true => f64::from(blows) * mean.norm_sqr() / all,
-                false => power / (power + 1.0),
-            });
+            coherence.push(if estimated { f64::from(blows) * mean.norm_sqr() / all } else { power / (power + 1.0) });
         }
         frf.coherence = Some(coherence);
         let square = |k: usize| ((frf.compliance[k] - exact).norm() / frf.sigma(k, 0.0)).powi(2);

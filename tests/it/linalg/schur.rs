@@ -75,9 +75,8 @@ fn entries_of_any_size_leave_a_schur_form() {
         holds(&scaled, &format!("columns, round {round}"));
         let share = rng.random::<f64>();
         let tiny = [1e-310, 1e-300, 5e-324, 1e-160][round / 4 % 4];
-        let some = Mat::from_fn(n, n, |i, j| match rng.random::<f64>() < share && i + j > 0 {
-            true => tiny * a[(i, j)],
-            false => 8e6 * a[(i, j)],
+        let some = Mat::from_fn(n, n, |i, j| {
+            if rng.random::<f64>() < share && i + j > 0 { tiny * a[(i, j)] } else { 8e6 * a[(i, j)] }
         });
         holds(&some, &format!("tiny entries, round {round}"));
         let size = 10f64.powi(rng.random_range(-150..150));

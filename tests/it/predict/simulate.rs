@@ -346,13 +346,14 @@ fn export_and_simulate_run_from_the_command_line() {
     let steps = &summary["simulation"]["quantisation"];
     let (left, part) =
         (steps["displacement_m"]["tool"].as_f64().unwrap(), steps["part_of_settled_displacement"].as_f64().unwrap());
-    let cycle = match part > 0.5 {
-        true => format!(
+    let cycle = if part > 0.5 {
+        format!(
             "; what is left at the tool, {:.0} nm, is the limit cycle of the sensors' step of {:.0} nm",
             1e9 * left,
             1e9 * steps["quantum_m"].as_f64().unwrap()
-        ),
-        false => String::new(),
+        )
+    } else {
+        String::new()
     };
     assert_eq!(summary["verdict"]["sentence"], format!("the rotor lifts off and stays free{cycle}"));
     assert_eq!(muspin(&["export", "--controller", "absent.json"], folder.path()).0, 2);

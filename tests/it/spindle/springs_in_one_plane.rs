@@ -70,20 +70,14 @@ fn at_rest_the_other_plane_does_not_know_of_it() {
     for hz in [5.0, 395.0, 1150.0, 3900.0] {
         let (found, without, both) = (in_x.at(TAU * hz), without.at(TAU * hz), both.at(TAU * hz));
         let of = |m: &Mat<c64>, plane: usize| {
-            Mat::from_fn(10, 10, |i, j| match (i % 2, j % 2) == (plane, plane) {
-                true => m[(i, j)],
-                false => c64::new(0.0, 0.0),
-            })
+            Mat::from_fn(10, 10, |i, j| if (i % 2, j % 2) == (plane, plane) { m[(i, j)] } else { c64::new(0.0, 0.0) })
         };
         // Beside what stands in both planes the shaft has the same basis; without a port of the spring another one,
         // which a full plant keeps to 1.2e-5 up to 4 kHz.
         let in_x = block_error(&of(&found, 0), &of(&both, 0));
         let in_y = block_error(&of(&found, 1), &of(&without, 1));
         assert!(in_x < 1e-10 && in_y < 1.2e-5, "{hz} Hz: {in_x:.1e} {in_y:.1e}");
-        let rest = Mat::from_fn(10, 10, |i, j| match i % 2 == j % 2 {
-            true => c64::new(0.0, 0.0),
-            false => found[(i, j)],
-        });
+        let rest = Mat::from_fn(10, 10, |i, j| if i % 2 == j % 2 { c64::new(0.0, 0.0) } else { found[(i, j)] });
         assert_eq!(rest.norm_max(), 0.0);
     }
 }
