@@ -88,10 +88,11 @@ fn all(
             progress.share(found.len(), variants.len());
         }
     };
-    match arguments.timings.are_asked() {
-        true => in_turn(),
+    if arguments.timings.are_asked() {
+        in_turn();
+    } else {
         // A closure for each thread: one that could be stolen would run inside another tool.
-        false => drop(rayon::broadcast(|_| in_turn())),
+        rayon::broadcast(|_| in_turn());
     }
     let mut found = std::mem::take(&mut *found_so_far());
     found.sort_by_key(|(number, _)| *number);
