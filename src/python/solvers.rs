@@ -66,8 +66,8 @@ fn plant(p: &Matrices<'_>, measurements: usize, controls: usize, blocks: Vec<Blo
             Ok(())
         } else {
             Err(refused(format!(
-                "{name} = {part} must lie between 1 and {}: the plant has {whole} channels there, errors or disturbances \
-             included",
+                "{name} = {part} must lie between 1 and {}: the plant has {whole} channels there, errors or \
+             disturbances included",
                 whole.saturating_sub(1)
             )))
         }
