@@ -34,6 +34,7 @@ pub(crate) mod simulation;
 pub mod specification_scale;
 pub mod speed_mu;
 pub mod stable;
+mod starting_pid;
 pub(crate) mod study;
 pub mod synthesis;
 pub mod tightening;

@@ -70,8 +70,32 @@ pub struct Weights {
     pub uncertainty: Uncertainty,
     /// Weights that take the place of those that change from one level to another.
     pub curves: Curves,
+    /// Bands in which the tool has to be stiff: limits of the polish, judged beside the specification.
+    pub tool_stiffness: Vec<StiffnessFloor>,
     /// What the file leaves to the machine; [`Weights::on`] puts it in. Empty unless the file says `defaults: machine`.
     pub open: Vec<Quantity>,
+}
+
+/// A floor of the tool's dynamic stiffness over a band, at rest and at top speed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StiffnessFloor {
+    /// First frequency, Hz.
+    pub from_hz: f64,
+    /// Last frequency, Hz; that of the first for a single one.
+    pub to_hz: f64,
+    /// Least stiffness there, N/m.
+    pub at_least_n_per_m: f64,
+}
+
+impl StiffnessFloor {
+    /// Rounding of a frequency by 2π and back.
+    const ROUNDING: f64 = 1e-9;
+
+    /// True when a frequency lies in the band.
+    pub fn holds_at(&self, frequency_hz: f64) -> bool {
+        let (low, high) = (self.from_hz * (1.0 - Self::ROUNDING), self.to_hz * (1.0 + Self::ROUNDING));
+        (low..=high).contains(&frequency_hz)
+    }
 }
 
 /// Weights over frequency that a specification gives itself. Places: 0 tool, 1 front, 2 rear.

@@ -289,7 +289,18 @@ pub const WEIGHTS: &[Group] = &[
     group("uncertainty.actuator", uncertainty::ACTUATOR_KEYS),
     group("uncertainty.sensor", uncertainty::SENSOR_KEYS),
     group("over_frequency.*", curve::KEYS),
+    group("tool_stiffness[]", TOOL_STIFFNESS),
 ];
+
+const TOOL_STIFFNESS: &[Key] = {
+    const WHERE: [Range; 2] = [[0.1, 1e4], [1e-6, 1e6]];
+    const WHY: &str = "the stiffness of a tool counts between 1 Hz and some kilohertz";
+    &[
+        needed("from_hz", "Hz", WHERE, WHY),
+        needed("to_hz", "Hz", WHERE, WHY),
+        needed("at_least_n_per_m", "N/m", [[1e3, 1e9], [1e-3, 1e12]], "tools on magnets have 0.1 to 100 N/µm"),
+    ]
+};
 
 /// A file of frequencies.
 pub const FREQUENCIES: &[Group] = {

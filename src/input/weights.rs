@@ -7,7 +7,7 @@ use super::positive::positive;
 use super::shipped::{self, WEIGHTS};
 use super::uncertainty::{UncertaintyFile, uncertainty};
 use super::yaml;
-use crate::augment::weights::{Limits, Quantity, Weights};
+use crate::augment::weights::{Limits, Quantity, StiffnessFloor, Weights};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -52,6 +52,10 @@ pub(super) struct WeightsFile {
     /// that change from one level to another; none unless given.
     #[serde(default)]
     over_frequency: CurvesFile,
+    /// Bands in which the tool has to be stiff, at rest and at top speed; limits of the polish, judged beside the loads
+    /// and displacements above. None unless given.
+    #[serde(default)]
+    tool_stiffness: Vec<ToolStiffnessFile>,
     /// Where the keys above come from that the file leaves out: `table`, the values stated here, the same on every
     /// machine, or `machine`: current 5/6 of the bias, roll-off at 0.15 of the sample rate and above the modes of the
     /// table, noise four times that of the sensors, crossovers from mass and negative stiffness.
@@ -86,6 +90,18 @@ pub(super) struct LimitsFile {
     load_crossover_hz: Option<f64>,
     /// The same for the displacement; 40 at the tool, 100 at the bearings unless given.
     displacement_crossover_hz: Option<f64>,
+}
+
+/// A band in which the tool has to be stiff.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ToolStiffnessFile {
+    /// First frequency of the band.
+    from_hz: f64,
+    /// Last frequency of the band; the first one for a single frequency.
+    to_hz: f64,
+    /// Least dynamic stiffness of the tool there.
+    at_least_n_per_m: f64,
 }
 
 /// Defaults of the keys that Table 2 leaves open; reasons at [`Weights`].
@@ -163,6 +179,7 @@ pub fn read_weights(file: &str, text: &str) -> Result<Weights, InputError> {
     Ok(Weights {
         uncertainty: uncertainty(file, &read.uncertainty, &read.over_frequency)?,
         curves: read.over_frequency.weights(file)?,
+        tool_stiffness: stiffness_floors(file, &read.tool_stiffness)?,
         open,
         tool: limits(&read.tool),
         front: limits(&read.front),
@@ -179,6 +196,23 @@ pub fn read_weights(file: &str, text: &str) -> Result<Weights, InputError> {
         mode_uncertainty: read.mode_uncertainty,
         name: read.name,
     })
+}
+
+fn stiffness_floors(file: &str, read: &[ToolStiffnessFile]) -> Result<Vec<StiffnessFloor>, InputError> {
+    let mut floors = vec![];
+    for (i, band) in read.iter().enumerate() {
+        let values = [("from_hz", band.from_hz), ("to_hz", band.to_hz), ("at_least_n_per_m", band.at_least_n_per_m)];
+        for (key, value) in values {
+            positive(file, &format!("tool_stiffness[{i}].{key}"), Some(value))?;
+        }
+        if band.from_hz > band.to_hz {
+            let rule = format!("tool_stiffness[{i}].to_hz: {} lies below from_hz: {}", band.to_hz, band.from_hz);
+            return Err(InputError::new(file, rule).with_hint("a single frequency is written twice"));
+        }
+        let (from_hz, to_hz, at_least_n_per_m) = (band.from_hz, band.to_hz, band.at_least_n_per_m);
+        floors.push(StiffnessFloor { from_hz, to_hz, at_least_n_per_m });
+    }
+    Ok(floors)
 }
 
 /// What a file leaves out.

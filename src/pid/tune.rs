@@ -237,6 +237,7 @@ fn asked(machine: &Machine, settings: &TuneSettings, band_hz: (f64, f64)) -> Res
             sensor_noise_m: electronics.sensor_noise_m,
             noise_current_a: settings.noise_current_a,
             mu: 1.0,
+            tool_softness: 1.0,
         },
         mode_shift: settings.mode_shift,
         starts: settings.starts,

@@ -5,7 +5,7 @@ use crate::controller::anti_windup::firmware_rows;
 use crate::controller::arithmetic::float32;
 use crate::controller::scaling::{ScaledRealisation, SignalLimits};
 use crate::controller::{ControlLaw, Controller};
-use crate::predict::recovery::touching_force_n;
+use crate::predict::recovery::{Recovery, touching_force_n};
 use crate::predict::time::{TimeResponse, TimeSettings};
 use crate::predict::time_cases::{Case, PUSH_S, run_case};
 use crate::spindle::Machine;
@@ -61,6 +61,15 @@ pub fn contact(
         delivered: delivered?,
         pid: pid?,
     })
+}
+
+/// True when the rotor comes free again after the push that [`contact`] makes.
+///
+/// # Errors
+/// [`PipelineError`] when the simulation fails.
+pub(super) fn recovers(machine: &Machine, rows: &ScaledRealisation) -> Result<bool, PipelineError> {
+    let force_n = touching_force_n(machine, SignalLimits::of(machine).output_a, PUSH_S)?;
+    Ok(Recovery::of(machine, &pushed(machine, rows, force_n)?) != Recovery::Lost)
 }
 
 fn pushed(machine: &Machine, rows: &ScaledRealisation, force_n: f64) -> Result<TimeResponse, PipelineError> {

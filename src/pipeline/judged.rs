@@ -5,9 +5,13 @@ use super::certificates::Stage;
 use super::comparison::{Prediction, predict};
 use super::delivery::{Candidate, Delivery};
 use super::overspeed::OVERSPEED;
+use super::starting_pid::ToolStiffness;
+use crate::augment::weights::StiffnessFloor;
 use crate::controller::{ControlLaw, Controller};
 use crate::predict::sensitivity::Zone;
-use crate::spindle::Machine;
+use crate::predict::stiffness::stiffness_at;
+use crate::spindle::{Machine, ModelDetail, Plant};
+use std::f64::consts::TAU;
 
 /// A controller with the figures that decide which of two is delivered.
 #[derive(Clone, Debug)]
@@ -28,6 +32,8 @@ pub struct Judged {
     pub proven_to_rpm: f64,
     /// Growth rate of the controller's own poles, 1/s.
     pub growth_rate_per_s: f64,
+    /// Least tool stiffness over what the specification asks for in its bands, at rest and at top speed.
+    pub share_of_floors: f64,
     /// The loop at rest and at top speed.
     pub(super) predictions: [Prediction; 2],
 }
@@ -73,8 +79,47 @@ impl Judged {
             proven_to_rpm: proven_to_rpm.min(OVERSPEED * top),
             growth_rate_per_s,
             controller,
+            share_of_floors: f64::INFINITY,
             predictions: both,
         })
+    }
+
+    /// With its stiffness over `floors`: on the lines of the predictions in the bands, and at both ends of each band.
+    pub(super) fn measured_by(mut self, machine: &Machine, floors: &[StiffnessFloor]) -> Result<Self, PipelineError> {
+        for prediction in self.predictions.iter().filter(|_| !floors.is_empty()) {
+            if !prediction.is_stable() {
+                self.share_of_floors = 0.0;
+                continue;
+            }
+            let plant = Plant::new(machine, prediction.speed_rpm * TAU / 60.0, ModelDetail::Full)?;
+            let responder = self.controller.responder();
+            let lines = |floor: &StiffnessFloor| {
+                let curves = prediction.stiffness.iter();
+                let lines = curves.flat_map(|own| own.frequency_hz.iter().zip(&own.magnitude_n_per_m));
+                let within = lines.filter(|(hz, _)| floor.holds_at(**hz)).map(|(_, k)| *k);
+                let ends = [(0, floor.from_hz), (1, floor.from_hz), (0, floor.to_hz), (1, floor.to_hz)];
+                let at_ends = ends.map(|(axis, hz)| stiffness_at(&plant, &*responder, axis, hz));
+                within.chain(at_ends).fold(f64::INFINITY, f64::min)
+            };
+            let shares = floors.iter().map(|floor| lines(floor) / floor.at_least_n_per_m);
+            self.share_of_floors = shares.fold(self.share_of_floors, f64::min);
+        }
+        Ok(self)
+    }
+
+    /// Stiffness where controllers are compared; none of an unstable loop.
+    pub(super) fn tool_stiffness(&self) -> Option<ToolStiffness> {
+        ToolStiffness::of(&self.predictions)
+    }
+
+    /// True when this controller may take the place of `other`, from which its polish started to be as stiff as `rival`
+    /// where that is stiffer: it is stiffer than the rival everywhere, meets what the other one meets, and its zones
+    /// are no worse.
+    pub(super) fn outdoes(&self, other: &Self, machine: &Machine, rival: &ToolStiffness) -> bool {
+        let stiffer = self.tool_stiffness().is_some_and(|own| own.least_ratio_to(rival) > 1.0);
+        let (own, others) = (self.met(machine, None), other.met(machine, None));
+        let meets = own.iter().zip(others).all(|(own, other)| *own || !other);
+        stiffer && meets && self.zones <= other.zones
     }
 
     /// Which of [`GOALS`] are met; `rival` are the smallest tool stiffnesses of a tuned PID, if there is one.
@@ -86,6 +131,7 @@ impl Judged {
             self.growth_rate_per_s < 0.0,
             self.mu <= 1.0,
             self.zones.into_iter().all(within_zone_b),
+            self.share_of_floors >= 1.0 - FLOOR_TOLERANCE,
             rival.is_none_or(stiff),
         ]
     }
@@ -113,11 +159,15 @@ impl Judged {
     }
 }
 
+/// A floor counts as held within the width of the lines of the polish, as its other limits do.
+const FLOOR_TOLERANCE: f64 = 0.01;
+
 /// What a delivered controller has to meet, the most important first, as words for one that misses it.
-const GOALS: [&str; 5] = [
+const GOALS: [&str; 6] = [
     "stability is not proven to 1.2 times the top speed",
     "the controller itself is unstable",
     "µ of the whole machine exceeds one",
     "its sensitivity exceeds zone B of ISO 14839-3",
+    "its tool is softer than `tool_stiffness` of the specification asks",
     "its tool is softer than that of the tuned PID",
 ];

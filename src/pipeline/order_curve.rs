@@ -68,7 +68,8 @@ pub(crate) fn lowest_order(
     design: &mut Design,
     progress: &mut Listener,
 ) -> Result<OrderCurve, PipelineError> {
-    let full = Judged::of(machine, "mu", &design.delivery)?;
+    let floors = &weights.tool_stiffness;
+    let full = Judged::of(machine, "mu", &design.delivery)?.measured_by(machine, floors)?;
     let mut curve = OrderCurve {
         points: vec![OrderPoint { order: full.order, judged: Some(full.clone()), failure: None, keeps: true }],
         kept_part: KEPT,
@@ -81,6 +82,7 @@ pub(crate) fn lowest_order(
             machine,
             weights,
             problems: &design.problems,
+            floors,
             speeds: settings.speeds,
             effort: settings.polish.unwrap_or_default(),
         };

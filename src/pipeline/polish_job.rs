@@ -17,7 +17,7 @@ use super::settings::{DesignSettings, PolishEffort};
 use super::speed_mu::{SpeedMu, mu_at_speed};
 use super::widening::Widening;
 use crate::augment::GeneralizedPlant;
-use crate::augment::weights::Weights;
+use crate::augment::weights::{StiffnessFloor, Weights};
 use crate::controller::amplifier_demand::high_frequency_hz;
 use crate::controller::polish::limits::WEAK_SENSITIVITY;
 use crate::controller::polish::{LoopLimits, PolishRound, PolishTask, Polisher};
@@ -58,6 +58,7 @@ pub(super) fn limits(machine: &Machine, sensitivity: f64) -> Result<LoopLimits, 
         sensor_noise_m: noise,
         noise_current_a: NOISE_SHARE * bias,
         mu: MU,
+        tool_softness: 1.0,
     })
 }
 
@@ -67,6 +68,8 @@ pub(super) fn limits(machine: &Machine, sensitivity: f64) -> Result<LoopLimits, 
 pub(super) struct Goal<'a> {
     weights: &'a Weights,
     plant: &'a GeneralizedPlant,
+    /// Floors of the tool's stiffness beside it.
+    floors: &'a [StiffnessFloor],
     /// By what the limits are widened.
     pub widening: Widening,
 }
@@ -76,12 +79,13 @@ pub(super) struct Goal<'a> {
 const WITHIN_REACH: f64 = 2.0;
 
 impl<'a> Goal<'a> {
-    pub(super) fn of(problems: &'a Problems, written: &'a Weights) -> Self {
+    pub(super) fn of(job: &PolishJob<'a>) -> Self {
+        let (problems, floors) = (job.problems, job.floors);
         let widening = problems.widening;
         if widening.tool.max(widening.current) <= WITHIN_REACH {
-            Self { weights: written, plant: &problems.specification, widening: Widening::NONE }
+            Self { weights: job.weights, plant: &problems.specification, floors, widening: Widening::NONE }
         } else {
-            Self { weights: &problems.aim, plant: &problems.aimed, widening }
+            Self { weights: &problems.aim, plant: &problems.aimed, floors, widening }
         }
     }
 }
@@ -192,7 +196,7 @@ fn descend(
     (problems, goal): (&Problems, &Goal<'_>),
     plane: &StateSpace<Discrete>,
 ) -> Result<(Polished, Realised, Option<KnownMu>), PipelineError> {
-    let task = PolishTask { weights: goal.weights, modes: &problems.written_modes, limits };
+    let task = PolishTask { weights: goal.weights, modes: &problems.written_modes, floors: goal.floors, limits };
     let mut polisher = Polisher::new(machine, task, plane, OVERSPEED)?;
     if !polisher.is_stable() {
         let brought = up_to_speed(machine, task, (plane, effort))?;
@@ -259,6 +263,8 @@ pub(super) struct PolishJob<'a> {
     pub machine: &'a Machine,
     pub weights: &'a Weights,
     pub problems: &'a Problems,
+    /// Floors of the tool's stiffness.
+    pub floors: &'a [StiffnessFloor],
     /// Speeds of the verification.
     pub speeds: usize,
     pub effort: PolishEffort,
@@ -272,7 +278,8 @@ impl<'a> PolishJob<'a> {
         problems: &'a Problems,
         settings: &DesignSettings,
     ) -> Option<Self> {
-        Some(Self { machine, weights, problems, speeds: settings.speeds, effort: settings.polish? })
+        let floors = &weights.tool_stiffness;
+        Some(Self { machine, weights, problems, floors, speeds: settings.speeds, effort: settings.polish? })
     }
 
     /// Polishes `plane` within `limits`, and takes the result through rounding and certificates.
@@ -281,12 +288,12 @@ impl<'a> PolishJob<'a> {
         limits: LoopLimits,
         plane: &StateSpace<Discrete>,
     ) -> Result<(Judged, Delivery, Polished), PipelineError> {
-        let goal = Goal::of(self.problems, self.weights);
+        let goal = Goal::of(self);
         let machine = self.machine;
         let (course, realised, known) = descend(machine, (limits, self.effort), (self.problems, &goal), plane)?;
         let (candidate, proof) = Candidate::proven(machine, self.weights, self.problems, (realised, known))?;
         let delivery = candidate.delivered(machine, self.problems, self.speeds, proof)?;
-        let judged = Judged::of(machine, "mu", &delivery)?;
+        let judged = Judged::of(machine, "mu", &delivery)?.measured_by(machine, &self.weights.tool_stiffness)?;
         Ok((judged, delivery, course))
     }
 }

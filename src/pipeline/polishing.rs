@@ -9,20 +9,20 @@
 
 use super::PipelineError;
 use super::certificates::mu_words;
-use super::comparison::predict;
+use super::contact::recovers;
 use super::delivery::{Candidate, Delivery, Realised, plane_of_law};
 use super::judged::Judged;
 use super::polish_job::{Goal, PolishJob, Polished, ZONE_A, ZONE_B, limits};
 use super::settings::{EarlierDesign, PolishEffort};
+use super::starting_pid::{StartingPid, ToolStiffness, tune_starting_pid};
 use super::widening::Widening;
 use crate::controller::polish::{LoopLimits, PolishRound};
+use crate::controller::scaling::ScaledRealisation;
 use crate::controller::speed_proof::SpeedProof;
 use crate::lti::{Discrete, StateSpace};
 use crate::pid::parameters::PidParameters;
-use crate::pid::settings::TuneSettings;
-use crate::pid::tune::tune;
+use crate::predict::sensitivity::Zone;
 use crate::predict::stiffness::stiffness_words;
-use crate::spindle::Machine;
 
 /// A polish from one start.
 #[derive(Clone, Debug)]
@@ -79,7 +79,7 @@ impl PolishOutcome {
         Self {
             dk,
             limits,
-            held_to: Goal::of(job.problems, job.weights).widening,
+            held_to: Goal::of(job).widening,
             attempts: vec![],
             delivered: None,
             tuned_pid: None,
@@ -107,7 +107,7 @@ impl<'a> Contest<'a> {
     fn with(job: PolishJob<'a>, limits: LoopLimits, plane: &StateSpace<Discrete>) -> Result<Self, PipelineError> {
         let realised = Realised::new(job.machine, plane)?;
         let dk = Candidate::new(job.machine, job.weights, job.problems, realised)?;
-        let judged = Judged::unproven(job.machine, "dk", &dk)?;
+        let judged = Judged::unproven(job.machine, "dk", &dk)?.measured_by(job.machine, &job.weights.tool_stiffness)?;
         Ok(Self {
             job,
             rival: None,
@@ -125,8 +125,8 @@ impl<'a> Contest<'a> {
 
     /// True when a larger sensitivity may help: the zone is worse than B, or the tool softer than that of the PID.
     fn wants_sensitivity(&self) -> bool {
-        let [.., zone_b, as_stiff] = self.judged.met(self.job.machine, self.rival);
-        !zone_b || !as_stiff
+        let [.., zone_b, above_floors, as_stiff] = self.judged.met(self.job.machine, self.rival);
+        !zone_b || !above_floors || !as_stiff
     }
 
     /// Why a controller is not delivered in place of the best so far. How far the stability of that of the D-K
@@ -176,6 +176,75 @@ impl<'a> Contest<'a> {
             Err(failure) => PolishAttempt { failure: Some(failure), ..PolishAttempt::from(start) },
         };
         self.outcome.attempts.push(attempt);
+    }
+}
+
+/// Multiples of the PID's stiffness that are tried as floors, the first that leads to a stiffer tool everywhere: lines
+/// and the rival of a whole run, which is held to other limits, take off some per cent.
+const AHEAD: [f64; 2] = [1.2, 1.05];
+const OUTDOING: &str = "best controller, with floors above the stiffness of the tuned PID,";
+
+impl Contest<'_> {
+    /// Where the PID is stiffer at low frequency, at that of the top speed or at the minimum, polishes the best
+    /// controller again with floors there, and keeps the result when it is stiffer everywhere, meets what it met, and
+    /// comes back from the backup bearings as before.
+    fn outdo(&mut self, rival: &ToolStiffness) -> Result<(), PipelineError> {
+        let machine = self.job.machine;
+        let is_behind = |own: ToolStiffness| own.least_ratio_to(rival) < AHEAD[1];
+        if !self.judged.tool_stiffness().is_some_and(is_behind) {
+            return Ok(());
+        }
+        let within = if self.judged.zones == [Some(Zone::A); 2] { ZONE_A } else { ZONE_B };
+        let (limits, plane) = (limits(machine, within)?, plane_of_law(machine, &self.judged.controller)?);
+        for multiple in AHEAD {
+            let floors = [self.job.floors, &rival.floors(machine, multiple)].concat();
+            let job = PolishJob { floors: &floors, ..self.job };
+            let attempt = match polished_from(&job, limits, &plane) {
+                Ok((judged, delivery, course)) => {
+                    let objection = self.objection_beside(&judged, &delivery, rival)?;
+                    let accepted = objection.is_none();
+                    let attempt = PolishAttempt {
+                        objections: objection.into_iter().collect(),
+                        ..PolishAttempt::of(OUTDOING, judged.clone(), course)
+                    };
+                    if accepted {
+                        (self.delivery, self.judged) = (Some(delivery), judged);
+                        self.outcome.delivered = Some(self.outcome.attempts.len());
+                    }
+                    attempt
+                }
+                Err(failure) => PolishAttempt { failure: Some(failure), ..PolishAttempt::from(OUTDOING) },
+            };
+            let is_last = attempt.objections.is_empty() && attempt.failure.is_none();
+            self.outcome.attempts.push(attempt);
+            if is_last {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    /// Why a controller polished to outdo `rival` does not take the place of the best one.
+    fn objection_beside(
+        &self,
+        judged: &Judged,
+        delivery: &Delivery,
+        rival: &ToolStiffness,
+    ) -> Result<Option<&'static str>, PipelineError> {
+        let machine = self.job.machine;
+        if !judged.outdoes(&self.judged, machine, rival) {
+            return Ok(Some("it is not stiffer than the tuned PID everywhere at the same µ and zone"));
+        }
+        let comes_back = |rows: &ScaledRealisation| recovers(machine, rows);
+        let recovered = match &self.delivery {
+            Some(best) => comes_back(&best.realisation)?,
+            // The controller of the D-K iteration is no delivery yet: the stricter answer.
+            None => true,
+        };
+        if recovered && !comes_back(&delivery.realisation)? {
+            return Ok(Some("with it the rotor does not come free of the backup bearings"));
+        }
+        Ok(None)
     }
 }
 
@@ -237,27 +306,32 @@ pub(super) fn polished(
     // The figures of the D-K iteration, with the tuned PID, and the first polish do not depend on each other.
     let entered = || {
         let mut contest = Contest::with(job, zone_a, plane)?;
-        let by_pid = contest.misses_a_goal().then(|| tuned_pid(machine));
-        if let Some(Ok(pid)) = &by_pid {
-            contest.rival = Some(pid.stiffness_n_per_m);
+        let by_pid = tune_starting_pid(machine);
+        let rivals = contest.misses_a_goal();
+        if let Ok(pid) = &by_pid {
+            // A PID with an unstable loop is not compared.
+            contest.rival = rivals.then(|| pid.stiffness.map_or([0.0; 2], |own| own.minimum_n_per_m));
             contest.outcome.tuned_pid = Some(pid.parameters);
         }
-        Ok::<_, PipelineError>((contest, by_pid))
+        Ok::<_, PipelineError>((contest, by_pid, rivals))
     };
     let (entered, done) = rayon::join(entered, || polished_from(&job, zone_a, plane));
-    let (mut contest, by_pid) = entered?;
+    let (mut contest, by_pid, rivals) = entered?;
     if let Some(earlier) = earlier {
         contest.enter(EARLIER, earlier);
     }
     contest.enter(DK, done);
-    if let Some(found) = &by_pid {
-        let start = found.as_ref().map(|pid| &pid.plane);
+    if rivals {
+        let start = by_pid.as_ref().map(|pid| &pid.plane);
         if contest.misses_a_goal() {
             contest.attempt("tuned PID", zone_a, start);
         }
         if contest.wants_sensitivity() && start.is_ok() {
             contest.attempt("tuned PID within zone B", limits(machine, ZONE_B)?, start);
         }
+    }
+    if let Ok(StartingPid { stiffness: Some(rival), .. }) = &by_pid {
+        contest.outdo(rival)?;
     }
     let mut outcome = contest.outcome;
     outcome.sentence = sentence(&outcome);
@@ -270,29 +344,6 @@ pub(super) fn polished(
         }
     };
     Ok((delivery, outcome))
-}
-
-/// A PID to start a polish from, and to be as stiff as.
-struct StartingPid {
-    parameters: PidParameters,
-    /// One plane, m to A.
-    plane: StateSpace<Discrete>,
-    /// Smallest tool stiffness at rest and at top speed, N/m.
-    stiffness_n_per_m: [f64; 2],
-}
-
-fn tuned_pid(machine: &Machine) -> Result<StartingPid, PipelineError> {
-    let found = tune(machine, &TuneSettings::start(), &mut |_, _| {})?;
-    let minimum = |rpm: f64| -> Result<f64, PipelineError> {
-        let seen = predict(machine, &found.controller, rpm)?;
-        // A PID with an unstable loop is not compared.
-        Ok(if seen.is_stable() { seen.minimum.0 } else { 0.0 })
-    };
-    Ok(StartingPid {
-        parameters: found.parameters,
-        plane: plane_of_law(machine, &found.controller)?,
-        stiffness_n_per_m: [minimum(0.0)?, minimum(machine.spindle.max_rpm)?],
-    })
 }
 
 fn sentence(outcome: &PolishOutcome) -> String {

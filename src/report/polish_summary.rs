@@ -61,6 +61,7 @@ struct OverLimit {
     noise_current: Option<f64>,
     mu: Option<f64>,
     weak_magnets: Option<f64>,
+    tool_stiffness: Option<f64>,
 }
 
 /// A certified µ and its frequency.
@@ -118,6 +119,7 @@ impl AttemptSummary {
                 noise_current: finite(r.over_limit[2]),
                 mu: finite(r.over_limit[3]),
                 weak_magnets: finite(r.over_limit[4]),
+                tool_stiffness: finite(r.over_limit[5]),
             },
         });
         let certificates = attempt.certificates.iter();

@@ -28,6 +28,7 @@ impl Loss {
     pub(super) fn gathered(&self, lines: ClosedLines, turns: Vec<i64>, reach: Option<f64>) -> Evaluation {
         let counted = self.counted();
         let noise = noise(&lines, &counted);
+        let soft = self.squares_over_floors(&lines, &counted);
         let mut squares = [0.0; LIMITS + 1];
         let mut add = |group: Group, square: f64| {
             let all = &mut squares[group as usize];
@@ -47,6 +48,9 @@ impl Loss {
         for (_, _, square) in &noise {
             add(Group::NoiseCurrent, *square);
         }
+        for (_, _, square) in &soft {
+            add(Group::ToolStiffness, *square);
+        }
         let mut values = vec![];
         if let Some(reach) = reach {
             let share = share_of(reach);
@@ -61,6 +65,12 @@ impl Loss {
                 if is_kept(*square, floor(Group::NoiseCurrent)) {
                     let at = (*rotor, 0, (*i, *i));
                     values.push(Value::of_square(Group::NoiseCurrent, *square, at));
+                }
+            }
+            for (rotor, line, square) in &soft {
+                if is_kept(*square, floor(Group::ToolStiffness)) {
+                    let at = (*rotor, *line, (0, 0));
+                    values.push(Value::of_square(Group::ToolStiffness, *square, at));
                 }
             }
         }
@@ -112,6 +122,21 @@ impl Loss {
             group,
             noise: noise * noise,
         }
+    }
+
+    /// Squares of the compliance of nominal rotors over what the floors of the tool's stiffness allow: rotor, line and
+    /// ratio.
+    fn squares_over_floors(&self, lines: &ClosedLines, counted: &[Counted]) -> Vec<(usize, usize, f64)> {
+        let groups = self.groups.list.len();
+        let nominal = counted.iter().filter(|own| own.noise > 0.0);
+        let at_floors = nominal.flat_map(|own| self.floors.iter().map(move |floor| (own, floor)));
+        at_floors
+            .map(|(own, (line, floor_n_per_m))| {
+                let (group, l) = own.place;
+                let square = lines.squares(*line, (group, groups)).compliance.as_array()[l];
+                (own.rotor, *line, square * (floor_n_per_m / self.limits.tool_softness).powi(2))
+            })
+            .collect()
     }
 
     /// Adds the values of a rotor on the lines of a part that are not below the floors of compliance and sensitivity.

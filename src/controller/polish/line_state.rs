@@ -152,6 +152,11 @@ impl ClosedLines {
         self.0[line / PART].line(line % PART)
     }
 
+    /// Squares at a line of the group of four rotors with a number, of so many groups.
+    pub(super) fn squares(&self, line: usize, (group, groups): (usize, usize)) -> &PackedSquares {
+        &self.0[line / PART].squares[line % PART * groups + group]
+    }
+
     /// All lines in their order.
     pub(super) fn all(&self) -> impl Iterator<Item = LineState<'_>> {
         let parts = self.0.iter();

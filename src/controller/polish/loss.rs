@@ -21,6 +21,7 @@ use super::specification_bound::{Bound, best_scales, bound};
 use super::specification_norm::{self, PackedNorms};
 use super::structure::{Fixed, Line, Structure};
 use super::values::{Group, LIMIT_GROUPS, LIMITS, Value, nan_max};
+use crate::augment::weights::StiffnessFloor;
 use crate::linalg::lanes::{Lanes, WIDTH, groups, place};
 use crate::robust::structure::Structure as Blocks;
 use rayon::prelude::*;
@@ -70,6 +71,8 @@ pub(crate) struct Loss {
     pub(super) share: Vec<f64>,
     /// Rotors that count; a rotor whose loop is unstable from the start cannot.
     pub active: Vec<bool>,
+    /// Lines at which the tool's stiffness has a floor, and that floor, N/m.
+    pub(super) floors: Vec<(usize, f64)>,
 }
 
 /// The specification of the nominal loops on the lines, with its scales.
@@ -153,7 +156,18 @@ impl Loss {
             limits,
             share,
             active,
+            floors: vec![],
         }
+    }
+
+    /// With floors of the tool's stiffness on the lines in their bands; where two bands overlap the higher one.
+    pub(super) fn with_floors(mut self, floors: &[StiffnessFloor]) -> Self {
+        let floor_at = |(line, at): (usize, &Line)| {
+            let here = floors.iter().filter(|floor| floor.holds_at(at.omega_rad_s / TAU));
+            here.map(|floor| floor.at_least_n_per_m).reduce(f64::max).map(|highest| (line, highest))
+        };
+        self.floors = self.lines.iter().enumerate().filter_map(floor_at).collect();
+        self
     }
 
     /// Responses of the rotors, and rows of the specification of each of its loops, on the lines.

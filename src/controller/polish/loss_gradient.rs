@@ -59,7 +59,7 @@ impl Loss {
             Group::Specification => {
                 q = state.specification[i].q;
             }
-            Group::Compliance | Group::Sensitivity | Group::Margin => {
+            Group::Compliance | Group::ToolStiffness | Group::Sensitivity | Group::Margin => {
                 let sides = self.sides(value.rotor);
                 let share = 1.0 / sides.len() as f64;
                 let parts = sides.zip(&self.rotors[value.rotor].directions);
@@ -67,7 +67,7 @@ impl Loss {
                 for (side, responses) in parts {
                     let l = self.loop_state(found, value.line, side);
                     let g = &responses[value.line];
-                    let term = if value.group == Group::Compliance {
+                    let term = if matches!(value.group, Group::Compliance | Group::ToolStiffness) {
                         mean += share * l.compliance;
                         outer(&times(&l.s, &g.read), &row_times(&g.drive, &l.input_sensitivity(&g.loops)), share.into())
                     } else {

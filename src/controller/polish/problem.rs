@@ -9,7 +9,7 @@ use super::structure::Line;
 use crate::augment::assembly::UncertainMode;
 use crate::augment::channels::{channels, problem_blocks};
 use crate::augment::plane::{LOADS, LOOPS};
-use crate::augment::weights::Weights;
+use crate::augment::weights::{StiffnessFloor, Weights};
 use crate::controller::verification_error::VerificationError;
 use crate::controller::{ControllerError, in_step};
 use crate::robust::structure::Structure as Blocks;
@@ -21,6 +21,8 @@ pub struct PolishTask<'a> {
     pub weights: &'a Weights,
     /// Its uncertain modes.
     pub modes: &'a [UncertainMode],
+    /// Bands in which the tool has to be stiff, at rest and at top speed.
+    pub floors: &'a [StiffnessFloor],
     /// Limits.
     pub limits: LoopLimits,
 }
@@ -57,7 +59,7 @@ pub(super) fn loss_on(
     let known = Known { list: &rotors, lines: known.lines };
     let rotors = plants.on(&lines, &known);
     let period_s = plants.period_s();
-    Ok(Loss::new(lines, rotors, Some(specification), task.limits, period_s))
+    Ok(Loss::new(lines, rotors, Some(specification), task.limits, period_s).with_floors(task.floors))
 }
 
 pub(super) fn infeasible(reason: &str) -> ControllerError {

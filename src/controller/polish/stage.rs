@@ -33,7 +33,7 @@ pub struct PolishRound {
     /// Smallest stiffness of the tool at the end over rest, top speed and shifted rotors as weighted in the loss, N/m.
     pub stiffness_n_per_m: f64,
     /// Largest ratio of a quantity to its limit: sensitivity, high-frequency gain, noise current, specification,
-    /// sensitivity with weak magnets.
+    /// sensitivity with weak magnets, floors of the tool's stiffness.
     pub over_limit: [f64; LIMITS],
 }
 
@@ -146,7 +146,7 @@ impl<'a> Polisher<'a> {
             x,
             memory: Memory::default(),
             began_afresh: false,
-            peaks: vec![],
+            peaks: task.floors.iter().flat_map(|floor| [floor.from_hz, floor.to_hz].map(|hz| TAU * hz)).collect(),
             figures: PolishRound { steps: 0, lines: 0, stiffness_n_per_m: f64::NAN, over_limit: [f64::NAN; LIMITS] },
             rounds: 0,
             stale: false,
@@ -306,6 +306,7 @@ impl<'a> Polisher<'a> {
             &mut limits.noise_current_a,
             &mut limits.mu,
             &mut limits.weak_sensitivity,
+            &mut limits.tool_softness,
         ];
         let over = self.figures.over_limit.into_iter().zip(before.over_limit);
         for (limit, (over, before)) in list.into_iter().zip(over) {

@@ -10,14 +10,23 @@ pub(crate) enum Group {
     Specification,
     /// |S| with weak magnets.
     Margin,
+    /// Compliance of the tool where its stiffness has a floor.
+    ToolStiffness,
 }
 
 /// Number of limits.
-pub(crate) const LIMITS: usize = 5;
+pub(crate) const LIMITS: usize = 6;
 
 /// The objective and the limits in their order.
-pub(super) const GROUPS: [Group; LIMITS + 1] =
-    [Group::Compliance, Group::Sensitivity, Group::HighGain, Group::NoiseCurrent, Group::Specification, Group::Margin];
+pub(super) const GROUPS: [Group; LIMITS + 1] = [
+    Group::Compliance,
+    Group::Sensitivity,
+    Group::HighGain,
+    Group::NoiseCurrent,
+    Group::Specification,
+    Group::Margin,
+    Group::ToolStiffness,
+];
 
 /// The limits in their order.
 pub(super) const LIMIT_GROUPS: [Group; LIMITS] = {

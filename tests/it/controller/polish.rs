@@ -4,7 +4,7 @@ use crate::support::inputs::short_search_found;
 use muspin::augment::assembly::UncertainMode;
 use muspin::augment::plane::connected_part;
 use muspin::augment::split::gyroscopic_split;
-use muspin::augment::weights::Weights;
+use muspin::augment::weights::{StiffnessFloor, Weights};
 use muspin::controller::ControlLaw;
 use muspin::controller::Controller;
 use muspin::controller::polish::{LoopLimits, PolishTask, Polisher, derivative_errors};
@@ -28,6 +28,7 @@ fn limits(machine: &Machine) -> LoopLimits {
         sensor_noise_m: machine.spindle.electronics.sensor_noise_m,
         noise_current_a: 0.1,
         mu: 20.0,
+        tool_softness: 1.0,
     }
 }
 
@@ -46,7 +47,7 @@ fn reference() -> (Machine, Weights, Vec<UncertainMode>) {
 
 fn polisher<'a>(machine: &Machine, weights: &'a Weights, modes: &'a [UncertainMode]) -> Polisher<'a> {
     let limits = limits(machine);
-    let task = PolishTask { weights, modes, limits };
+    let task = PolishTask { weights, modes, floors: &[], limits };
     Polisher::new(machine, task, &start(), 1.2).unwrap()
 }
 
@@ -60,7 +61,8 @@ fn start() -> StateSpace<Discrete> {
 #[test]
 fn derivatives_of_every_limit_are_central_differences() {
     let (machine, weights, modes) = reference();
-    let task = PolishTask { weights: &weights, modes: &modes, limits: limits(&machine) };
+    let floors = [StiffnessFloor { from_hz: 800.0, to_hz: 860.0, at_least_n_per_m: 5e6 }];
+    let task = PolishTask { weights: &weights, modes: &modes, floors: &floors, limits: limits(&machine) };
     let errors = derivative_errors(&machine, &task, &start()).unwrap();
     // A step of 1e-5 leaves 1e-10 of the third derivative and 1e-16/1e-5 of rounding, both magnified by sharp
     // resonances.
@@ -76,6 +78,7 @@ fn a_limit_out_of_reach_is_moved_and_no_other() {
     let task = PolishTask {
         weights: &weights,
         modes: &modes,
+        floors: &[],
         limits: LoopLimits { weak_sensitivity: 0.5, ..limits(&machine) },
     };
     let mut polisher = Polisher::new(&machine, task, &start(), 1.2).unwrap();
