@@ -77,7 +77,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     let task = Task {
         nominal: &given.nominal,
         targets: given.targets.as_ref(),
-        weights: &weights.on(&given.nominal)?,
+        weights: &weights,
         settings: &DesignSettings { earlier: arguments.from.design(&given.nominal)?, ..DesignSettings::polished() },
         pid: TuneSettings::quick(),
         extent: if arguments.quick { Extent::Controller } else { Extent::Everything },

@@ -28,7 +28,7 @@ pub struct Task<'a> {
     pub nominal: &'a Machine,
     /// Measured frequencies; none: the model stays as drawn.
     pub targets: Option<&'a Targets>,
-    /// The specification.
+    /// The specification; levels that it leaves to the machine are those of the updated one.
     pub weights: &'a Weights,
     /// How the controller is designed.
     pub settings: &'a DesignSettings,

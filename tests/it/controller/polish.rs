@@ -92,6 +92,31 @@ fn a_limit_out_of_reach_is_moved_and_no_other() {
     assert_eq!(now.sensitivity, asked.sensitivity);
 }
 
+/// Smallest stiffness of the tool of the reference machine from 800 to 866 Hz at rest, by the full plant, N/m.
+fn softest_round_the_top_speed(machine: &Machine, plane: &StateSpace<Discrete>) -> f64 {
+    let order = [0usize, 2, 1, 3];
+    let law = append(plane, plane).select(&order, &order);
+    let plant = Plant::new(machine, 0.0, ModelDetail::Full).unwrap();
+    let controller = Controller { name: "polish".into(), law: ControlLaw::Discrete(law) };
+    let grid = FrequencyGrid::log_hz(800.0, 866.0, 60);
+    dynamic_stiffness(&plant, &*controller.responder(), 0, &grid).minimum().unwrap().0
+}
+
+#[test]
+fn a_floor_of_the_tool_stiffness_is_held_in_its_band() {
+    let (machine, weights, modes) = reference();
+    let before = softest_round_the_top_speed(&machine, &start());
+    let floors = [StiffnessFloor { from_hz: 800.0, to_hz: 866.0, at_least_n_per_m: 1.15 * before }];
+    let task = PolishTask { weights: &weights, modes: &modes, floors: &floors, limits: limits(&machine) };
+    let mut polisher = Polisher::new(&machine, task, &start(), 1.2).unwrap();
+    // The machine at top speed is softer or stiffer by what the gyroscopics do to it.
+    assert!(polisher.figures().over_limit[5] > 1.1, "{:?}", polisher.figures());
+    let last = (0..3).map(|_| polisher.round(15).unwrap()).last().unwrap();
+    assert!(last.over_limit[5] < 1.01, "{last:?}");
+    let after = softest_round_the_top_speed(&machine, &polisher.plane().unwrap());
+    assert!(after > 1.14 * before, "{before} N/m before, {after} N/m after");
+}
+
 #[test]
 fn a_few_steps_stiffen_the_tool_within_the_limits_of_the_start() {
     let (machine, weights, modes) = reference();

@@ -1,6 +1,7 @@
 //! Files people write: what is read, what is refused and how, and that what is written loads again.
 
 use assert_cmd::Command;
+use muspin::augment::weights::StiffnessFloor;
 use muspin::input::write::number;
 use muspin::input::{
     load_machine, load_spindle, load_tool, load_weights, read_controller, read_spindle, read_tool, read_weights,
@@ -154,6 +155,21 @@ fn optional_weights_have_documented_defaults_and_can_be_set() {
     assert_eq!(set.load_crossover_hz, [25.0, 40.0, 40.0]);
     assert_eq!(set.complementary_sensitivity_limit, Some(4.0));
     assert_eq!(set.tool_tightening, 2.0);
+}
+
+#[test]
+fn floors_of_the_tool_stiffness_are_bands_of_a_weights_file() {
+    let with = |band: &str| read_weights("w.yaml", &format!("{WEIGHTS}tool_stiffness: [{band}]\n"));
+    assert_eq!(read_weights("w.yaml", WEIGHTS).unwrap().tool_stiffness, []);
+    let read = with("{from_hz: 790, to_hz: 880, at_least_n_per_m: 8.0e+6}").unwrap().tool_stiffness;
+    assert_eq!(read, [StiffnessFloor { from_hz: 790.0, to_hz: 880.0, at_least_n_per_m: 8e6 }]);
+    for (hz, holds) in [(789.0, false), (790.0, true), (833.0, true), (880.0, true), (881.0, false)] {
+        assert_eq!(read[0].holds_at(hz), holds, "{hz} Hz");
+    }
+    let reversed = with("{from_hz: 880, to_hz: 790, at_least_n_per_m: 8.0e+6}").unwrap_err().to_string();
+    assert!(reversed.contains("tool_stiffness[0].to_hz"), "{reversed}");
+    let negative = with("{from_hz: 10, to_hz: 10, at_least_n_per_m: -1}").unwrap_err().to_string();
+    assert!(negative.contains("tool_stiffness[0].at_least_n_per_m"), "{negative}");
 }
 
 #[test]

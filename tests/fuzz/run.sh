@@ -1,0 +1,30 @@
+#!/usr/bin/env bash
+# Runs every fuzz target for some seconds from its committed corpus, with the stable compiler; what it finds fails.
+# usage: tests/fuzz/run.sh [SECONDS [TARGET ...]]     default 30 s, all targets; needs a C++ compiler
+set -euo pipefail
+cd "$(dirname "$0")"
+seconds=${1:-30}
+shift || true
+targets=("$@")
+[ "${#targets[@]}" -gt 0 ] || targets=($(basename -s .rs -a fuzz_targets/*.rs))
+host=$(rustc -vV | sed -n 's/^host: //p')
+# What cargo-fuzz asks of a nightly compiler but for the sanitizers: counters at every edge, for libFuzzer to follow.
+export RUSTFLAGS="--cfg fuzzing -Cpasses=sancov-module -Cllvm-args=-sanitizer-coverage-level=4 \
+-Cllvm-args=-sanitizer-coverage-inline-8bit-counters -Cllvm-args=-sanitizer-coverage-pc-table"
+export CARGO_PROFILE_RELEASE_OPT_LEVEL=1 CARGO_PROFILE_RELEASE_DEBUG_ASSERTIONS=true
+cargo build --quiet --release --target "$host" --target-dir ../../target/fuzz
+found=0
+for target in "${targets[@]}"; do
+    work=$(mktemp -d)
+    # The corpus grows in a folder of its own; seed and limits are stated, so that a finding can be repeated.
+    if ! ../../target/fuzz/"$host"/release/"$target" "$work" "corpus/$target" -max_total_time="$seconds" -seed=1 -timeout=10 \
+        -rss_limit_mb=2048 -artifact_prefix="$work/" > "$work/log" 2>&1; then
+        found=1
+        echo "fuzz target $target found something; its input is in $work"
+        tail -n 25 "$work/log"
+    else
+        echo "fuzz target $target: $(grep -c . "$work/log") lines, $(sed -n 's/^Done \([0-9]*\) runs.*/\1/p' "$work/log") runs"
+        rm -rf "$work"
+    fi
+done
+exit "$found"
