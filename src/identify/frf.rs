@@ -49,6 +49,18 @@ impl SweepRecord {
         self.current.dim().2
     }
 
+    /// The lines with these numbers alone.
+    #[must_use]
+    pub(crate) fn with_lines(&self, lines: &[usize]) -> Self {
+        Self {
+            name: self.name.clone(),
+            speed_rpm: self.speed_rpm,
+            frequency_hz: lines.iter().map(|k| self.frequency_hz[*k]).collect(),
+            current: self.current.select(ndarray::Axis(0), lines),
+            signal: self.signal.select(ndarray::Axis(0), lines),
+        }
+    }
+
     /// The same record with currents that were logged as samples, before the hold, brought behind it: their fundamental
     /// at the amplifier has the magnitude sinc(fT). Its half sample is part of `delay_s`, as for every record.
     #[must_use]

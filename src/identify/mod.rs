@@ -7,6 +7,7 @@ pub(crate) mod hammer;
 pub(crate) mod local;
 pub mod peaks;
 pub mod plausibility;
+pub mod polluted;
 pub(crate) mod rehearsal;
 
 pub use free_free::{Identification, Reading, identify};

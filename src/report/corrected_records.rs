@@ -38,7 +38,11 @@ pub(crate) fn record_faults(d: &Diagnosis, names: &RecordNames) -> Vec<RecordFau
         let record = names.of(f.record);
         RecordFaultSummary::of(record, &f.fault).naming(f.name.clone())
     };
-    d.record_faults.iter().map(each).collect()
+    let polluted = d.polluted_lines.iter().map(|lines| {
+        let record = names.of(RecordId::Sweep(lines.sweep));
+        RecordFaultSummary::of_polluted_lines(record, lines)
+    });
+    d.record_faults.iter().map(each).chain(polluted).collect()
 }
 
 /// A file that is copied: its name, its bytes.

@@ -11,6 +11,16 @@ use crate::spindle::{Effect, EffectKind, Location};
 
 /// The verdict in one sentence or two: what is missing, how much, how sure, what to do, and how far the gap fell.
 pub fn sentence(d: &Diagnosis) -> String {
+    format!("{}{}", polluted_lines(d), verdict_sentence(d))
+}
+
+/// Which lines something outside the loop disturbs; empty where none.
+fn polluted_lines(d: &Diagnosis) -> String {
+    let each = d.polluted_lines.iter().map(|own| format!("In sweep {} {}; left out. ", own.sweep + 1, own.words()));
+    each.collect()
+}
+
+fn verdict_sentence(d: &Diagnosis) -> String {
     let gap = format!(
         "The gap falls from {:.2} σ to {:.2} σ, on held-out data ({}) from {:.2} σ to {:.2} σ.",
         d.gap_before, d.gap_after, d.held_out, d.gap_before_held_out, d.gap_after_held_out

@@ -5,6 +5,7 @@ use super::summary::finite;
 use super::uff::{UffRecord, universal_file};
 use crate::identify::frf::AXIS_NAMES;
 use crate::identify::plausibility::{Plausibility, RecordFault, Signal};
+use crate::identify::polluted::PollutedLines;
 use crate::identify::{Identification, MeasuredFrf, Reading};
 use crate::input::measurement::Hammer;
 use serde::Serialize;
@@ -87,6 +88,11 @@ enum FaultFields {
         signal: &'static str,
         quantity: &'static str,
     },
+    PollutedLines {
+        hz: Vec<f64>,
+        source: &'static str,
+        factor: f64,
+    },
     None {},
 }
 
@@ -126,6 +132,18 @@ impl RecordFaultSummary {
             fault: fault.name(),
             fields: FaultFields::from(fault),
             words: fault.words(),
+            name: None,
+        }
+    }
+
+    /// Lines of a record that something outside the loop disturbs.
+    pub(crate) fn of_polluted_lines(record: &str, lines: &PollutedLines) -> Self {
+        let (hz, source, factor) = (lines.hz.clone(), lines.source.name(), lines.factor);
+        Self {
+            record: record.to_owned(),
+            fault: "polluted_lines",
+            fields: FaultFields::PollutedLines { hz, source, factor },
+            words: lines.words(),
             name: None,
         }
     }

@@ -19,7 +19,9 @@ use super::judgement::Verdict;
 use super::screening::TIE_BIC;
 use super::selection::MOST_EFFECTS;
 use super::verdict::{Diagnosis, Rival, conclude, conclude_unless, hypotheses};
+use crate::identify::open_loop;
 use crate::identify::plausibility::RecordFault;
+use crate::identify::polluted::{self, PollutedLines};
 use crate::spindle::{Effect, Machine};
 
 /// Diagnoses a machine; `progress` is told what is being done.
@@ -39,6 +41,31 @@ pub fn diagnose(
 /// # Errors
 /// As [`diagnose`].
 pub fn diagnose_with(
+    machine: &Machine,
+    measurement: &Measurement,
+    alternatives: &Alternatives,
+    progress: &(dyn Fn(&str) + Sync),
+) -> Result<Diagnosis, DiagnoseError> {
+    let (polluted_lines, measurement) = without_polluted_lines(measurement)?;
+    let found = diagnose_quiet_lines(machine, &measurement, alternatives, progress)?;
+    Ok(Diagnosis { polluted_lines, ..found })
+}
+
+/// The measurement without the lines that something outside the loop disturbs, and these.
+fn without_polluted_lines<'a>(
+    measurement: &Measurement<'a>,
+) -> Result<(Vec<PollutedLines>, Measurement<'a>), DiagnoseError> {
+    let (mut polluted, mut quiet) = (vec![], measurement.clone());
+    for (sweep, record) in measurement.sweeps.iter().enumerate() {
+        let (own, without) = polluted::without_polluted_lines((sweep, record), &open_loop(record)?);
+        polluted.extend(own);
+        quiet.sweeps[sweep] = without;
+    }
+    Ok((polluted, quiet))
+}
+
+/// [`diagnose_with`] for records without disturbed lines.
+fn diagnose_quiet_lines(
     machine: &Machine,
     measurement: &Measurement,
     alternatives: &Alternatives,

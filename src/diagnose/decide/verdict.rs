@@ -23,6 +23,7 @@ use super::residuals::{Channel, Fitted, channels, gaps};
 use super::selection::{Chosen, choose};
 use super::tie::indistinguishable;
 use crate::diagnose::fit::case::Case;
+use crate::identify::polluted::PollutedLines;
 use crate::identify::{HammerFrf, SweepRecord};
 use crate::spindle::{Effect, EffectKind, Location, Machine};
 
@@ -112,6 +113,8 @@ pub struct Diagnosis {
     pub score: f64,
     /// What is wrong with the records; of a tie, under the best explanation.
     pub record_faults: Vec<FoundFault>,
+    /// Lines of the sweeps that something outside the loop disturbs; the verdict is about the others.
+    pub polluted_lines: Vec<PollutedLines>,
     /// The sweeps without these faults.
     pub sweeps: Vec<SweepRecord>,
     /// The hammer tests without these faults.
@@ -243,6 +246,7 @@ fn concluded(
             _ => best.score(),
         },
         record_faults: faults,
+        polluted_lines: vec![],
         sweeps: trial.measurement.sweeps.clone(),
         hammers: taps.map(|t| t.frf.clone()).collect(),
     })

@@ -99,7 +99,7 @@ fn softest_round_the_top_speed(machine: &Machine, plane: &StateSpace<Discrete>) 
     let plant = Plant::new(machine, 0.0, ModelDetail::Full).unwrap();
     let controller = Controller { name: "polish".into(), law: ControlLaw::Discrete(law) };
     let grid = FrequencyGrid::log_hz(800.0, 866.0, 60);
-    dynamic_stiffness(&plant, &*controller.responder(), 0, &grid).minimum().unwrap().0
+    dynamic_stiffness(&plant, &controller, 0, &grid).minimum().unwrap().0
 }
 
 #[test]
