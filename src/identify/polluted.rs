@@ -9,6 +9,10 @@ use crate::linalg::c64;
 
 /// Neighbours on either side that a line is compared with; the nearest of them shares its leakage and is left out.
 const NEIGHBOURS: usize = 6;
+/// A line with fewer neighbours to compare with is taken as it is.
+const FEWEST: usize = 4;
+/// Rounds of gains and weights.
+const ROUNDS: usize = 3;
 /// Probability of a quiet line to count as disturbed, as −ln p: one record in a thousand has one among a thousand lines.
 const RARE: f64 = 14.0;
 /// What the medians of some eleven neighbours may be too low by.
@@ -138,18 +142,19 @@ fn excess_of_lines(record: &SweepRecord, frf: &MeasuredFrf) -> Vec<f64> {
 
 /// A line of `values` over the median of its neighbours, mean over the axes; zero where there is nothing to compare.
 fn over_neighbours(values: &[[f64; AXES]], line: usize) -> f64 {
-    let range = line.saturating_sub(NEIGHBOURS)..(line + NEIGHBOURS + 1).min(values.len());
-    let others: Vec<usize> = range.filter(|k| k.abs_diff(line) > 1).collect();
-    if others.len() < NEIGHBOURS {
-        return 0.0;
-    }
     let ratio = |i: usize| {
-        let mut own: Vec<f64> = others.iter().map(|k| values[*k][i]).collect();
-        own.sort_by(f64::total_cmp);
-        let median = own[own.len() / 2];
+        let median = median_near(values, (line, i), 1);
         if median > 0.0 { values[line][i] / median } else { 0.0 }
     };
     (0..AXES).map(ratio).sum::<f64>() / AXES as f64
+}
+
+/// Median of an axis over the lines near one, those up to `apart` from it left out; zero with fewer than four.
+fn median_near(values: &[[f64; AXES]], (line, axis): (usize, usize), apart: usize) -> f64 {
+    let range = line.saturating_sub(NEIGHBOURS)..(line + NEIGHBOURS + 1).min(values.len());
+    let mut own: Vec<f64> = range.filter(|k| apart == 0 || k.abs_diff(line) > apart).map(|k| values[k][axis]).collect();
+    own.sort_by(f64::total_cmp);
+    if own.len() < FEWEST { 0.0 } else { own[own.len() / 2] }
 }
 
 /// Mean square of y − Ĝu over repeats and experiments, the gain of each repeat and axis taken out.
@@ -160,29 +165,31 @@ fn scatter_of_repeats(record: &SweepRecord, frf: &MeasuredFrf) -> Vec<[f64; AXES
     };
     let mut scatter = vec![[0.0; AXES]; lines];
     for i in 0..AXES {
-        let mut gains: Vec<f64> = (0..repeats)
-            .map(|p| {
+        let mut gains = vec![0.0; repeats];
+        // Gains and the noise that weighs their lines depend on each other only weakly.
+        for _ in 0..ROUNDS {
+            for (k, own) in scatter.iter_mut().enumerate() {
+                let each = (0..experiments).flat_map(|e| gains.iter().enumerate().map(move |(p, gain)| (e, p, gain)));
+                let off = |(e, p, gain): (usize, usize, &f64)| {
+                    (record.signal[(k, e, p, i)] - predicted(k, e, p, i) * (1.0 + gain)).norm_sqr()
+                };
+                own[i] = each.map(off).sum::<f64>() / (experiments * (repeats - 1)) as f64;
+            }
+            let weight: Vec<f64> =
+                (0..lines).map(|k| median_near(&scatter, (k, i), 0).max(f64::MIN_POSITIVE).recip()).collect();
+            for (p, gain) in gains.iter_mut().enumerate() {
                 let (mut top, mut bottom) = (0.0, f64::MIN_POSITIVE);
-                for k in 0..lines {
+                for (k, weight) in weight.iter().enumerate() {
                     for e in 0..experiments {
                         let y = predicted(k, e, p, i);
-                        // Lines count alike, whatever their amplitude.
-                        let weight = y.norm_sqr().max(f64::MIN_POSITIVE).recip();
                         top += weight * (y.conj() * (record.signal[(k, e, p, i)] - y)).re;
                         bottom += weight * y.norm_sqr();
                     }
                 }
-                top / bottom
-            })
-            .collect();
-        let mean = gains.iter().sum::<f64>() / repeats as f64;
-        gains.iter_mut().for_each(|gain| *gain -= mean);
-        for (k, own) in scatter.iter_mut().enumerate() {
-            let each = (0..experiments).flat_map(|e| gains.iter().enumerate().map(move |(p, gain)| (e, p, gain)));
-            let sum: f64 = each
-                .map(|(e, p, gain)| (record.signal[(k, e, p, i)] - predicted(k, e, p, i) * (1.0 + gain)).norm_sqr())
-                .sum();
-            own[i] = sum / (experiments * (repeats - 1)) as f64;
+                *gain = top / bottom;
+            }
+            let mean = gains.iter().sum::<f64>() / repeats as f64;
+            gains.iter_mut().for_each(|gain| *gain -= mean);
         }
     }
     scatter
