@@ -6,6 +6,7 @@ use super::batch_variants::Variant;
 use super::console::{Console, Shown};
 use super::output::claim;
 use super::{Failure, Outcome};
+use crate::input::file;
 use crate::input::shipped::{WEIGHTS, text};
 use crate::input::{spindle_yaml, tool_yaml};
 use crate::report::batch::{ROW_FILE, Row};
@@ -107,7 +108,12 @@ fn slurm(count: usize) -> String {
 /// Rows of the finished variants of a plan, or of any folder of finished tools.
 pub(super) fn collected(folder: &str) -> Result<Vec<Row>, Failure> {
     let place = Path::new(folder);
-    let planned = std::fs::read_to_string(place.join(VARIANTS)).ok();
+    let list = place.join(VARIANTS);
+    let planned = match file::read_text(&list, file::RESULT) {
+        Ok(text) => Some(text),
+        Err(error) if error.is_absence() => None,
+        Err(error) => return Err(error.of(&list.display().to_string()).into()),
+    };
     let results = match planned {
         Some(_) => place.join(RESULTS),
         None => place.to_owned(),
@@ -134,8 +140,8 @@ pub(super) fn collected(folder: &str) -> Result<Vec<Row>, Failure> {
 }
 
 /// A row that was written before; none when there is no such file, or it is of another version.
-pub(super) fn read_row(file: &Path) -> Option<Row> {
-    serde_json::from_str(&std::fs::read_to_string(file).ok()?).ok()
+pub(super) fn read_row(path: &Path) -> Option<Row> {
+    serde_json::from_str(&file::read_text(path, file::RESULT).ok()?).ok()
 }
 
 fn names(text: &str) -> Option<Vec<String>> {

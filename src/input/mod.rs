@@ -8,6 +8,7 @@ pub(crate) mod controller_law;
 mod curve;
 mod effect;
 pub mod error;
+pub mod file;
 pub mod hammer;
 mod key;
 pub mod keys;
@@ -35,7 +36,7 @@ pub mod yaml;
 
 pub use controller::{load_controller, load_tagged_controller, read_controller};
 pub use error::InputError;
-pub use measurement::{Measurement, load_measurement};
+pub use measurement::{Measurement, load_measurement, load_measurement_watched};
 pub use plausible::Warning;
 pub use spindle::{load_spindle, read_spindle};
 pub use tool::{load_tool, read_tool};

@@ -7,6 +7,7 @@
 //! before anything is replaced.
 
 use super::manifest::{MANIFEST, Manifest};
+use crate::input::file;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::io::{self, Write};
@@ -136,7 +137,7 @@ impl Replacement<'_> {
             let (from, to) = (self.target.join(path), old.join(path));
             if from.is_file() {
                 at(parent(&to), fs::create_dir_all(parent(&to)))?;
-                at(&to, fs::copy(&from, &to))?;
+                at(&to, copy(&from, &to))?;
             }
         }
         let result = self.exchange_files(new, &written);
@@ -203,6 +204,13 @@ fn write_through(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let mut file = fs::File::create(path)?;
     file.write_all(bytes)?;
     file.sync_all()
+}
+
+/// Copies a file with its access rights.
+fn copy(from: &Path, to: &Path) -> io::Result<()> {
+    let mut earlier = file::open(from, file::WRITTEN)?;
+    io::copy(&mut earlier, &mut fs::File::create(to)?)?;
+    fs::set_permissions(to, fs::metadata(from)?.permissions())
 }
 
 /// A shell that stands in the folder would be left in the exchanged one.

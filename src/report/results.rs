@@ -10,6 +10,7 @@ use super::manifest::{MANIFEST, Manifest, is_inside};
 use super::pictures::PictureName;
 use super::plot::{Figure, Picture, PlotError, picture};
 use super::tables::Table;
+use crate::input::file::{self, FileError};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 use std::io;
@@ -283,12 +284,12 @@ fn unchanged<'a>(target: &Path, earlier: &'a Manifest) -> Result<Vec<&'a str>, R
     Ok(found)
 }
 
-fn is_unchanged(file: &Path, path: &str, earlier: &Manifest) -> Result<bool, ResultsError> {
-    let failed = |source| ResultsError::Io { path: file.to_owned(), source };
-    if !std::fs::symlink_metadata(file).map_err(failed)?.is_file() {
-        return Ok(false);
+fn is_unchanged(place: &Path, path: &str, earlier: &Manifest) -> Result<bool, ResultsError> {
+    match file::read_unlinked(place, file::WRITTEN) {
+        Ok(bytes) => Ok(earlier.wrote(path, &bytes)),
+        Err(FileError::System(source)) => Err(ResultsError::Io { path: place.to_owned(), source }),
+        Err(_) => Ok(false),
     }
-    Ok(earlier.wrote(path, &std::fs::read(file).map_err(failed)?))
 }
 
 /// Whether a file may be written: nothing is there, a file of the run before, or the same bytes.
@@ -302,13 +303,13 @@ fn is_free(target: &Path, earlier: &Manifest, path: &str, bytes: Option<&[u8]>) 
             return Err(ResultsError::Foreign { path: folder });
         }
     }
-    let file = target.join(path);
-    let Ok(found) = std::fs::symlink_metadata(&file) else {
+    let place = target.join(path);
+    let Ok(found) = std::fs::symlink_metadata(&place) else {
         return Ok(());
     };
-    let same = || bytes.is_some_and(|b| std::fs::read(&file).is_ok_and(|there| there == b));
+    let same = || bytes.is_some_and(|b| file::read_unlinked(&place, file::WRITTEN).is_ok_and(|there| there == b));
     if found.is_file() && (earlier.lists(path) || same()) {
         return Ok(());
     }
-    Err(ResultsError::Foreign { path: file })
+    Err(ResultsError::Foreign { path: place })
 }
