@@ -4,6 +4,7 @@
 use super::error::InputError;
 use super::file::KEYS;
 use super::keys::Group;
+use super::list_limits::check_lists;
 use super::plausible;
 use serde::de::DeserializeOwned;
 use serde_yaml::Value;
@@ -28,7 +29,9 @@ pub fn read<T: DeserializeOwned>(file: &str, text: &str, groups: &[Group]) -> Re
             _ => told,
         }
     })?;
-    plausible::refuse(file, groups, &value(file, text)?)?;
+    let value = value(file, text)?;
+    check_lists(file, &value)?;
+    plausible::refuse(file, groups, &value)?;
     Ok(read)
 }
 
