@@ -6,6 +6,8 @@ use super::batch_variants::Variant;
 use super::console::{Console, Shown};
 use super::output::claim;
 use super::{Failure, Outcome};
+use crate::input::file;
+use crate::input::name::check_name;
 use crate::input::shipped::{WEIGHTS, text};
 use crate::input::{spindle_yaml, tool_yaml};
 use crate::report::batch::{ROW_FILE, Row};
@@ -64,6 +66,7 @@ pub(super) fn plan(
     folder.add("slurm.sh", slurm(variants.len()))?;
     console.writing(|| folder.write(Path::new(out)))?;
     let sentence = format!("{} variants are planned", variants.len());
+    let place = shell_word(out);
     let answer = Planned { run: "batch", plan: out, variants: &names };
     console.other(
         || format!("{sentence} in {out}\n"),
@@ -72,9 +75,9 @@ pub(super) fn plan(
             Shown::met(true, sentence.as_str())
                 .file(format!("{out}/{COMMANDS}"))
                 .file(format!("{out}/slurm.sh"))
-                .next(format!("cd {out} && parallel --jobs 2 < {COMMANDS}"))
-                .next(format!("cd {out} && sbatch slurm.sh"))
-                .next(format!("muspin batch --collect {out} --out {out}-table"))
+                .next(format!("cd {place} && parallel --jobs 2 < {COMMANDS}"))
+                .next(format!("cd {place} && sbatch slurm.sh"))
+                .next(format!("muspin batch --collect {place} --out {}", shell_word(&format!("{out}-table"))))
         },
     )?;
     Ok(Outcome::Done)
@@ -84,8 +87,9 @@ pub(super) fn plan(
 fn command(arguments: &Arguments, name: &str) -> String {
     let quick = if arguments.quick { " --quick" } else { "" };
     let no_polish = if arguments.no_polish { " --no-polish" } else { "" };
+    let [spindle, tool] = ["spindle.yaml", "tool.yaml"].map(|file| quoted(&format!("variants/{name}/{file}")));
     format!(
-        "muspin --threads 1 batch --spindle 'variants/{name}/spindle.yaml' --tools 'variants/{name}/tool.yaml' \
+        "muspin --threads 1 batch --spindle {spindle} --tools {tool} \
          --weights weights.yaml --out {RESULTS} --no-table{quick}{no_polish}\n"
     )
 }
@@ -107,14 +111,19 @@ fn slurm(count: usize) -> String {
 /// Rows of the finished variants of a plan, or of any folder of finished tools.
 pub(super) fn collected(folder: &str) -> Result<Vec<Row>, Failure> {
     let place = Path::new(folder);
-    let planned = std::fs::read_to_string(place.join(VARIANTS)).ok();
+    let list = place.join(VARIANTS);
+    let planned = match file::read_text(&list, file::RESULT) {
+        Ok(text) => Some(text),
+        Err(error) if error.is_absence() => None,
+        Err(error) => return Err(error.of(&list.display().to_string()).into()),
+    };
     let results = match planned {
         Some(_) => place.join(RESULTS),
         None => place.to_owned(),
     };
     let names = match &planned {
-        Some(text) => names(text).ok_or_else(|| {
-            Failure::new(format!("{folder}/{VARIANTS}: expected a list `variants` of names"))
+        Some(text) => names(text).map_err(|rule| {
+            Failure::new(format!("{folder}/{VARIANTS}: {rule}"))
                 .with_hint("write the plan again with `muspin batch --plan`")
         })?,
         None => finished(&results)?,
@@ -134,13 +143,28 @@ pub(super) fn collected(folder: &str) -> Result<Vec<Row>, Failure> {
 }
 
 /// A row that was written before; none when there is no such file, or it is of another version.
-pub(super) fn read_row(file: &Path) -> Option<Row> {
-    serde_json::from_str(&std::fs::read_to_string(file).ok()?).ok()
+pub(super) fn read_row(path: &Path) -> Option<Row> {
+    serde_json::from_str(&file::read_text(path, file::RESULT).ok()?).ok()
 }
 
-fn names(text: &str) -> Option<Vec<String>> {
-    let list: Variants = serde_json::from_str(text).ok()?;
-    Some(list.variants)
+/// The names of a list of variants, which are those of folders.
+fn names(text: &str) -> Result<Vec<String>, String> {
+    let list: Variants = serde_json::from_str(text).map_err(|_| "expected a list `variants` of names".to_owned())?;
+    for (k, name) in list.variants.iter().enumerate() {
+        check_name(name).map_err(|rule| format!("variants[{k}]: {name:?} {rule}"))?;
+    }
+    Ok(list.variants)
+}
+
+/// A path as it is typed: quoted where a shell would take something in it for more than a letter.
+fn shell_word(path: &str) -> String {
+    let is_plain = |c: char| c.is_alphanumeric() || "/._-+".contains(c);
+    if path.chars().all(is_plain) { path.to_owned() } else { quoted(path) }
+}
+
+/// A word of a POSIX shell, whatever is in it.
+fn quoted(word: &str) -> String {
+    format!("'{}'", word.replace('\'', "'\\''"))
 }
 
 /// Names of the folders that hold a row, in alphabetical order.

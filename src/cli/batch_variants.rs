@@ -3,9 +3,10 @@
 use super::Failure;
 use super::batch_arguments::Arguments;
 use super::machine::load_machine;
+use crate::input::name::check_name;
 use crate::pipeline::variation::{Quantity, Variation, variants as of_machine};
 use crate::report::batch::ROW_FILE;
-use crate::report::manifest::{MANIFEST, is_inside};
+use crate::report::manifest::MANIFEST;
 use crate::spindle::Machine;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -35,9 +36,10 @@ pub(super) fn variants(arguments: &Arguments) -> Result<Vec<Variant>, Failure> {
     let mut all = vec![];
     for source in expand(&arguments.tools)? {
         let machine = load_machine(&arguments.spindle, &source)?;
-        is_distinct(&source, &machine, &mut known)?;
-        let each = of_machine(&machine, &variations);
-        all.extend(each.into_iter().map(|(name, machine)| Variant { name, machine }));
+        for (name, machine) in of_machine(&machine, &variations) {
+            check_distinct(&source, &name, &mut known)?;
+            all.push(Variant { name, machine });
+        }
     }
     Ok(all)
 }
@@ -63,16 +65,15 @@ fn variation(text: &str) -> Result<Variation, Failure> {
     }
 }
 
-/// Every tool needs a folder of its own, on file systems that do not tell upper from lower case as well.
-fn is_distinct(source: &str, machine: &Machine, known: &mut BTreeMap<String, String>) -> Result<(), Failure> {
-    let name = &machine.tool.name;
+/// Every variant needs a folder of its own, on file systems that do not tell upper from lower case as well.
+fn check_distinct(source: &str, name: &str, known: &mut BTreeMap<String, String>) -> Result<(), Failure> {
     let refused = |rule: String| {
         Err(Failure::new(format!("{source}: name: {name:?} {rule}"))
             .with_hint("the results of a tool go to a folder of its name: change `name:` in the tool file"))
     };
     let folder = name.to_lowercase();
-    if name.contains('/') || !is_inside(name) {
-        return refused("cannot be the name of a folder".into());
+    if let Err(rule) = check_name(name) {
+        return refused(rule);
     }
     if RESERVED.contains(&folder.as_str()) {
         return refused("is the name of a file or folder of the batch itself".into());

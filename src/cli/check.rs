@@ -4,12 +4,14 @@
 use super::console::{Console, Shown};
 use super::machine::{mesh_warning, say};
 use super::plausibility::Records;
+use super::reading::Reading;
 use super::{Failure, Outcome};
-use crate::input::hammer::{read_hammer, read_mode_shapes};
+use crate::input::file::Watch;
+use crate::input::hammer::{load_hammer, load_mode_shapes};
 use crate::input::kind::FileKind;
-use crate::input::sweep::read_sweep;
+use crate::input::sweep::load_sweep;
 use crate::input::{
-    InputError, load_controller, load_measurement, load_spindle, load_tool, load_weights, mat, uff, uff_frf,
+    InputError, load_controller, load_measurement_watched, load_spindle, load_tool, load_weights, uff, uff_frf,
 };
 use crate::spindle::{Machine, Spindle};
 use serde_json::json;
@@ -40,9 +42,10 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     let mut failures: Vec<Failure> = vec![];
     let mut lines: Vec<(String, &'static str, &'static str)> = vec![];
     let mut all_plausible = true;
+    let reading = Reading::start(console);
     for (file, kind) in arguments.files.iter().zip(kinds) {
         let checked = kind.map_err(Failure::from).and_then(|kind| {
-            let plausible = one(file, kind, with_tool, (partner_file, &partner))?;
+            let plausible = one(file, kind, with_tool, (partner_file, &partner), &|share| reading.see(share))?;
             kind.warnings(file)?.iter().for_each(say);
             Ok((kind, plausible))
         });
@@ -55,6 +58,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
             Err(failure) => failures.push(failure),
         }
     }
+    drop(reading);
     if let Some(last) = failures.pop() {
         for failure in failures {
             eprint!("{failure}");
@@ -87,8 +91,8 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
 type Partner<'a> = (&'a str, &'a Result<Spindle, InputError>);
 
 /// Reads a file; false when it was read and its records are implausible.
-fn one(file: &str, kind: FileKind, with_tool: bool, partner: Partner<'_>) -> Result<bool, Failure> {
-    let bytes = || std::fs::read(file).map_err(|e| InputError::new(file, format!("cannot be read: {e}")));
+fn one(file: &str, kind: FileKind, with_tool: bool, partner: Partner<'_>, watch: Watch<'_>) -> Result<bool, Failure> {
+    let path = Path::new(file);
     match kind {
         // Its effects may name regions of the tool: with a tool among the files both are checked together.
         FileKind::Spindle if with_tool => {
@@ -108,22 +112,22 @@ fn one(file: &str, kind: FileKind, with_tool: bool, partner: Partner<'_>) -> Res
         FileKind::Controller => {
             load_controller(file)?;
         }
-        FileKind::Measurement => return check_measurement(file),
+        FileKind::Measurement => return check_measurement(file, watch),
         FileKind::Sweep => {
-            read_sweep(file, &bytes()?, 0.0)?;
+            load_sweep(path, 0.0, watch)?;
         }
         FileKind::Hammer => {
-            read_hammer(file, &bytes()?, 0.0)?;
+            load_hammer(path, 0.0, watch)?;
         }
         FileKind::ModeShapes => {
-            read_mode_shapes(file, &bytes()?)?;
+            load_mode_shapes(path, watch)?;
         }
         FileKind::Universal => {
-            let functions = uff::read(file, &bytes()?)?;
+            let functions = uff::load(file)?;
             uff_frf::frfs(file, &functions)?;
         }
         FileKind::Mat => {
-            mat::read_controller(file, &bytes()?)?;
+            load_controller(file)?;
         }
     }
     Ok(true)
@@ -140,7 +144,7 @@ fn check_alone(file: &str) -> Result<(), Failure> {
 }
 
 /// A measurement folder, or the list in it; true when every record is plausible.
-fn check_measurement(source: &str) -> Result<bool, Failure> {
+fn check_measurement(source: &str, watch: Watch<'_>) -> Result<bool, Failure> {
     let path = Path::new(source);
     let is_list = path.file_name().is_some_and(|name| name == "measurement.yaml");
     let folder = match path.parent() {
@@ -148,7 +152,7 @@ fn check_measurement(source: &str) -> Result<bool, Failure> {
         Some(parent) if is_list => parent.display().to_string(),
         _ => source.to_owned(),
     };
-    let measurement = load_measurement(&folder)?;
+    let measurement = load_measurement_watched(&folder, watch)?;
     let machine = measurement.machine(None, None)?;
     let sweeps = measurement.sweeps.iter().map(|s| &s.controller);
     let hammers = measurement.hammers.iter().map(|h| &h.controller);

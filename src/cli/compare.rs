@@ -7,11 +7,12 @@ use super::design_progress::told;
 use super::machine::Remarks;
 use super::output::{REPORT, claim};
 use super::progress::Progress;
+use super::reading::load_measurement;
 use super::timings::Timings;
 use super::{Failure, Outcome};
 use crate::augment::weights::Weights;
 use crate::controller::Controller;
-use crate::input::{load_measurement, load_tagged_controller, load_weights};
+use crate::input::{load_tagged_controller, load_weights};
 use crate::pipeline::compared::{Compared, Ground, Known, compared, own_controllers};
 use crate::pipeline::comparison::Prediction;
 use crate::pipeline::loop_stability::unstable_words;
@@ -80,7 +81,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
         cut: &cut,
     };
     let hammers = match &arguments.measurement {
-        Some(source) => load_measurement(source)?.hammers,
+        Some(source) => load_measurement(source, console)?.hammers,
         None => vec![],
     };
     let read = arguments.controller.iter().chain(&arguments.measurement);

@@ -6,13 +6,14 @@ use super::machine::of_measurement;
 use super::output::{REPORT, claim};
 use super::plausibility::Records;
 use super::progress::Progress;
+use super::reading::load_measurement;
 use super::surroundings::Surroundings;
 use super::timings::Timings;
 use super::{Failure, Outcome};
 use crate::controller::Controller;
 use crate::diagnose::data::measurement::{Axis, HammerTest, Measurement};
 use crate::diagnose::{DiagnoseError, Verdict, diagnose_with};
-use crate::input::{Measurement as Loaded, load_measurement, spindle_yaml, tool_yaml};
+use crate::input::{Measurement as Loaded, spindle_yaml, tool_yaml};
 use crate::pipeline::loop_stability::{growth_rate_at, unstable_words};
 use crate::report::corrected_records::record_faults;
 use crate::report::diagnosis::stage;
@@ -65,7 +66,7 @@ pub(super) fn failed(measurement: &str, error: DiagnoseError) -> Failure {
 
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
-    let mut loaded = load_measurement(&arguments.measurement)?;
+    let mut loaded = load_measurement(&arguments.measurement, console)?;
     let machine = of_measurement(&loaded, arguments.spindle.as_deref(), arguments.tool.as_deref())?;
     let known = Surroundings::of(&loaded, (arguments.spindle.as_deref(), arguments.tool.as_deref()), &machine);
     let named = [&arguments.spindle, &arguments.tool].into_iter().flatten();

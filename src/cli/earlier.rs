@@ -3,6 +3,7 @@
 use super::Failure;
 use crate::augment::plane::x_plane;
 use crate::controller::ControlLaw;
+use crate::input::file;
 use crate::input::load_controller;
 use crate::pipeline::settings::EarlierDesign;
 use crate::spindle::Machine;
@@ -25,18 +26,18 @@ impl EarlierArgument {
         };
         // The folder of a tool of a batch holds the files of the controller itself.
         let places = ["controller/discrete.json", "discrete.json"].map(|f| Path::new(folder).join(f));
-        let file = places.iter().find(|f| f.is_file()).unwrap_or(&places[0]);
-        let file = file.to_string_lossy();
-        let controller = load_controller(&file)?;
+        let path = places.iter().find(|f| f.exists()).unwrap_or(&places[0]);
+        let name = path.to_string_lossy();
+        let controller = load_controller(&name)?;
         let ControlLaw::Discrete(law) = &controller.law else {
-            let words = format!("{file}: the controller must be sampled");
+            let words = format!("{name}: the controller must be sampled");
             return Err(Failure::new(words).with_hint("name the folder of a run, design or tool of a batch"));
         };
         let (own, other) = (machine.spindle.electronics.sample_period_s(), law.time.period_s);
         // Rates as files write them.
         if (own / other - 1.0).abs() > 1e-9 {
             return Err(Failure::new(format!(
-                "{file}: the controller is sampled at {:.6} Hz, the machine at {:.6} Hz",
+                "{name}: the controller is sampled at {:.6} Hz, the machine at {:.6} Hz",
                 other.recip(),
                 own.recip()
             ))
@@ -48,7 +49,7 @@ impl EarlierArgument {
 
 /// Constant scales of the earlier design; none where the summary does not hold them: they only shorten a search.
 fn scales(folder: &str) -> Vec<f64> {
-    let text = std::fs::read_to_string(Path::new(folder).join("summary.json")).unwrap_or_default();
+    let text = file::read_text(&Path::new(folder).join("summary.json"), file::RESULT).unwrap_or_default();
     let summary: Value = serde_json::from_str(&text).unwrap_or_default();
     let list = summary["design"]["constant_scales"].as_array();
     let numbers = list.into_iter().flatten().filter_map(Value::as_f64);

@@ -5,9 +5,10 @@ use super::console::{Console, Shown};
 use super::machine::of_measurement;
 use super::output::claim;
 use super::plausibility::{Records, named};
+use super::reading::load_measurement;
 use super::{Failure, Outcome};
 use crate::identify::{Identification, IdentifyError, identify};
-use crate::input::{Measurement, load_measurement};
+use crate::input::Measurement;
 use crate::report::identification::{IdentificationSummary, PlausibilitySummary, response_files};
 use crate::report::results::ResultsFolder;
 use crate::report::summary::json;
@@ -45,7 +46,7 @@ impl From<IdentifyError> for Failure {
 
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
-    let measurement = load_measurement(&arguments.measurement)?;
+    let measurement = load_measurement(&arguments.measurement, console)?;
     let machine = of_measurement(&measurement, arguments.spindle.as_deref(), arguments.tool.as_deref())?;
     if let Some(out) = &arguments.out {
         let named = [&arguments.spindle, &arguments.tool].into_iter().flatten();

@@ -28,6 +28,7 @@ mod machine;
 mod modes;
 mod output;
 mod plausibility;
+mod reading;
 mod rehearse;
 mod report;
 mod ross;

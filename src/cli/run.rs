@@ -9,11 +9,12 @@ use super::machine::of_measurement;
 use super::output::{REPORT, claim};
 use super::plausibility::Records;
 use super::progress::Progress;
+use super::reading::show;
 use super::timings::Timings;
 use super::update::targets;
 use super::{Failure, Outcome};
 use crate::identify::Identification;
-use crate::input::{load_measurement, load_weights};
+use crate::input::{load_measurement_watched, load_weights};
 use crate::pid::settings::TuneSettings;
 use crate::pipeline::run::{Extent, Task, run as run_chain};
 use crate::pipeline::settings::DesignSettings;
@@ -73,7 +74,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     claim(&arguments.out, &REPORT, read.map(String::as_str))?;
     let progress = Progress::start(console);
     progress.timed("records");
-    let given = given(arguments)?;
+    let given = given(arguments, &progress)?;
     let task = Task {
         nominal: &given.nominal,
         targets: given.targets.as_ref(),
@@ -113,7 +114,7 @@ struct Given {
     identification: Option<Identification>,
 }
 
-fn given(arguments: &Arguments) -> Result<Given, Failure> {
+fn given(arguments: &Arguments, progress: &Progress) -> Result<Given, Failure> {
     let source = match (&arguments.measurement, &arguments.spindle) {
         (Some(given), _) => given.as_str(),
         (None, None) => "paper-frequencies",
@@ -122,7 +123,7 @@ fn given(arguments: &Arguments) -> Result<Given, Failure> {
             return Ok(Given { nominal: files.alone()?, targets: None, identification: None });
         }
     };
-    let measurement = load_measurement(source)?;
+    let measurement = load_measurement_watched(source, &|share| show(progress, share))?;
     let (spindle, tool) = (arguments.spindle.as_deref(), arguments.tool.as_deref());
     let nominal = of_measurement(&measurement, spindle, tool)?;
     let records = Records::of(&measurement, &nominal)?;

@@ -3,6 +3,7 @@
 use super::Failure;
 use crate::controller::Controller;
 use crate::diagnose::{Alternatives, Diagnosis};
+use crate::input::file;
 use crate::input::shipped::TOOLS;
 use crate::input::{Measurement, load_controller, load_machine};
 use crate::report::corrected_records::{Circumstances, Copied, RecordNames, stage_records};
@@ -47,7 +48,7 @@ impl Surroundings {
             let other = load_controller(&path).ok()?;
             (!used.iter().all(|u| **u == path)).then(|| (stem(&path), other))
         });
-        let file = |path: &str| {
+        let name_of = |path: &str| {
             let path = Path::new(path).file_name();
             path.map_or(String::new(), |n| n.to_string_lossy().into_owned())
         };
@@ -55,8 +56,8 @@ impl Surroundings {
             tools: tools.collect(),
             controllers: controllers.collect(),
             names: RecordNames {
-                sweeps: loaded.sweeps.iter().map(|s| file(&s.record.name)).collect(),
-                hammers: loaded.hammers.iter().map(|h| file(&h.name)).collect(),
+                sweeps: loaded.sweeps.iter().map(|s| name_of(&s.record.name)).collect(),
+                hammers: loaded.hammers.iter().map(|h| name_of(&h.name)).collect(),
             },
             spindle,
             tool,
@@ -88,7 +89,7 @@ impl Surroundings {
                 return Ok(Circumstances::default());
             };
             let name = format!("{}.json", stem(path));
-            let bytes = std::fs::read(path).map_err(|e| Failure::new(format!("{path}: cannot be read: {e}")))?;
+            let bytes = file::read(Path::new(path), file::MATLAB).map_err(|error| error.of(path))?;
             files.insert(name.clone(), bytes);
             Ok(Circumstances { controller: Some(name), axis })
         };

@@ -7,11 +7,12 @@ use super::output::claim;
 use super::plausibility::Records;
 use super::plausibility::named;
 use super::progress::Progress;
+use super::reading::load_measurement;
 use super::timings::Timings;
 use super::{Failure, Outcome};
 use crate::controller::Controller;
 use crate::identify::{Identification, identify};
-use crate::input::{Measurement, load_measurement, spindle_yaml, tool_yaml};
+use crate::input::{Measurement, spindle_yaml, tool_yaml};
 use crate::pipeline::loop_stability::{growth_rate_at, unstable_words};
 use crate::report::identification::{IdentificationSummary, PlausibilitySummary};
 use crate::report::results::ResultsFolder;
@@ -89,7 +90,7 @@ impl From<UpdateError> for Failure {
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     let settings = settings(arguments)?;
-    let measurement = load_measurement(&arguments.measurement)?;
+    let measurement = load_measurement(&arguments.measurement, console)?;
     let files = files_of_measurement(&measurement, arguments.spindle.as_deref(), arguments.tool.as_deref());
     let machine = load_machine(files.0, files.1)?;
     let given = [&arguments.spindle, &arguments.tool].into_iter().flatten();

@@ -2,6 +2,7 @@
 //! The library writes the clock into the 116 bytes of text at the start; they are replaced by a fixed text, because
 //! the same input must give the same bytes.
 
+use crate::input::file;
 use crate::linalg::Mat;
 use matrw::{MatFile, MatVariable, MatlabType, NumericArray, save_matfile_v7};
 use std::io;
@@ -29,7 +30,7 @@ pub fn mat_file(matrices: &[(&str, &Mat<f64>)]) -> io::Result<Vec<u8>> {
     let path = folder.path().join("matrices.mat");
     let text = path.to_str().ok_or_else(|| io::Error::other("temporary folder has a name that is not UTF-8"))?;
     save_matfile_v7(text, file, false).map_err(|e| io::Error::other(format!("{e:?}")))?;
-    let mut bytes = std::fs::read(&path)?;
+    let mut bytes = file::read(&path, file::WRITTEN)?;
     let header =
         bytes.get_mut(..TEXT_LENGTH).ok_or_else(|| io::Error::other("level-5 file is shorter than its header"))?;
     header.fill(b' ');

@@ -4,6 +4,7 @@
 use super::controller_law::from_matrices;
 pub use super::controller_law::{CHANNELS, TaggedController};
 use super::error::InputError;
+use super::file;
 use super::mat;
 use super::shipped;
 use crate::controller::{Controller, MachineTag};
@@ -57,11 +58,10 @@ pub(super) struct MachineFile {
 pub fn load_tagged_controller(source: &str) -> Result<TaggedController, InputError> {
     let path = Path::new(source);
     let is_mat = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("mat"));
-    if is_mat && path.is_file() {
-        let bytes = std::fs::read(path).map_err(|e| InputError::new(source, format!("cannot be read: {e}")))?;
-        return mat::read_controller(source, &bytes);
+    if is_mat && path.exists() {
+        return mat::load_controller(source);
     }
-    read_tagged_controller(source, &shipped::text(source, "controller", &[])?)
+    read_tagged_controller(source, &shipped::text_within(source, "controller", &[], file::MATRICES)?)
 }
 
 /// A controller from a path.

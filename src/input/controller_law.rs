@@ -9,6 +9,9 @@ use crate::lti::{Continuous, Discrete, StateSpace};
 /// Names of the channels, in order.
 pub const CHANNELS: [&str; 4] = ["front_x", "front_y", "rear_x", "rear_y"];
 
+/// Most states of a controller that is read: firmware has tens.
+pub(super) const MOST_STATES: usize = 1000;
+
 /// A controller with the machine that its file names.
 #[derive(Clone, Debug)]
 pub struct TaggedController {
@@ -29,6 +32,10 @@ pub(super) fn from_matrices(
     period_s: f64,
 ) -> Result<TaggedController, InputError> {
     let n = a.len();
+    if n > MOST_STATES {
+        let rule = format!("A: has {n} rows; a controller has {MOST_STATES} states at most");
+        return Err(InputError::new(file, rule).with_hint("reduce the order first"));
+    }
     let a = matrix(file, "A", &a, n, n)?;
     let b = matrix(file, "B", &b, n, CHANNELS.len())?;
     let c = matrix(file, "C", &c, CHANNELS.len(), n)?;

@@ -1,9 +1,11 @@
 //! What a file is, from its keys.
 
 use super::error::InputError;
+use super::file;
 use super::keys;
 use super::plausible::{self, Warning};
 use super::shipped::{self, FREQUENCIES, SPINDLES, Shipped, TOOLS, WEIGHTS};
+use super::table::first_line;
 use super::yaml;
 use std::path::Path;
 
@@ -78,7 +80,7 @@ impl FileKind {
             (FREQUENCIES, Self::Measurement),
         ];
         for (list, kind) in shipped {
-            if !path.is_file() && list.iter().any(|s| s.name == source) {
+            if !path.exists() && list.iter().any(|s| s.name == source) {
                 return Ok(kind);
             }
         }
@@ -103,8 +105,9 @@ impl FileKind {
 
     /// The kind of a table, from its header.
     fn of_table(source: &str) -> Result<Self, InputError> {
-        let text = shipped::text(source, "input", &[])?;
-        let header = text.lines().next().unwrap_or_default();
+        let unread: file::Watch<'_> = &|_| ();
+        let reader = file::open_rows(Path::new(source), unread).map_err(|e| e.of(source))?;
+        let header = first_line(source, reader)?;
         let known = [("experiment", Self::Sweep), ("coherence", Self::Hammer), ("amplitude", Self::ModeShapes)];
         let told = known.iter().find(|(column, _)| header.contains(column));
         told.map(|(_, kind)| *kind).ok_or_else(|| {

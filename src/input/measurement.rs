@@ -5,12 +5,13 @@
 //! `spindle.yaml` or `tool.yaml`) and after that among shipped names and paths.
 
 use super::error::{InputError, nearest};
-use super::hammer::{read_hammer, read_mode_shapes};
+use super::file::Watch;
+use super::hammer::{load_hammer, load_mode_shapes};
 use super::keys;
 use super::load_machine;
 use super::shipped;
 use super::spindle::load_spindle;
-use super::sweep::read_sweep;
+use super::sweep::load_sweep;
 use super::yaml;
 use crate::identify::{HammerFrf, SweepRecord};
 use crate::spindle::Machine;
@@ -139,13 +140,21 @@ pub(super) struct AntiresonancesFile {
 /// # Errors
 /// [`InputError`] that says which file, line or key is wrong.
 pub fn load_measurement(folder: &str) -> Result<Measurement, InputError> {
+    load_measurement_watched(folder, &|_| ())
+}
+
+/// As [`load_measurement`]; `watch` hears how far the reading of the records has come.
+///
+/// # Errors
+/// As [`load_measurement`].
+pub fn load_measurement_watched(folder: &str, watch: Watch<'_>) -> Result<Measurement, InputError> {
     let path = Path::new(folder);
     if !path.is_dir() {
         return frequencies_alone(folder);
     }
     let list = path.join("measurement.yaml");
     let name = list.display().to_string();
-    if !list.is_file() {
+    if !list.exists() {
         return Err(InputError::new(folder, "has no measurement.yaml")
             .with_hint("a measurement is a folder with measurement.yaml that names spindle, tool and records"));
     }
@@ -165,7 +174,11 @@ pub fn load_measurement(folder: &str) -> Result<Measurement, InputError> {
             .with_hint("list at least one record of kind sweep, hammer, mode_shapes or frequencies"));
     }
     for (k, record) in read.records.iter().enumerate() {
-        read_record(&mut measurement, &name, path, k, record)?;
+        let broken = |key: &str, message: String| {
+            InputError::new(&name, format!("records[{k}].{key}: {message}"))
+                .with_hint("correct the record in measurement.yaml")
+        };
+        read_record(&mut measurement, record, &broken, watch)?;
     }
     Ok(measurement)
 }
@@ -225,30 +238,24 @@ fn resolve(folder: &Path, name: &str, usual: &str) -> String {
     beside
         .iter()
         .map(|n| folder.join(n))
-        .find(|p| p.is_file())
+        .find(|p| p.exists() && !p.is_dir())
         .map_or_else(|| name.to_owned(), |p| p.display().to_string())
 }
 
 fn read_record(
     measurement: &mut Measurement,
-    list: &str,
-    folder: &Path,
-    k: usize,
     record: &RecordFile,
+    broken: &dyn Fn(&str, String) -> InputError,
+    watch: Watch<'_>,
 ) -> Result<(), InputError> {
-    let broken = |key: &str, message: String| {
-        InputError::new(list, format!("records[{k}].{key}: {message}"))
-            .with_hint("correct the record in measurement.yaml")
-    };
-    check_keys(record, &broken)?;
-    let path = folder.join(&record.file);
+    check_keys(record, broken)?;
+    let path = measurement.folder.join(&record.file);
     let name = path.display().to_string();
-    let bytes = || {
-        std::fs::read(&path).map_err(|e| {
-            broken("file", format!("{name} cannot be read: {e}"))
-                .with_hint("files of records stand beside measurement.yaml")
-        })
-    };
+    if !path.exists() {
+        return Err(
+            broken("file", format!("there is no {name}")).with_hint("files of records stand beside measurement.yaml")
+        );
+    }
     let speed = || match record.speed_rpm {
         Some(v) if v.is_finite() && v >= 0.0 => Ok(v),
         Some(v) => Err(broken("speed_rpm", format!("{v} must be zero or positive"))),
@@ -259,8 +266,8 @@ fn read_record(
         let Some(file) = &record.controller else {
             return Ok(None);
         };
-        let path = folder.join(file);
-        if path.is_file() {
+        let path = measurement.folder.join(file);
+        if path.exists() {
             return Ok(Some(path.display().to_string()));
         }
         Err(broken("controller", format!("there is no {}", path.display()))
@@ -271,7 +278,7 @@ fn read_record(
             if record.axis.is_some() {
                 return Err(broken("axis", "a sweep excites all four axes".into()).with_hint("remove the key"));
             }
-            let mut read = read_sweep(&name, &bytes()?, speed()?)?;
+            let mut read = load_sweep(&path, speed()?, watch)?;
             if record.hold == Some(true) {
                 let spindle = load_spindle(&measurement.spindle)?;
                 read = read.behind_hold(spindle.electronics.sample_period_s());
@@ -288,15 +295,15 @@ fn read_record(
                 }
             };
             measurement.hammers.push(Hammer {
-                frf: read_hammer(&name, &bytes()?, speed()?)?,
+                frf: load_hammer(&path, speed()?, watch)?,
                 name,
                 axis,
                 controller: controller()?,
             });
         }
-        "mode_shapes" => measurement.mode_shapes.extend(read_mode_shapes(&name, &bytes()?)?),
+        "mode_shapes" => measurement.mode_shapes.extend(load_mode_shapes(&path, watch)?),
         "frequencies" => {
-            let text = shipped::utf8(&name, bytes()?)?;
+            let text = shipped::text(&name, "frequencies", &[])?;
             measurement.frequencies.push(read_frequencies(&name, &text)?);
         }
         _ => {}

@@ -2,6 +2,7 @@
 //! Real matrices are lists of rows; complex ones `{"re": rows, "im": rows}`. Every error names file and field.
 
 use super::error::InputError;
+use super::file as files;
 use super::shipped::utf8;
 use crate::augment::{Block, GeneralizedPlant};
 use crate::linalg::{Mat, c64};
@@ -21,8 +22,9 @@ impl Problem {
     /// # Errors
     /// A file that cannot be read, is not JSON, or is not an object.
     pub fn read(file: &Path) -> Result<Self, InputError> {
-        let bytes = std::fs::read(file).map_err(|e| InputError::new(&file.display().to_string(), e.to_string()))?;
-        Self::parse(file, &utf8(&file.display().to_string(), bytes)?)
+        let name = file.display().to_string();
+        let bytes = files::read(file, files::MATRICES).map_err(|e| e.of(&name))?;
+        Self::parse(file, &utf8(&name, bytes)?)
     }
 
     /// Reads the text of a file; `file` names it in messages.

@@ -1,6 +1,7 @@
 //! Files that come with the program, by name, and how a path or a name becomes text.
 
 use super::error::{InputError, nearest};
+use super::file::{self, SizeLimit};
 use std::path::Path;
 
 /// What some editors write in front of UTF-8 text.
@@ -53,8 +54,21 @@ pub const FREQUENCIES: &[Shipped] = shipped!["paper-frequencies" => "spindles/pa
 /// # Errors
 /// [`InputError`] when there is neither, or the file is not readable text.
 pub fn text(source: &str, what: &str, shipped: &[Shipped]) -> Result<String, InputError> {
+    text_within(source, what, shipped, file::KEYS)
+}
+
+/// As [`text`], of a file with another limit.
+///
+/// # Errors
+/// As [`text`].
+pub(super) fn text_within(
+    source: &str,
+    what: &str,
+    shipped: &[Shipped],
+    limit: SizeLimit,
+) -> Result<String, InputError> {
     let path = Path::new(source);
-    if !path.is_file() {
+    if path.is_dir() || !path.exists() {
         if let Some(found) = shipped.iter().find(|s| s.name == source) {
             return Ok(found.text.to_owned());
         }
@@ -72,10 +86,7 @@ pub fn text(source: &str, what: &str, shipped: &[Shipped]) -> Result<String, Inp
         };
         return Err(InputError::new(source, rule).with_hint(hint));
     }
-    let bytes = std::fs::read(path).map_err(|error| {
-        InputError::new(source, format!("cannot be read: {error}")).with_hint("check the access rights of the file")
-    })?;
-    utf8(source, bytes)
+    utf8(source, file::read(path, limit).map_err(|error| error.of(source))?)
 }
 
 /// The text of bytes, without the byte order mark that some editors write.
@@ -83,17 +94,21 @@ pub fn text(source: &str, what: &str, shipped: &[Shipped]) -> Result<String, Inp
 /// # Errors
 /// [`InputError`] with the line that is not UTF-8.
 pub fn utf8(file: &str, bytes: Vec<u8>) -> Result<String, InputError> {
-    let other = bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]);
     let text = String::from_utf8(bytes).map_err(|error| {
         let good = error.utf8_error().valid_up_to();
         let line = error.as_bytes()[..good].iter().filter(|b| **b == b'\n').count() + 1;
-        let name = if other { "is UTF-16 text" } else { "is not UTF-8 text" };
-        let mut told = InputError::new(file, name);
-        told.line = Some(line);
-        told.with_hint("save the file as UTF-8")
+        not_utf8(file, line, error.as_bytes())
     })?;
     Ok(match text.strip_prefix(BYTE_ORDER_MARK) {
         Some(rest) => rest.to_owned(),
         None => text,
     })
+}
+
+/// The error about a line that is not UTF-8 in a text that begins with these bytes.
+pub(super) fn not_utf8(file: &str, line: usize, beginning: &[u8]) -> InputError {
+    let is_utf16 = beginning.starts_with(&[0xff, 0xfe]) || beginning.starts_with(&[0xfe, 0xff]);
+    let mut told = InputError::new(file, if is_utf16 { "is UTF-16 text" } else { "is not UTF-8 text" });
+    told.line = Some(line);
+    told.with_hint("save the file as UTF-8")
 }

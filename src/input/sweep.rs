@@ -2,11 +2,14 @@
 //! any order; what is missing, doubled or no number is refused with its line.
 
 use super::error::InputError;
-use super::table::{at, number, records};
+use super::file::{self, Watch};
+use super::table::{at, each_row, keep, number};
 use crate::identify::SweepRecord;
 use crate::identify::frf::{AXES, AXIS_NAMES};
 use crate::linalg::c64;
 use ndarray::Array4;
+use std::io::BufRead;
+use std::path::Path;
 
 /// Most repeats of an experiment: more than this is a column mix-up.
 const MOST_REPEATS: usize = 10_000;
@@ -37,7 +40,21 @@ pub fn header() -> Vec<String> {
 /// [`InputError`] with the line: wrong columns, no number, frequency not positive, unknown or missing experiment,
 /// doubled row, unequal repeats.
 pub fn read_sweep(file: &str, bytes: &[u8], speed_rpm: f64) -> Result<SweepRecord, InputError> {
-    let mut rows = rows(file, bytes)?;
+    read_sweep_from(file, bytes, speed_rpm)
+}
+
+/// As [`read_sweep`], from a file that is read line by line; `watch` hears how far that has come.
+///
+/// # Errors
+/// As [`read_sweep`], and when the file cannot be read.
+pub(crate) fn load_sweep(path: &Path, speed_rpm: f64, watch: Watch<'_>) -> Result<SweepRecord, InputError> {
+    let name = path.display().to_string();
+    let reader = file::open_rows(path, watch).map_err(|error| error.of(&name))?;
+    read_sweep_from(&name, reader, speed_rpm)
+}
+
+fn read_sweep_from(file: &str, reader: impl BufRead, speed_rpm: f64) -> Result<SweepRecord, InputError> {
+    let mut rows = rows(file, reader)?;
     rows.sort_by(|a, b| {
         a.frequency_hz
             .total_cmp(&b.frequency_hz)
@@ -111,12 +128,11 @@ fn check_repeats(file: &str, group: &[Row], experiment: usize, repeats: usize) -
     Ok(())
 }
 
-fn rows(file: &str, bytes: &[u8]) -> Result<Vec<Row>, InputError> {
+fn rows(file: &str, reader: impl BufRead) -> Result<Vec<Row>, InputError> {
     let names = header();
     let mut rows = vec![];
-    for record in records(file, bytes, &names) {
-        let (line, record) = record?;
-        let number = |k: usize| number(file, line, &names[k], &record[k]);
+    each_row(file, reader, &names, &mut |line, record| {
+        let number = |k: usize| number(file, line, &names[k], record[k]);
         let whole = |k: usize, most: usize| {
             let v = number(k)?;
             if v.fract() == 0.0 && v >= 1.0 && v <= most as f64 {
@@ -132,8 +148,9 @@ fn rows(file: &str, bytes: &[u8]) -> Result<Vec<Row>, InputError> {
         for (k, v) in values.iter_mut().enumerate() {
             *v = number(3 + k)?;
         }
-        rows.push(Row { line, frequency_hz, experiment: whole(1, AXES)?, repeat: whole(2, MOST_REPEATS)?, values });
-    }
+        let (experiment, repeat) = (whole(1, AXES)?, whole(2, MOST_REPEATS)?);
+        keep(file, line, &mut rows, Row { line, frequency_hz, experiment, repeat, values })
+    })?;
     if rows.is_empty() {
         return Err(
             InputError::new(file, "no frequency lines").with_hint(format!("the first line is {}", names.join(",")))

@@ -1,52 +1,155 @@
-//! Rows of a CSV file under a fixed header, each with its line for messages.
+//! Rows of a CSV file under a fixed header, each with its line for messages. A file is read line by line: memory grows
+//! with what the reader keeps of the rows, not with the text.
 
 use super::error::InputError;
+use super::file::FileError;
+use super::shipped::{BYTE_ORDER_MARK, not_utf8};
+use std::io::{BufRead, ErrorKind};
 
-/// The rows below the header, each with its line and as many fields as `names`.
-pub(super) fn records<'a>(
+/// Longest line, bytes: the nineteen columns of a sweep take about five hundred.
+const LONGEST_LINE: usize = 4096;
+
+/// Lines of a text, each with its number from 1, whatever ends them.
+struct Lines<'a, R> {
     file: &'a str,
-    bytes: &'a [u8],
-    names: &'a [String],
-) -> impl Iterator<Item = Result<(usize, csv::StringRecord), InputError>> + 'a {
-    let reader = csv::ReaderBuilder::new().has_headers(false).flexible(true).trim(csv::Trim::All).from_reader(bytes);
-    let read = move |(number, record): (usize, csv::Result<csv::StringRecord>)| {
-        let record = record.map_err(|e| csv_error(file, &e))?;
-        let line = record.position().map_or(0, |p| p.line() as usize);
-        if number == 0 {
-            check_header(file, line, &record, names)?;
-            return Ok(None);
-        }
-        if record.len() != names.len() {
-            let rule = format!("{} columns, the header has {}", record.len(), names.len());
-            return Err(at(file, line, rule));
-        }
-        Ok(Some((line, record)))
-    };
-    let numbered = reader.into_records().enumerate();
-    numbered.filter_map(move |record| read(record).transpose())
+    reader: R,
+    /// The bytes of the line.
+    bytes: Vec<u8>,
+    /// Its number.
+    line: usize,
 }
 
-/// Rows of numbers, each with its line.
+impl<'a, R: BufRead> Lines<'a, R> {
+    fn of(file: &'a str, reader: R) -> Self {
+        Self { file, reader, bytes: vec![], line: 0 }
+    }
+
+    /// Number and text, without its end, of the next line; none after the last one.
+    fn next_line(&mut self) -> Result<Option<(usize, &str)>, InputError> {
+        self.bytes.clear();
+        self.line += 1;
+        let mut any = false;
+        loop {
+            let there = match self.reader.fill_buf() {
+                Ok(there) => there,
+                Err(error) if error.kind() == ErrorKind::Interrupted => continue,
+                Err(error) => return Err(FileError::System(error).of(self.file)),
+            };
+            if there.is_empty() {
+                break;
+            }
+            any = true;
+            let end = there.iter().position(|b| matches!(b, b'\n' | b'\r'));
+            let part = &there[..end.unwrap_or(there.len())];
+            if self.bytes.len() + part.len() > LONGEST_LINE {
+                let rule = format!("has more than {LONGEST_LINE} bytes in one line: it is no table of numbers");
+                return Err(at(self.file, self.line, rule)
+                    .with_hint("the file must be comma-separated UTF-8 text with one header line"));
+            }
+            self.bytes.extend_from_slice(part);
+            let Some(end) = end else {
+                let all = there.len();
+                self.reader.consume(all);
+                continue;
+            };
+            let is_return = there[end] == b'\r';
+            self.reader.consume(end + 1);
+            if is_return && self.reader.fill_buf().is_ok_and(|rest| rest.first() == Some(&b'\n')) {
+                self.reader.consume(1);
+            }
+            break;
+        }
+        match std::str::from_utf8(&self.bytes) {
+            _ if !any => Ok(None),
+            Ok(text) => Ok(Some((self.line, text))),
+            Err(_) => Err(not_utf8(self.file, self.line, &self.bytes)),
+        }
+    }
+}
+
+/// The first line of a file.
 ///
 /// # Errors
-/// [`InputError`] with the line of what is no number, and for a file without a row.
-pub(super) fn numbers(file: &str, bytes: &[u8], names: &[String]) -> Result<Vec<(usize, Vec<f64>)>, InputError> {
-    let mut rows = vec![];
-    for record in records(file, bytes, names) {
-        let (line, record) = record?;
-        let values = names
-            .iter()
-            .zip(&record)
-            .map(|(name, text)| number(file, line, name, text))
-            .collect::<Result<Vec<f64>, _>>()?;
-        rows.push((line, values));
+/// [`InputError`] when it cannot be read.
+pub(super) fn first_line(file: &str, reader: impl BufRead) -> Result<String, InputError> {
+    Ok(Lines::of(file, reader).next_line()?.map_or_else(String::new, |(_, text)| text.to_owned()))
+}
+
+/// Calls back for every row below the header: its line, and as many fields as `names`.
+///
+/// # Errors
+/// [`InputError`] with the line of what is no such row, and what `see` refuses.
+pub(super) fn each_row(
+    file: &str,
+    reader: impl BufRead,
+    names: &[String],
+    see: &mut dyn FnMut(usize, &[&str]) -> Result<(), InputError>,
+) -> Result<(), InputError> {
+    let mut lines = Lines::of(file, reader);
+    let mut below_header = false;
+    while let Some((line, text)) = lines.next_line()? {
+        if text.trim().is_empty() {
+            continue;
+        }
+        let fields: Vec<&str> = text.split(',').map(unquoted).collect();
+        if !below_header {
+            check_header(file, line, &fields, names)?;
+            below_header = true;
+            continue;
+        }
+        if fields.len() != names.len() {
+            let rule = format!("{} columns, the header has {}", fields.len(), names.len());
+            return Err(at(file, line, rule));
+        }
+        see(line, &fields)?;
     }
-    if rows.is_empty() {
+    Ok(())
+}
+
+/// A field without the blanks and the quotes around it.
+fn unquoted(field: &str) -> &str {
+    let field = field.trim().trim_start_matches(BYTE_ORDER_MARK);
+    field.strip_prefix('"').and_then(|f| f.strip_suffix('"')).map_or(field, str::trim)
+}
+
+/// Calls back for every row of numbers with its line.
+///
+/// # Errors
+/// [`InputError`] with the line of what is no number, what `see` refuses, and for a file without a row.
+pub(super) fn each_number_row(
+    file: &str,
+    reader: impl BufRead,
+    names: &[String],
+    see: &mut dyn FnMut(usize, &[f64]) -> Result<(), InputError>,
+) -> Result<(), InputError> {
+    let mut values = vec![];
+    each_row(file, reader, names, &mut |line, fields| {
+        values.clear();
+        for (name, text) in names.iter().zip(fields) {
+            values.push(number(file, line, name, text)?);
+        }
+        see(line, &values)
+    })?;
+    if values.is_empty() {
         return Err(
             InputError::new(file, "no rows of numbers").with_hint(format!("the first line is {}", names.join(",")))
         );
     }
-    Ok(rows)
+    Ok(())
+}
+
+/// Keeps a value of a row.
+///
+/// # Errors
+/// [`InputError`] with the line from which on the rows do not fit into memory.
+pub(super) fn keep<T>(file: &str, line: usize, list: &mut Vec<T>, value: T) -> Result<(), InputError> {
+    let room = list.try_reserve(1);
+    room.map_err(|_| {
+        at(file, line, format!("the first {} rows fill the memory", list.len()))
+            .with_hint("leave out frequencies or repeats, or take a machine with more memory")
+    })?;
+    list.push(value);
+    Ok(())
 }
 
 /// A finite number in a named column.
@@ -59,33 +162,19 @@ pub(super) fn number(file: &str, line: usize, name: &str, text: &str) -> Result<
 }
 
 /// The header must name exactly the expected columns in their order.
-fn check_header(file: &str, line: usize, record: &csv::StringRecord, names: &[String]) -> Result<(), InputError> {
-    let expected = || names.join(",");
+fn check_header(file: &str, line: usize, found: &[&str], names: &[String]) -> Result<(), InputError> {
+    let refused = |rule: String| Err(at(file, line, rule).with_hint(format!("the first line is {}", names.join(","))));
     for (k, name) in names.iter().enumerate() {
-        let found = record.get(k).map(|f| f.trim_start_matches('\u{feff}').to_owned());
-        match found {
-            Some(found) if &found == name => {}
-            Some(found) => {
-                return Err(at(file, line, format!("column {} is {found:?}, expected {name:?}", k + 1))
-                    .with_hint(format!("the first line is {}", expected())));
-            }
-            None => {
-                return Err(at(file, line, format!("column {name:?} is missing"))
-                    .with_hint(format!("the first line is {}", expected())));
-            }
+        match found.get(k) {
+            Some(found) if found == name => {}
+            Some(found) => return refused(format!("column {} is {found:?}, expected {name:?}", k + 1)),
+            None => return refused(format!("column {name:?} is missing")),
         }
     }
-    if record.len() > names.len() {
-        return Err(at(file, line, format!("unknown column {:?}", &record[names.len()]))
-            .with_hint(format!("the first line is {}", expected())));
+    match found.get(names.len()) {
+        Some(other) => refused(format!("unknown column {other:?}")),
+        None => Ok(()),
     }
-    Ok(())
-}
-
-fn csv_error(file: &str, error: &csv::Error) -> InputError {
-    let mut e = InputError::new(file, format!("not readable as CSV: {error}"));
-    e.line = error.position().map(|p| p.line() as usize);
-    e.with_hint("the file must be comma-separated UTF-8 text with one header line")
 }
 
 pub(super) fn at(file: &str, line: usize, message: String) -> InputError {

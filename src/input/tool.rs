@@ -2,6 +2,7 @@
 
 use super::error::InputError;
 use super::keys;
+use super::name::check_name;
 use super::shipped::{self, TOOLS};
 use super::spindle::{DiscFile, ElementFile, MaterialFile, discs, materials, sections};
 use super::yaml;
@@ -14,7 +15,7 @@ use std::collections::BTreeMap;
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct ToolFile {
-    /// Name of the tool; folders and C symbols carry it.
+    /// Name of the tool; folders and C symbols carry it: letters, digits, spaces and . _ + -.
     name: String,
     /// The tool's own materials; those of the spindle serve as well.
     #[serde(default)]
@@ -42,6 +43,10 @@ pub fn load_tool(source: &str, spindle: &Spindle) -> Result<Tool, InputError> {
 /// [`InputError`] that says what is wrong and where.
 pub fn read_tool(file: &str, text: &str, spindle: &Spindle) -> Result<Tool, InputError> {
     let read: ToolFile = yaml::read(file, text, keys::TOOL)?;
+    check_name(&read.name).map_err(|rule| {
+        InputError::new(file, format!("name: {:?} {rule}", read.name))
+            .with_hint("folders, files and C symbols carry the name of the tool, for example endmill-10")
+    })?;
     // The tool's own materials come first: they win over the spindle's of the same name.
     let mut known = materials(file, "materials", read.materials)?;
     known.extend(spindle.sections.iter().map(|s| s.material.clone()));

@@ -8,11 +8,17 @@
 //! Limits: VAX and IBM floating point are refused; other datasets are skipped.
 
 use super::error::InputError;
+use super::file::{self, UNIVERSAL};
 use super::shipped::BYTE_ORDER_MARK;
 use crate::linalg::c64;
+use std::path::Path;
 
 /// Header lines of a dataset 58 after its identifier line.
 const HEADER_LINES: usize = 11;
+/// Characters of a line that are looked at: the format has 80 columns.
+const LONGEST_LINE: usize = 1024;
+/// Most functions of a file: a modal test has thousands.
+const MOST_FUNCTIONS: usize = 100_000;
 
 /// Axis of a function: what is plotted and in which unit.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -59,6 +65,15 @@ pub struct UffFunction {
 /// All functions of a universal file.
 ///
 /// # Errors
+/// As [`read`], and when the file cannot be read.
+pub fn load(file: &str) -> Result<Vec<UffFunction>, InputError> {
+    let bytes = file::read(Path::new(file), UNIVERSAL).map_err(|error| error.of(file))?;
+    read(file, &bytes)
+}
+
+/// All functions of a universal file, from its bytes.
+///
+/// # Errors
 /// [`InputError`] with the line of a dataset that is broken or in a number format that cannot be read.
 pub fn read(file: &str, bytes: &[u8]) -> Result<Vec<UffFunction>, InputError> {
     let mark = BYTE_ORDER_MARK.to_string();
@@ -83,6 +98,10 @@ pub fn read(file: &str, bytes: &[u8]) -> Result<Vec<UffFunction>, InputError> {
                 let mut function = function(file, &mut cursor, &identifier, line, binary)?;
                 (function.si_length, function.si_force) = (si_length, si_force);
                 functions.push(function);
+                if functions.len() > MOST_FUNCTIONS {
+                    let rule = format!("has more than {MOST_FUNCTIONS} functions");
+                    return Err(InputError::new(file, rule).with_hint(UNIVERSAL.advice()));
+                }
                 cursor.skip_dataset();
             }
             "164" => {
@@ -128,7 +147,7 @@ impl Cursor<'_> {
         self.line += 1;
         let text = text.strip_suffix(b"\r").unwrap_or(text);
         // Latin-1: every byte is a character, so that columns stay columns.
-        Some(text.iter().map(|b| char::from(*b)).collect())
+        Some(text.iter().take(LONGEST_LINE).map(|b| char::from(*b)).collect())
     }
 
     /// Skips to behind the terminator of the current dataset.
@@ -184,12 +203,11 @@ fn function(
     };
     let (complex, double) =
         ordinate_type(kind).ok_or_else(|| fail(format!("ordinate data type {kind} is none of 2, 4, 5, 6")))?;
-    // A value takes at least one byte: a larger count is a damaged header, not a reason to allocate.
-    let count = usize::try_from(count)
-        .ok()
-        .filter(|n| *n <= cursor.bytes.len())
-        .ok_or_else(|| fail(format!("{count} values do not fit into the file")))?;
     let per_point = usize::from(!even) + if complex { 2 } else { 1 };
+    // A number takes at least a digit and a blank: a larger count is a damaged header, not a reason to allocate.
+    let fits = |n: &usize| n.checked_mul(2 * per_point).is_some_and(|bytes| bytes <= cursor.bytes.len());
+    let count = usize::try_from(count).ok().filter(fits);
+    let count = count.ok_or_else(|| fail(format!("{} values do not fit into the file", data[1].trim())))?;
     let values = if binary {
         let order = identifier.get(7..13).map_or("", str::trim);
         let format = identifier.get(13..19).map_or("", str::trim);
@@ -209,7 +227,10 @@ fn function(
     };
     let start = real(&data[3], "abscissa minimum")?;
     let step = real(&data[4], "abscissa increment")?;
-    let (mut x, mut y) = (Vec::with_capacity(count), Vec::with_capacity(count));
+    let (mut x, mut y) = (vec![], vec![]);
+    if x.try_reserve_exact(count).is_err() || y.try_reserve_exact(count).is_err() {
+        return Err(fail(format!("{count} values do not fit into the memory")));
+    }
     for (k, point) in values.chunks_exact(per_point).enumerate() {
         let (at, rest) = if even { (start + step * k as f64, point) } else { (point[0], &point[1..]) };
         x.push(at);
@@ -264,7 +285,8 @@ fn ascii_values(cursor: &mut Cursor<'_>, wanted: usize, even: bool, double: bool
         (true, false, _) => &[13, 20, 20],
     };
     let pair: &[usize] = &[13, 20, 13, 20];
-    let mut values = Vec::with_capacity(wanted);
+    let mut values = vec![];
+    values.try_reserve_exact(wanted).map_err(|_| format!("{wanted} numbers do not fit into the memory"))?;
     while values.len() < wanted {
         let line = cursor.line;
         let Some(text) = cursor.next_line() else {

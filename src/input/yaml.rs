@@ -2,7 +2,9 @@
 //! else.
 
 use super::error::InputError;
+use super::file::KEYS;
 use super::keys::Group;
+use super::list_limits::check_lists;
 use super::plausible;
 use serde::de::DeserializeOwned;
 use serde_yaml::Value;
@@ -10,8 +12,6 @@ use serde_yaml::Value;
 /// Deepest nesting that is read: the deepest file format has five levels. The parser's time grows with the square of
 /// it.
 const DEEPEST: usize = 64;
-/// Largest file of keys that is read, bytes: thousands of elements take less than a megabyte.
-const LARGEST: usize = 16 << 20;
 
 /// A file of keys, checked against its table.
 ///
@@ -29,7 +29,9 @@ pub fn read<T: DeserializeOwned>(file: &str, text: &str, groups: &[Group]) -> Re
             _ => told,
         }
     })?;
-    plausible::refuse(file, groups, &value(file, text)?)?;
+    let value = value(file, text)?;
+    check_lists(file, &value)?;
+    plausible::refuse(file, groups, &value)?;
     Ok(read)
 }
 
@@ -44,10 +46,7 @@ pub fn value(file: &str, text: &str) -> Result<Value, InputError> {
 /// The text without a byte order mark; refused when it is too large or nested too deeply.
 fn checked<'a>(file: &str, text: &'a str) -> Result<&'a str, InputError> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    if text.len() > LARGEST {
-        let rule = format!("has {} bytes; files of keys have {LARGEST} at most", text.len());
-        return Err(InputError::new(file, rule).with_hint("records belong into CSV files"));
-    }
+    KEYS.admit(text.len()).map_err(|error| error.of(file))?;
     let mut depth = 0usize;
     for (k, line) in text.lines().enumerate() {
         // Brackets in quotes and comments count as well: no name needs this many.

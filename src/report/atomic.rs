@@ -7,6 +7,8 @@
 //! before anything is replaced.
 
 use super::manifest::{MANIFEST, Manifest};
+use super::place::{Staging, staging_in};
+use crate::input::file;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::io::{self, Write};
@@ -15,7 +17,7 @@ use std::path::{Path, PathBuf};
 /// An error of the file system with the path that it concerns.
 pub(crate) type At<T> = Result<T, (PathBuf, io::Error)>;
 
-fn at<T>(path: &Path, result: io::Result<T>) -> At<T> {
+pub(super) fn at<T>(path: &Path, result: io::Result<T>) -> At<T> {
     result.map_err(|error| (path.to_owned(), error))
 }
 
@@ -47,17 +49,12 @@ impl Replacement<'_> {
             return at(self.target, fs::rename(&new, self.target));
         }
         let whole = self.is_alone()? && !holds_working_folder(self.target);
-        if let Ok(staging) = staging_in(parent(self.target)) {
-            let new = self.stage(staging.path())?;
-            if whole && exchange(&new, self.target).is_ok() {
-                self.keep_access_rights(&new)?;
-                return self.return_others(&new);
-            }
-            return self.one_by_one(&new, &staging.path().join("old"));
-        }
-        // The parent takes no new entries: the folder is a mount point or the parent is read-only.
-        let staging = staging_in(self.target)?;
+        let staging = Staging::of(self.target)?;
         let new = self.stage(staging.path())?;
+        if whole && staging.is_beside() && exchange(&new, self.target).is_ok() {
+            self.keep_access_rights(&new)?;
+            return self.return_others(&new);
+        }
         self.one_by_one(&new, &staging.path().join("old"))
     }
 
@@ -136,7 +133,7 @@ impl Replacement<'_> {
             let (from, to) = (self.target.join(path), old.join(path));
             if from.is_file() {
                 at(parent(&to), fs::create_dir_all(parent(&to)))?;
-                at(&to, fs::copy(&from, &to))?;
+                at(&to, copy(&from, &to))?;
             }
         }
         let result = self.exchange_files(new, &written);
@@ -144,7 +141,7 @@ impl Replacement<'_> {
             // Back to what was there; the error that is returned names the file that failed.
             for path in written.iter().copied().chain(self.stale) {
                 let (copy, place) = (old.join(path), self.target.join(path));
-                let _ = if copy.is_file() { fs::rename(&copy, &place) } else { fs::remove_file(&place) };
+                let _ = if copy.is_file() { put(&copy, &place) } else { fs::remove_file(&place) };
             }
         }
         self.remove_empty_folders();
@@ -162,7 +159,7 @@ impl Replacement<'_> {
         for path in written.iter().filter(|p| p.as_str() != MANIFEST) {
             let place = self.target.join(path);
             at(parent(&place), fs::create_dir_all(parent(&place)))?;
-            at(&place, fs::rename(new.join(path), &place))?;
+            at(&place, put(&new.join(path), &place))?;
         }
         for path in self.stale {
             let place = self.target.join(path);
@@ -186,16 +183,11 @@ impl Replacement<'_> {
     }
 }
 
-fn parent(path: &Path) -> &Path {
+pub(super) fn parent(path: &Path) -> &Path {
     match path.parent() {
         Some(p) if !p.as_os_str().is_empty() => p,
         _ => Path::new("."),
     }
-}
-
-fn staging_in(folder: &Path) -> At<tempfile::TempDir> {
-    let mut builder = tempfile::Builder::new();
-    at(folder, builder.prefix(".muspin-").tempdir_in(folder))
 }
 
 /// Writes a file and waits until the disk has it: a full disk or a quota shows here.
@@ -203,6 +195,27 @@ fn write_through(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let mut file = fs::File::create(path)?;
     file.write_all(bytes)?;
     file.sync_all()
+}
+
+/// Renames a file, or copies it where a folder inside the target is another file system.
+fn put(from: &Path, to: &Path) -> io::Result<()> {
+    match fs::rename(from, to) {
+        Err(error) if error.kind() == io::ErrorKind::CrossesDevices => {
+            let beside = tempfile::Builder::new().prefix(".muspin-").tempfile_in(parent(to))?;
+            copy(from, beside.path())?;
+            beside.as_file().sync_all()?;
+            beside.persist(to).map_err(|error| error.error)?;
+            fs::remove_file(from)
+        }
+        done => done,
+    }
+}
+
+/// Copies a file with its access rights.
+fn copy(from: &Path, to: &Path) -> io::Result<()> {
+    let mut earlier = file::open(from, file::WRITTEN)?;
+    io::copy(&mut earlier, &mut fs::File::create(to)?)?;
+    fs::set_permissions(to, fs::metadata(from)?.permissions())
 }
 
 /// A shell that stands in the folder would be left in the exchanged one.

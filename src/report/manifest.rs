@@ -4,6 +4,7 @@
 //! is in the folder belongs to the user. The manifest holds no clock, machine or user: same files, same bytes.
 
 use crate::export::firmware::sha256_hex;
+use crate::input::file;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::io;
@@ -42,10 +43,10 @@ impl Manifest {
     /// # Errors
     /// A file that cannot be read or is not a manifest, and paths in it that lead out of the folder.
     pub fn read(folder: &Path) -> io::Result<Self> {
-        let text = match std::fs::read_to_string(folder.join(MANIFEST)) {
+        let text = match file::read_text(&folder.join(MANIFEST), file::RESULT) {
             Ok(text) => text,
-            Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(Self::default()),
-            Err(e) => return Err(e),
+            Err(error) if error.is_absence() => return Ok(Self::default()),
+            Err(error) => return Err(error.into()),
         };
         let read: Self = serde_json::from_str(&text)?;
         let outside = read.paths().find(|path| !is_inside(path)).map(str::to_owned);

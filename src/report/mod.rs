@@ -22,6 +22,7 @@ pub(crate) mod order_curve;
 mod page_summary;
 pub mod pictures;
 pub(crate) mod pid_summary;
+mod place;
 pub mod plot;
 mod polish_summary;
 pub(crate) mod prediction_summary;

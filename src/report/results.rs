@@ -5,11 +5,13 @@
 //! followed. A folder with a measurement in it is never an output folder. Files come in the order of their paths and
 //! hold no clock, machine or thread count: same run, same bytes.
 
-use super::atomic::Replacement;
+use super::atomic::{Replacement, parent};
 use super::manifest::{MANIFEST, Manifest, is_inside};
 use super::pictures::PictureName;
+use super::place::{Lock, absolute, try_writing};
 use super::plot::{Figure, Picture, PlotError, picture};
 use super::tables::Table;
+use crate::input::file::{self, FileError};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 use std::io;
@@ -172,6 +174,7 @@ impl ResultsFolder {
     /// is as it was.
     pub fn write(&self, target: &Path) -> Result<(), ResultsError> {
         let target = resolved(target)?;
+        let _lock = locked(&target)?;
         let earlier = manifest(&target)?;
         let mut stale = BTreeSet::new();
         for path in unchanged(&target, &earlier)? {
@@ -191,6 +194,7 @@ impl ResultsFolder {
     /// As [`Self::write`], for the files that are added.
     pub(crate) fn write_into(&self, target: &Path) -> Result<(), ResultsError> {
         let target = resolved(target)?;
+        let _lock = locked(&target)?;
         let earlier = manifest(&target)?;
         for (path, bytes) in &self.files {
             let file = target.join(path);
@@ -216,8 +220,7 @@ impl ResultsFolder {
         manifest: Manifest,
     ) -> Result<(), ResultsError> {
         let replacement = Replacement { target, files: &self.files, earlier, stale, manifest: &manifest };
-        let done = replacement.carry_out();
-        done.map_err(|(path, source)| ResultsError::Io { path, source })
+        replacement.carry_out().map_err(refused)
     }
 }
 
@@ -242,20 +245,29 @@ pub fn claim(target: &Path, names: &[&str], inputs: &[&str]) -> Result<(), Resul
     for name in names {
         is_free(&target, &earlier, name, None)?;
     }
-    Ok(())
+    try_writing(&target).map_err(refused)
 }
 
-/// The folder itself, links followed.
+/// An error of the file system.
+fn refused((path, source): (PathBuf, io::Error)) -> ResultsError {
+    ResultsError::Io { path, source }
+}
+
+/// Keeps other runs out of the folder from before it is looked at until it is written.
+fn locked(target: &Path) -> Result<Lock, ResultsError> {
+    let folder = parent(target);
+    std::fs::create_dir_all(folder).map_err(|source| refused((folder.to_owned(), source)))?;
+    Lock::beside(target).map_err(refused)
+}
+
+/// The folder itself, links followed and `..` resolved.
 fn resolved(target: &Path) -> Result<PathBuf, ResultsError> {
     let path = target.to_owned();
-    if std::fs::symlink_metadata(target).is_err() {
-        return Ok(path);
-    }
-    let Ok(found) = std::fs::canonicalize(target) else {
+    let Ok(found) = absolute(target) else {
         return Err(ResultsError::BrokenLink { path });
     };
-    if !found.is_dir() {
-        return Err(ResultsError::NotAFolder { path });
+    if let Some(file) = found.ancestors().find(|part| part.exists()).filter(|part| !part.is_dir()) {
+        return Err(ResultsError::NotAFolder { path: file.to_owned() });
     }
     if found.join("measurement.yaml").exists() {
         return Err(ResultsError::Measurement { path });
@@ -283,12 +295,12 @@ fn unchanged<'a>(target: &Path, earlier: &'a Manifest) -> Result<Vec<&'a str>, R
     Ok(found)
 }
 
-fn is_unchanged(file: &Path, path: &str, earlier: &Manifest) -> Result<bool, ResultsError> {
-    let failed = |source| ResultsError::Io { path: file.to_owned(), source };
-    if !std::fs::symlink_metadata(file).map_err(failed)?.is_file() {
-        return Ok(false);
+fn is_unchanged(place: &Path, path: &str, earlier: &Manifest) -> Result<bool, ResultsError> {
+    match file::read_unlinked(place, file::WRITTEN) {
+        Ok(bytes) => Ok(earlier.wrote(path, &bytes)),
+        Err(FileError::System(source)) => Err(ResultsError::Io { path: place.to_owned(), source }),
+        Err(_) => Ok(false),
     }
-    Ok(earlier.wrote(path, &std::fs::read(file).map_err(failed)?))
 }
 
 /// Whether a file may be written: nothing is there, a file of the run before, or the same bytes.
@@ -302,13 +314,13 @@ fn is_free(target: &Path, earlier: &Manifest, path: &str, bytes: Option<&[u8]>) 
             return Err(ResultsError::Foreign { path: folder });
         }
     }
-    let file = target.join(path);
-    let Ok(found) = std::fs::symlink_metadata(&file) else {
+    let place = target.join(path);
+    let Ok(found) = std::fs::symlink_metadata(&place) else {
         return Ok(());
     };
-    let same = || bytes.is_some_and(|b| std::fs::read(&file).is_ok_and(|there| there == b));
+    let same = || bytes.is_some_and(|b| file::read_unlinked(&place, file::WRITTEN).is_ok_and(|there| there == b));
     if found.is_file() && (earlier.lists(path) || same()) {
         return Ok(());
     }
-    Err(ResultsError::Foreign { path: file })
+    Err(ResultsError::Foreign { path: place })
 }
