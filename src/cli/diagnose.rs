@@ -74,8 +74,9 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     claim(&arguments.out, &REPORT, read.map(String::as_str))?;
     let records = Records::of(&loaded, &machine)?;
     records.say();
-    let left_out = without_unknown_controllers(&mut loaded);
+    let mut left_out = without_unknown_controllers(&mut loaded);
     left_out.iter().for_each(|record| eprintln!("{}", record.words()));
+    left_out.extend(unused_rows(&loaded));
     let measurement = evidence(&loaded, &records.controllers);
     let progress = Progress::start(console);
     let alternatives = known.alternatives();
@@ -133,13 +134,13 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
 #[derive(Serialize)]
 pub(super) struct LeftOut {
     record: String,
-    reason: &'static str,
+    reason: String,
 }
 
 impl LeftOut {
     fn words(&self) -> String {
         let Self { record, reason } = self;
-        format!("{record} is left out: {reason}; name the controller that levitated the rotor in `controller:`")
+        format!("{record} is left out: {reason}")
     }
 }
 
@@ -147,12 +148,29 @@ impl LeftOut {
 pub(super) fn without_unknown_controllers(loaded: &mut Loaded) -> Vec<LeftOut> {
     let unknown = loaded.hammers.iter().filter(|h| h.controller.is_none());
     let left_out = unknown.map(|h| LeftOut {
-        record: Path::new(&h.name).file_name().map_or_else(|| h.name.clone(), |n| n.to_string_lossy().into_owned()),
-        reason: "its controller is unknown, and the levitated compliance depends on it",
+        record: file_name(&h.name),
+        reason:
+            "its controller is unknown, and the levitated compliance depends on it; name the controller that levitated \
+                 the rotor in `controller:`"
+                .to_owned(),
     });
     let left_out = left_out.collect();
     loaded.hammers.retain(|h| h.controller.is_some());
     left_out
+}
+
+/// What of the sweeps their reader did not use.
+pub(super) fn unused_rows(loaded: &Loaded) -> Vec<LeftOut> {
+    let notes = loaded.sweeps.iter().flat_map(|sweep| {
+        let record = file_name(&sweep.record.name);
+        sweep.record.left_out.iter().map(move |note| LeftOut { record: record.clone(), reason: note.clone() })
+    });
+    notes.collect()
+}
+
+/// A file without its folder.
+fn file_name(path: &str) -> String {
+    Path::new(path).file_name().map_or_else(|| path.to_owned(), |name| name.to_string_lossy().into_owned())
 }
 
 /// The records as the diagnosis takes them.

@@ -1,7 +1,7 @@
 //! The stages of a spindle for a program that embeds muspin: what the commands do, with values instead of files.
 
 use super::Failure;
-use super::diagnose::{evidence, failed, without_unknown_controllers};
+use super::diagnose::{evidence, failed, unused_rows, without_unknown_controllers};
 use super::plausibility::{Records, controllers};
 use super::surroundings::Surroundings;
 use super::update::targets;
@@ -71,7 +71,8 @@ pub(crate) fn diagnosed(
     progress: &(dyn Fn() + Sync),
 ) -> Result<(Machine, Value), Failure> {
     let mut loaded = load_measurement(measurement)?;
-    let left_out = without_unknown_controllers(&mut loaded);
+    let mut left_out = without_unknown_controllers(&mut loaded);
+    left_out.extend(unused_rows(&loaded));
     let controllers = controllers(&loaded)?;
     let known = Surroundings::of(&loaded, (None, None), machine);
     let records = evidence(&loaded, &controllers);

@@ -15,6 +15,8 @@ pub(super) struct Records {
     pub(super) reports: Vec<Plausibility>,
     /// Controllers of the hammer tests that name one, in their order.
     pub(super) controllers: Vec<Controller>,
+    /// What of the files is not used, in words.
+    left_out: Vec<String>,
 }
 
 /// The controllers of the hammer tests that name one, in their order.
@@ -44,7 +46,11 @@ impl Records {
             let report = hammer_plausibility(name, frf, hammer.axis, machine, controller)?;
             reports.push(report);
         }
-        Ok(Self { frfs, reports, controllers })
+        let left_out = measurement
+            .sweeps
+            .iter()
+            .flat_map(|sweep| sweep.record.left_out.iter().map(|note| format!("{}: {note}", sweep.record.name)));
+        Ok(Self { frfs, reports, controllers, left_out: left_out.collect() })
     }
 
     /// True when every record is plausible.
@@ -56,6 +62,9 @@ impl Records {
     pub(super) fn say(&self) {
         for statement in self.reports.iter().filter_map(Plausibility::statement) {
             eprintln!("{statement}");
+        }
+        for note in &self.left_out {
+            eprintln!("note: {note}");
         }
         for remark in self.reports.iter().flat_map(Plausibility::remarks) {
             eprintln!("note: {remark}");

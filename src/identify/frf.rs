@@ -11,7 +11,7 @@
 use super::IdentifyError;
 use crate::linalg::{Mat, c64, max_singular_value_complex, solve_complex};
 use crate::lti::held::hold_magnitude;
-use ndarray::{Array2, Array3, Array4, s};
+use ndarray::{Array2, Array3, Array4, Axis, s};
 use std::f64::consts::TAU;
 use std::ops::Range;
 
@@ -41,6 +41,8 @@ pub struct SweepRecord {
     pub current: Array4<c64>,
     /// Sensor signals, m: [line, experiment, repeat, axis].
     pub signal: Array4<c64>,
+    /// What of the file is not used, in words.
+    pub left_out: Vec<String>,
 }
 
 impl SweepRecord {
@@ -53,11 +55,10 @@ impl SweepRecord {
     #[must_use]
     pub(crate) fn with_lines(&self, lines: &[usize]) -> Self {
         Self {
-            name: self.name.clone(),
-            speed_rpm: self.speed_rpm,
             frequency_hz: lines.iter().map(|k| self.frequency_hz[*k]).collect(),
-            current: self.current.select(ndarray::Axis(0), lines),
-            signal: self.signal.select(ndarray::Axis(0), lines),
+            current: self.current.select(Axis(0), lines),
+            signal: self.signal.select(Axis(0), lines),
+            ..self.clone()
         }
     }
 

@@ -129,7 +129,14 @@ impl Rehearsal {
                 }
             }
         }
-        Ok(SweepRecord { name: name.to_owned(), speed_rpm, frequency_hz: self.frequency_hz.clone(), current, signal })
+        Ok(SweepRecord {
+            name: name.to_owned(),
+            speed_rpm,
+            frequency_hz: self.frequency_hz.clone(),
+            current,
+            signal,
+            left_out: vec![],
+        })
     }
 
     /// The compliance at the tool plane in x from blows of a hammer: the mean over the blows, and the coherence that

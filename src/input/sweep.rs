@@ -1,5 +1,6 @@
 //! Sweep CSV (formats.md, section 4) to a [`SweepRecord`]: one row per line, experiment and repeat. Rows may come in
-//! any order; what is missing, doubled or no number is refused with its line.
+//! any order; what is doubled or no number is refused with its line. Lines where an experiment is missing and repeats
+//! that one experiment has more than another are left out, which the record says.
 
 use super::error::InputError;
 use super::file::{self, Watch};
@@ -37,8 +38,8 @@ pub fn header() -> Vec<String> {
 /// A sweep from the bytes of its file; `file` names it in messages.
 ///
 /// # Errors
-/// [`InputError`] with the line: wrong columns, no number, frequency not positive, unknown or missing experiment,
-/// doubled row, unequal repeats.
+/// [`InputError`] with the line: wrong columns, no number, frequency not positive, unknown experiment, doubled row, no
+/// frequency with all four experiments.
 pub fn read_sweep(file: &str, bytes: &[u8], speed_rpm: f64) -> Result<SweepRecord, InputError> {
     read_sweep_from(file, bytes, speed_rpm)
 }
@@ -77,17 +78,14 @@ fn read_sweep_from(file: &str, reader: impl BufRead, speed_rpm: f64) -> Result<S
             .with_hint("every frequency, experiment and repeat may appear once; a second sweep is a second record"));
         }
     }
-    let mut groups: Vec<&[Row]> = rows.chunk_by(|a, b| a.frequency_hz == b.frequency_hz).collect();
-    groups.sort_by(|a, b| a[0].frequency_hz.total_cmp(&b[0].frequency_hz));
-    let repeats = groups.first().map_or(0, |g| g.iter().filter(|r| r.experiment == 1).count());
-    for group in &groups {
-        for experiment in 1..=AXES {
-            check_repeats(file, group, experiment, repeats)?;
-        }
-    }
+    let groups: Vec<&[Row]> = rows.chunk_by(|a, b| a.frequency_hz == b.frequency_hz).collect();
+    let counts: Vec<[usize; AXES]> = groups.iter().map(|group| repeats_of_experiments(group)).collect();
+    let repeats = usable_repeats(file, &groups, &counts)?;
+    let usable = groups.iter().zip(&counts).filter(|(_, counts)| fewest(counts) >= repeats);
+    let used: Vec<Vec<&Row>> = usable.map(|(group, counts)| first_repeats(group, counts, repeats)).collect();
     let take = |offset: usize| {
-        Array4::from_shape_fn((groups.len(), AXES, repeats, AXES), |(l, e, p, axis)| {
-            let v = &groups[l][e * repeats + p].values;
+        Array4::from_shape_fn((used.len(), AXES, repeats, AXES), |(l, e, p, axis)| {
+            let v = &used[l][e * repeats + p].values;
             let k = offset + 2 * axis;
             c64::new(v[k], v[k + 1])
         })
@@ -96,36 +94,85 @@ fn read_sweep_from(file: &str, reader: impl BufRead, speed_rpm: f64) -> Result<S
     Ok(SweepRecord {
         name: file.to_owned(),
         speed_rpm,
-        frequency_hz: groups.iter().map(|g| g[0].frequency_hz).collect(),
+        frequency_hz: used.iter().map(|rows| rows[0].frequency_hz).collect(),
         current,
         signal,
+        left_out: left_out(&groups, &counts, repeats),
     })
 }
 
-/// Repeats 1…P of one experiment at one frequency, P as everywhere else.
-fn check_repeats(file: &str, group: &[Row], experiment: usize, repeats: usize) -> Result<(), InputError> {
-    let frequency = group[0].frequency_hz;
-    let found: Vec<usize> = group.iter().filter(|r| r.experiment == experiment).map(|r| r.repeat).collect();
-    if found.is_empty() {
-        return Err(at(
-            file,
-            group[0].line,
-            format!(
-                "at {frequency} Hz experiment {experiment} (injection into {}) is missing",
-                AXIS_NAMES[experiment - 1]
-            ),
-        )
-        .with_hint("G = Y U⁻¹ needs one injection into each of the four axes at every frequency"));
+/// Number of repeats of each experiment among the rows of a line.
+fn repeats_of_experiments(group: &[Row]) -> [usize; AXES] {
+    std::array::from_fn(|e| group.iter().filter(|row| row.experiment == e + 1).count())
+}
+
+fn fewest(counts: &[usize; AXES]) -> usize {
+    counts.iter().copied().min().unwrap_or(0)
+}
+
+/// The first repeats of every experiment of a line, experiment by experiment.
+fn first_repeats<'a>(group: &'a [Row], counts: &[usize; AXES], repeats: usize) -> Vec<&'a Row> {
+    let mut rows = Vec::with_capacity(AXES * repeats);
+    let mut first = 0;
+    for count in counts {
+        rows.extend(&group[first..first + repeats]);
+        first += count;
     }
-    if found.len() != repeats || found.iter().enumerate().any(|(k, r)| *r != k + 1) {
-        return Err(at(
-            file,
-            group[0].line,
-            format!("at {frequency} Hz experiment {experiment} has repeats {found:?}, others have 1 to {repeats}"),
-        )
-        .with_hint("the scatter over repeats is the noise: every experiment needs the same repeats, numbered from 1"));
+    rows
+}
+
+/// Number of repeats with which most rows are used: lines where an experiment has fewer are left out.
+fn usable_repeats(file: &str, groups: &[&[Row]], counts: &[[usize; AXES]]) -> Result<usize, InputError> {
+    let lines_with = |repeats: usize| counts.iter().filter(|own| fewest(own) >= repeats).count();
+    let most = counts.iter().map(fewest).max().unwrap_or(0);
+    if let Some(best) = (1..=most).max_by_key(|repeats| repeats * lines_with(*repeats)) {
+        return Ok(best);
     }
-    Ok(())
+    let (line, frequency_hz) = groups.first().map_or((1, 0.0), |group| (group[0].line, group[0].frequency_hz));
+    let missing = counts.first().and_then(|own| own.iter().position(|count| *count == 0)).unwrap_or(0);
+    Err(at(
+        file,
+        line,
+        format!("at {frequency_hz} Hz experiment {} (injection into {}) is missing", missing + 1, AXIS_NAMES[missing]),
+    )
+    .with_hint(
+        "G = Y U⁻¹ needs one injection into each of the four axes at the same frequencies; no line has all four",
+    ))
+}
+
+/// Frequencies that a note names.
+const NAMED_LINES: usize = 3;
+
+/// What of a record is not used, in words.
+fn left_out(groups: &[&[Row]], counts: &[[usize; AXES]], repeats: usize) -> Vec<String> {
+    let mut notes = vec![];
+    let short: Vec<f64> = groups
+        .iter()
+        .zip(counts)
+        .filter(|(_, own)| fewest(own) < repeats)
+        .map(|(group, _)| group[0].frequency_hz)
+        .collect();
+    if !short.is_empty() {
+        let named: Vec<String> = short.iter().take(NAMED_LINES).map(|hz| format!("{hz} Hz")).collect();
+        let more = if short.len() > NAMED_LINES { " and others" } else { "" };
+        notes.push(format!(
+            "{} of {} frequencies are left out, an experiment or a repeat is missing there: {}{more}",
+            short.len(),
+            groups.len(),
+            named.join(", ")
+        ));
+    }
+    let unused: usize = counts
+        .iter()
+        .filter(|own| fewest(own) >= repeats)
+        .map(|own| own.iter().map(|count| count - repeats).sum::<usize>())
+        .sum();
+    if unused > 0 {
+        notes.push(format!(
+            "{unused} rows are not used: an experiment has more repeats than another one, and {repeats} of each enter"
+        ));
+    }
+    notes
 }
 
 fn rows(file: &str, reader: impl BufRead) -> Result<Vec<Row>, InputError> {

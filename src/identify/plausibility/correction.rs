@@ -35,7 +35,7 @@ impl RecordFault {
             Self::Clipping { limit, signal } => {
                 let lines: Vec<usize> =
                     (0..record.frequency_hz.len()).filter(|k| largest(record, signal, *k) < limit).collect();
-                right = chosen(record, &lines);
+                right = record.with_lines(&lines);
             }
             Self::Alias { sample_rate_hz } => {
                 for (k, f) in right.frequency_hz.iter_mut().enumerate() {
@@ -90,22 +90,13 @@ pub(crate) fn largest(record: &SweepRecord, signal: Signal, line: usize) -> f64 
     line.iter().map(|v| v.norm()).fold(0.0, f64::max)
 }
 
-fn chosen(record: &SweepRecord, lines: &[usize]) -> SweepRecord {
-    SweepRecord {
-        frequency_hz: lines.iter().map(|k| record.frequency_hz[*k]).collect(),
-        current: record.current.select(Axis(0), lines),
-        signal: record.signal.select(Axis(0), lines),
-        ..record.clone()
-    }
-}
-
 /// Lines in ascending order, each frequency above zero once.
 fn ascending(record: &SweepRecord) -> SweepRecord {
     let hz = &record.frequency_hz;
     let mut lines: Vec<usize> = (0..hz.len()).filter(|k| hz[*k] > 0.0).collect();
     lines.sort_by(|a, b| hz[*a].total_cmp(&hz[*b]));
     lines.dedup_by(|a, b| hz[*a] == hz[*b]);
-    chosen(record, &lines)
+    record.with_lines(&lines)
 }
 
 fn of(record: &mut SweepRecord, signal: Signal) -> &mut Array4<c64> {

@@ -53,7 +53,8 @@ fn sweep(machine: &Machine, noise_m: f64, seed: u64) -> (SweepRecord, Vec<muspin
             }
         }
     }
-    let record = SweepRecord { name: "synthetic".into(), speed_rpm: 0.0, frequency_hz, current, signal };
+    let record =
+        SweepRecord { name: "synthetic".into(), speed_rpm: 0.0, frequency_hz, current, signal, left_out: vec![] };
     (record, truth)
 }
 
@@ -217,9 +218,8 @@ fn bad_sweep_files_are_refused_by_name_and_line() {
     let good = csv(|_, _, _, row| Some(row));
     assert_eq!(read_sweep("s.csv", &good, 0.0).unwrap().repeats(), 2);
     type Edit = fn(usize, usize, usize, Vec<String>) -> Option<Vec<String>>;
-    let cases: [(&str, usize, Edit); 7] = [
-        ("experiment 3 (injection into rear_x) is missing", 10, |l, e, _, r| (l != 1 || e != 3).then_some(r)),
-        ("has repeats [1], others have 1 to 2", 10, |l, e, p, r| (l != 1 || e != 2 || p != 2).then_some(r)),
+    let cases: [(&str, usize, Edit); 6] = [
+        ("experiment 3 (injection into rear_x) is missing", 2, |_, e, _, r| (e != 3).then_some(r)),
         ("y2_re: \"nan\" is not a number", 5, |l, e, p, mut r| {
             if (l, e, p) == (0, 2, 2) {
                 r[13] = "nan".into();
@@ -261,6 +261,33 @@ fn bad_sweep_files_are_refused_by_name_and_line() {
     assert!(error.message.contains("column 9 is \"u3_mi\", expected \"u3_im\""));
     assert!(read_sweep("s.csv", b"", 0.0).is_err());
     assert!(read_sweep("s.csv", &[0xff, 0xfe, 0x00], 0.0).is_err());
+}
+
+#[test]
+fn what_is_missing_of_a_sweep_is_left_out_and_said() {
+    let whole = read_sweep("s.csv", &csv(|_, _, _, row| Some(row)), 0.0).unwrap();
+    assert!(whole.left_out.is_empty());
+    type Keep = fn(usize, usize, usize) -> bool;
+    let read = |keep: Keep| {
+        let bytes = csv(|l, e, p, row| keep(l, e, p).then_some(row));
+        let record = read_sweep("s.csv", &bytes, 0.0).unwrap();
+        (record.frequency_hz.clone(), record.repeats(), record.left_out.join("; "), record)
+    };
+    // An experiment is missing at one frequency.
+    let (hz, repeats, said, record) = read(|l, e, _| l != 1 || e != 3);
+    assert_eq!((hz, repeats), (vec![50.0, 52.0], 2));
+    assert!(said.contains("1 of 3 frequencies") && said.contains("51 Hz"), "{said}");
+    assert_eq!(record.current.index_axis(ndarray::Axis(0), 1), whole.current.index_axis(ndarray::Axis(0), 2));
+    // A repeat is missing at one frequency: two of three lines with two repeats are more than three with one.
+    let (hz, repeats, said, _) = read(|l, e, p| l != 1 || e != 2 || p != 2);
+    assert_eq!((hz, repeats), (vec![50.0, 52.0], 2));
+    assert!(said.contains("51 Hz"), "{said}");
+    // One experiment has fewer repeats everywhere.
+    let (hz, repeats, said, record) = read(|_, e, p| e != 2 || p != 2);
+    assert_eq!((hz.len(), repeats), (3, 1));
+    assert!(said.contains("9 rows are not used"), "{said}");
+    let first = ndarray::s![.., .., 0..1, ..];
+    assert_eq!(record.signal, whole.signal.slice(first));
 }
 
 #[test]

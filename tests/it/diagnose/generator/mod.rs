@@ -445,7 +445,14 @@ pub fn simulate(
         .collect();
     let speed_rpm = speed_rad_s * 60.0 / TAU;
     Drawn {
-        sweep: SweepRecord { name: "drawn".into(), speed_rpm, frequency_hz: frequency_hz.to_vec(), current, signal },
+        sweep: SweepRecord {
+            name: "drawn".into(),
+            speed_rpm,
+            frequency_hz: frequency_hz.to_vec(),
+            current,
+            signal,
+            left_out: vec![],
+        },
         hammer: HammerFrf {
             speed_rpm,
             frequency_hz: frequency_hz.to_vec(),
