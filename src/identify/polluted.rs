@@ -17,6 +17,8 @@ const ROUNDS: usize = 3;
 const RARE: f64 = 14.0;
 /// What the medians of some eleven neighbours may be too low by.
 const MEDIAN_MARGIN: f64 = 1.5;
+/// Excess, as power, of a line beside a disturbed one that counts as its skirt: as much disturbance as noise.
+const SKIRT: f64 = 2.0;
 /// Most multiples of the mains frequency that are looked for: beyond, they are as dense as the lines.
 const MAINS_MULTIPLES: usize = 8;
 /// Deviation of the mains, and how far a line beside its multiple still shows it.
@@ -67,9 +69,9 @@ impl PollutedLines {
             PollutionSource::Speed => "run-out or unbalance at multiples of the speed",
             PollutionSource::Unknown => "something outside the loop",
         };
-        let noun = if self.hz.len() == 1 { "the line at" } else { "the lines at" };
+        let (noun, verb) = if self.hz.len() == 1 { ("line", "scatters") } else { ("lines", "scatter") };
         format!(
-            "{noun} {} Hz scatter up to {:.1} times as much as their neighbours, from {from}",
+            "the {noun} at {} Hz {verb} up to {:.1} times as much as the neighbours, from {from}",
             lines.join(", "),
             self.factor
         )
@@ -88,7 +90,7 @@ pub fn without_polluted_lines(
         // A single repeat is compared with its neighbours, which a disturbed line disturbs.
         repeats > 1 || (k == 0 || excess[k] >= excess[k - 1]) && excess.get(k + 1).is_none_or(|next| excess[k] >= *next)
     };
-    let polluted: Vec<usize> = (0..excess.len()).filter(|k| excess[*k] > limit && is_peak(*k)).collect();
+    let polluted = with_skirts((0..excess.len()).map(|k| excess[k] > limit && is_peak(k)).collect(), &excess);
     if polluted.is_empty() {
         return (vec![], record.clone());
     }
@@ -107,6 +109,23 @@ pub fn without_polluted_lines(
     list.sort_by_key(|own| own.source);
     let kept: Vec<usize> = (0..excess.len()).filter(|k| !polluted.contains(k)).collect();
     (list, record.with_lines(&kept))
+}
+
+/// The numbers of the lines that are disturbed, with those beside them that still scatter more than theirs: leakage
+/// falls off line by line.
+fn with_skirts(mut is_polluted: Vec<bool>, excess: &[f64]) -> Vec<usize> {
+    let mut grows = true;
+    while grows {
+        grows = false;
+        for k in 0..excess.len() {
+            let beside = k > 0 && is_polluted[k - 1] || is_polluted.get(k + 1) == Some(&true);
+            if !is_polluted[k] && beside && excess[k] > SKIRT {
+                is_polluted[k] = true;
+                grows = true;
+            }
+        }
+    }
+    (0..excess.len()).filter(|k| is_polluted[*k]).collect()
 }
 
 /// Complex degrees of freedom of the scatter of a line over all axes and experiments. A single repeat has the two quiet
