@@ -7,6 +7,7 @@ use super::output::claim;
 use super::{Failure, Outcome};
 use crate::controller::anti_windup::{AntiWindup, with_anti_windup};
 use crate::controller::discretise::discretised;
+use crate::controller::fidelity::TransferChange;
 use crate::controller::realise::modal_form;
 use crate::controller::scaling::{ScaledRealisation, SignalLimits, scaled};
 use crate::controller::sections::second_order_sections;
@@ -16,8 +17,9 @@ use crate::controller::{ControlLaw, Controller, ControllerError};
 use crate::export::c::{c_identifier, is_prefix, stability_words};
 use crate::export::firmware::{Firmware, FirmwareError, Format, write_all};
 use crate::export::table::controller_table;
+use crate::lti::{Discrete, StateSpace};
 use crate::pipeline::PipelineError;
-use crate::pipeline::firmware_proof::{prewarp_hz, proven_as_rounded};
+use crate::pipeline::firmware_proof::{changed_by_rounding, prewarp_hz, proven_as_rounded};
 use crate::report::results::ResultsFolder;
 use crate::report::simulation::AntiWindupSummary;
 use crate::report::summary::json;
@@ -96,6 +98,8 @@ struct Prepared {
     anti_windup: AntiWindup,
     given: ControlledMachine,
     machine: String,
+    /// What rounding does to the controller, where that is much.
+    notes: Vec<String>,
 }
 
 impl Prepared {
@@ -111,7 +115,7 @@ impl Prepared {
         }
     }
 
-    fn summary(&self, prefix: &str, files: &[String]) -> ExportSummary {
+    fn summary(&self, prefix: &str, files: &[String], notes: &[String]) -> ExportSummary {
         let rows = &self.rows.rows;
         ExportSummary {
             controller: self.discrete.name.clone(),
@@ -122,7 +126,7 @@ impl Prepared {
             form: rows.form.name(),
             states: rows.order(),
             multiplications_per_sample: rows.multiplications(),
-            notes: rows.notes.clone(),
+            notes: rows.notes.iter().chain(&self.notes).chain(notes).cloned().collect(),
             anti_windup: AntiWindupSummary::from(&self.anti_windup),
             verified: self.verification.is_proven(),
             verification: stability_words(&self.verification),
@@ -181,12 +185,11 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     let mut summaries = Vec::new();
     for (one, firmware) in prepared.iter().zip(&firmware) {
         let folder = if prepared.len() == 1 { String::new() } else { format!("{}/", firmware.prefix) };
-        let own: Vec<(String, Vec<u8>)> = write_all(firmware, &formats)?
-            .into_iter()
-            .map(|(name, bytes)| (format!("{folder}{name}"), bytes))
-            .collect();
+        let written = write_all(firmware, &formats)?;
+        let own: Vec<(String, Vec<u8>)> =
+            written.files.into_iter().map(|(name, bytes)| (format!("{folder}{name}"), bytes)).collect();
         let names: Vec<String> = own.iter().map(|f| f.0.clone()).collect();
-        summaries.push(one.summary(firmware.prefix, &names));
+        summaries.push(one.summary(firmware.prefix, &names, &written.notes));
         files.extend(own);
     }
     if prepared.len() > 1 && formats.contains(&Format::C) {
@@ -195,6 +198,9 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     let mut folder = ResultsFolder::new();
     for (name, bytes) in &files {
         folder.add(name, bytes.as_slice())?;
+    }
+    for note in summaries.iter().flat_map(|summary| &summary.notes) {
+        eprintln!("note: {note}");
     }
     console.writing(|| folder.write(Path::new(&arguments.out)))?;
     let summary = Answer {
@@ -236,6 +242,7 @@ fn prepare(arguments: &Arguments, file: &str, remarks: &mut Vec<Remarks>) -> Res
     };
     let unlimited = scaled(&realisation, SignalLimits::of(machine))?;
     let (rows, anti_windup) = with_anti_windup(unlimited, machine)?;
+    let notes = rounding_notes(law, &rows, arguments.force_unverified)?;
     let verification = checked(machine, &rows, arguments.force_unverified)?;
     if !verification.is_proven() && !arguments.force_unverified {
         eprintln!("{}", refusal(&verification));
@@ -252,6 +259,7 @@ fn prepare(arguments: &Arguments, file: &str, remarks: &mut Vec<Remarks>) -> Res
         verification,
         anti_windup,
         given,
+        notes,
     }))
 }
 
@@ -327,6 +335,34 @@ fn checked(machine: &Machine, rows: &ScaledRealisation, forced: bool) -> Result<
         Err(other) => return Err(other.into()),
     };
     Ok(Verification { forced, ..found })
+}
+
+/// What rounding changes where that is more than the design can have meant: float32 is refused unless the export is
+/// forced, Q31 is said, for a user of float32 does without.
+fn rounding_notes(law: &StateSpace<Discrete>, rows: &ScaledRealisation, forced: bool) -> Result<Vec<String>, Failure> {
+    let changed = changed_by_rounding(law, rows)?;
+    let period_s = rows.rows.sample_time_s;
+    let words = |format: &str, change: &TransferChange| {
+        format!(
+            "{} in {format}: rounding of the coefficients changes the response by {:.2} % at {:.4} Hz",
+            rows.rows.form.name(),
+            100.0 * change.relative,
+            change.frequency_hz(period_s)
+        )
+    };
+    let mut notes = Vec::new();
+    if !changed.float32.is_accepted() {
+        let words = words("float32", &changed.float32);
+        if !forced {
+            return Err(Failure::new(words)
+                .with_hint("use --form modal, or a lower sample rate; --force-unverified exports it all the same"));
+        }
+        notes.push(words);
+    }
+    if !changed.q31.is_accepted() {
+        notes.push(format!("{}; use float32 or --form modal", words("Q31", &changed.q31)));
+    }
+    Ok(notes)
 }
 
 /// Why nothing is written: the growth rate first.

@@ -6,6 +6,7 @@ pub mod anti_windup;
 pub mod arithmetic;
 pub mod continuous;
 pub mod discretise;
+pub(crate) mod fidelity;
 pub(crate) mod full_loop;
 pub mod hand_over;
 pub mod law;

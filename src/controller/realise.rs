@@ -4,7 +4,7 @@
 //! Modal form has no signals; a cascade of second-order sections hands its values on through them. Firmware,
 //! its simulation and its verification all read this one list, so they cannot disagree.
 
-use super::modal::block_diagonalise;
+use super::modal::{LARGEST_CHANGE, block_diagonalise};
 use super::{ControllerError, in_step};
 use crate::linalg::Mat;
 use crate::lti::{Discrete, StateSpace};
@@ -76,6 +76,13 @@ pub fn modal_form(system: &StateSpace<Discrete>) -> Result<Realisation, Controll
         notes.push(format!(
             "blocks of {} hold poles that (nearly) repeat and cannot be separated accurately",
             merged.join(", ")
+        ));
+    }
+    if modal.transfer_error > LARGEST_CHANGE {
+        notes.push(format!(
+            "the transfer matrix changed by {:.1e} of its peak: the states as given hold the controller no better; \
+             give it as modal blocks",
+            modal.transfer_error
         ));
     }
     let mut realisation = Realisation {

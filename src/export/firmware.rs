@@ -27,7 +27,7 @@ const TEST_SEED: u64 = 20_000;
 /// A kind of file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Format {
-    /// `controller.h`, `controller.c`, `test_vectors.csv`; `sections.h` for a decentralised controller.
+    /// `controller.h`, `controller.c`, `test_vectors.csv`; `sections.h` for a decentralised controller whose sections hold it.
     C,
     /// `coefficients.csv`, `test_vectors.csv`.
     Csv,
@@ -69,18 +69,27 @@ pub(crate) fn sha256_hex(bytes: &[u8]) -> String {
     })
 }
 
-/// The files of the formats asked: (relative name, bytes), in a fixed order.
+/// The files of a controller, and what a reader should know about them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FirmwareFiles {
+    /// (Relative name, bytes), in a fixed order.
+    pub files: Vec<(String, Vec<u8>)>,
+    /// A sentence each: what is not among the files although it was asked for, and why.
+    pub notes: Vec<String>,
+}
+
+/// The files of the formats asked.
 ///
 /// # Errors
 /// [`FirmwareError`] when the controller is continuous, or does not fit the arithmetic.
-pub fn write_all(firmware: &Firmware<'_>, formats: &[Format]) -> Result<Vec<(String, Vec<u8>)>, FirmwareError> {
+pub fn write_all(firmware: &Firmware<'_>, formats: &[Format]) -> Result<FirmwareFiles, FirmwareError> {
     let ControlLaw::Discrete(law) = &firmware.discrete.law else {
         return Err(FirmwareError::Continuous(firmware.discrete.name.clone()));
     };
     let json = controller_json(firmware.discrete, firmware.tag);
     let (float, fixed) = (float32(firmware.scaled)?, q31(firmware.scaled)?);
     let wants = |format| formats.contains(&format);
-    let mut files: Vec<(String, Vec<u8>)> = Vec::new();
+    let (mut files, mut notes): (Vec<(String, Vec<u8>)>, Vec<String>) = (Vec::new(), Vec::new());
     if wants(Format::Json) {
         files.extend(continuous_files(firmware, law)?);
     }
@@ -102,11 +111,9 @@ pub fn write_all(firmware: &Firmware<'_>, formats: &[Format]) -> Result<Vec<(Str
             "controller.c".to_owned(),
             source(firmware.prefix, &float, &fixed, &hand_over(firmware.scaled)?, bound)?.into_bytes(),
         ));
-    }
-    if wants(Format::C)
-        && let Some(table) = section_tables(law, firmware.prefix, &firmware.discrete.name)?
-    {
-        files.push(("sections.h".to_owned(), table.into_bytes()));
+        let sections = section_tables(law, firmware.prefix, &firmware.discrete.name)?;
+        files.extend(sections.header.map(|header| ("sections.h".to_owned(), header.into_bytes())));
+        notes.extend(sections.notes);
     }
     if wants(Format::Csv) {
         let table = coefficient_table(firmware.scaled, &float, &fixed);
@@ -119,7 +126,7 @@ pub fn write_all(firmware: &Firmware<'_>, formats: &[Format]) -> Result<Vec<(Str
         let table = test_vectors(firmware.scaled, float, fixed);
         files.push(("test_vectors.csv".to_owned(), table.into_bytes()));
     }
-    Ok(files)
+    Ok(FirmwareFiles { files, notes })
 }
 
 /// The continuous controller that the sampled one came from, or else the fitted one with its error over frequency.

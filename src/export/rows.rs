@@ -287,3 +287,15 @@ pub fn hex_float(value: f32) -> String {
         _ => format!("{sign}0x1.{mantissa:06x}p{}f", exponent - 127),
     }
 }
+
+/// A double as C99 hexadecimal constant: exact.
+pub(super) fn hex_double(value: f64) -> String {
+    let bits = value.to_bits();
+    let sign = if bits >> 63 == 1 { "-" } else { "" };
+    let (exponent, mantissa) = (((bits >> 52) & 0x7ff) as i32, bits & 0xf_ffff_ffff_ffff);
+    match (exponent, mantissa) {
+        (0, 0) => format!("{sign}0.0"),
+        (0, _) => format!("{sign}0x0.{mantissa:013x}p-1022"),
+        _ => format!("{sign}0x1.{mantissa:013x}p{}", exponent - 1023),
+    }
+}

@@ -2,7 +2,9 @@
 //! proof of stability with the coefficients as they are rounded.
 
 use super::PipelineError;
+use crate::controller::ControllerError;
 use crate::controller::arithmetic::q31;
+use crate::controller::fidelity::{TransferChange, transfer_change_by_entry};
 use crate::controller::scaling::ScaledRealisation;
 use crate::controller::verification::{Verification, verify_with_proof};
 use crate::lti::{Discrete, StateSpace};
@@ -37,4 +39,26 @@ pub(crate) fn proven_as_rounded(machine: &Machine, rows: &ScaledRealisation) -> 
     let float = check(&rows.rows.rounded_f32()?, "float32 and to Q31")?;
     let fixed = check(&q31(rows)?.rounded()?, "Q31")?;
     Ok(if float.is_proven() && !fixed.is_proven() { fixed } else { float })
+}
+
+/// What rounding of its coefficients changes of a controller's transfer function, in each arithmetic.
+pub(crate) struct RoundedTransfer {
+    /// With float32 coefficients.
+    pub float32: TransferChange,
+    /// With Q31 coefficients.
+    pub q31: TransferChange,
+}
+
+/// Compares the controller with its rows as they are rounded.
+///
+/// # Errors
+/// [`ControllerError`] when a coefficient has no place in its format, or poles cannot be found.
+pub(crate) fn changed_by_rounding(
+    law: &StateSpace<Discrete>,
+    rows: &ScaledRealisation,
+) -> Result<RoundedTransfer, ControllerError> {
+    Ok(RoundedTransfer {
+        float32: transfer_change_by_entry(law, &rows.rows.rounded_f32()?)?,
+        q31: transfer_change_by_entry(law, &q31(rows)?.rounded()?)?,
+    })
 }

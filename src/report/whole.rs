@@ -200,7 +200,7 @@ fn controller_files(
     tag: &MachineTag,
 ) -> Result<Vec<(String, Vec<u8>)>, FirmwareError> {
     let name = format!("{} with {}", machine.spindle.name, machine.tool.name);
-    write_all(
+    let written = write_all(
         &Firmware {
             discrete: &design.delivery.controller,
             // The design's own continuous controller lives in the w plane; no frequency there is a true one.
@@ -212,7 +212,8 @@ fn controller_files(
             prefix: &c_identifier(&machine.tool.name),
         },
         &Format::ALL,
-    )
+    )?;
+    Ok(written.files)
 }
 
 /// The tag of a machine whose files are found under these paths.

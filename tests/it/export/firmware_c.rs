@@ -59,7 +59,7 @@ impl Case {
         std::fs::create_dir_all(folder).unwrap();
         let files = write_all(&self.firmware(), &Format::ALL).unwrap();
         assert_eq!(files, write_all(&self.firmware(), &Format::ALL).unwrap());
-        for (name, bytes) in &files {
+        for (name, bytes) in &files.files {
             std::fs::write(folder.join(name), bytes).unwrap();
         }
     }
@@ -137,7 +137,7 @@ fn generated_c_corrects_the_states_of_a_limited_controller_bit_for_bit() {
         let vectors = |rows: &ScaledRealisation| {
             let case = Case::new(law.clone(), rows.clone(), "conditioned");
             let files = write_all(&case.firmware(), &[Format::Csv]).unwrap();
-            files.into_iter().find(|f| f.0 == "test_vectors.csv").unwrap().1
+            files.files.into_iter().find(|f| f.0 == "test_vectors.csv").unwrap().1
         };
         let (with, without) = (vectors(&rows), vectors(&plain));
         let lines =
