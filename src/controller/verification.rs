@@ -186,3 +186,11 @@ pub fn verify_at(
         forced: false,
     })
 }
+
+/// A growth rate in 1/s for people: so many digits behind the point, or three digits and an exponent where it is so
+/// large that only its size says anything.
+pub(crate) fn rate_words(rate_per_s: f64, decimals: usize) -> String {
+    /// Growth by a factor e within ten microseconds, less than a sample of any controller.
+    const LARGE_PER_S: f64 = 1e5;
+    if rate_per_s.abs() < LARGE_PER_S { format!("{rate_per_s:.decimals$}") } else { format!("{rate_per_s:.2e}") }
+}
