@@ -271,3 +271,14 @@ pub(super) fn comment(text: &str) -> String {
     let acts = |c: char| c.is_control() || is_direction_mark(c) || matches!(c, '\u{2028}' | '\u{2029}');
     text.replace("*/", "* /").replace("/*", "/ *").chars().map(|c| if acts(c) { ' ' } else { c }).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::comment;
+
+    #[test]
+    fn a_comment_is_one_line_that_reads_as_it_stands() {
+        let text = comment("a*/ \u{202e}b\u{2066}c\u{200f}\nd\u{2028}e \u{e4}\u{5d0}");
+        assert_eq!(text, "a* /  b c  d e \u{e4}\u{5d0}");
+    }
+}
