@@ -9,6 +9,7 @@ use super::{Failure, Outcome};
 use crate::input::file::Watch;
 use crate::input::hammer::{load_hammer, load_mode_shapes};
 use crate::input::kind::FileKind;
+use crate::input::quote::printable;
 use crate::input::sweep::load_sweep;
 use crate::input::{
     InputError, load_controller, load_measurement_watched, load_spindle, load_tool, load_weights, uff, uff_frf,
@@ -53,7 +54,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
             Ok((kind, plausible)) => {
                 let verdict = if plausible { "ok" } else { "implausible" };
                 all_plausible &= plausible;
-                lines.push((file.clone(), kind.name(), verdict));
+                lines.push((printable(file).into_owned(), kind.name(), verdict));
             }
             Err(failure) => failures.push(failure),
         }

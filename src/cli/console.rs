@@ -3,8 +3,10 @@
 
 use super::interrupt::Writing;
 use super::{Failure, stdout};
+use crate::input::quote::{printable, printable_lines};
 use serde_json::Value;
 use std::io::IsTerminal;
+use std::num::NonZero;
 
 /// Options that every command takes.
 #[derive(clap::Args, Clone, Debug, Default)]
@@ -41,8 +43,10 @@ pub(crate) struct Console {
     writing: Writing,
 }
 
-/// Most threads that can be asked for: more than any machine has, fewer than exhaust its memory.
+/// Most threads that can be asked for: more than any machine has.
 const MOST_THREADS: usize = 1024;
+/// Most threads that are started a processor: more wait for each other, and a thousand stall for seconds.
+const MOST_A_PROCESSOR: usize = 2;
 
 /// Stack of a thread, bytes: commands run on the threads of the pool, as deep as on the main thread.
 const STACK: usize = 8 << 20;
@@ -59,11 +63,15 @@ impl Console {
             let rule = format!("--threads {threads}: 1 to {MOST_THREADS} are possible");
             return Err(Failure::new(rule).with_hint("leave it out for one a processor"));
         }
+        let processors = std::thread::available_parallelism().map_or(1, NonZero::get);
+        let threads = arguments.threads.map(|threads| threads.min(MOST_A_PROCESSOR * processors));
+        if let (Some(asked), Some(taken)) = (arguments.threads, threads)
+            && taken < asked
+        {
+            eprintln!("warning: --threads {asked}: {taken} are started, {MOST_A_PROCESSOR} a processor");
+        }
         // A process that runs a second command has its threads already.
-        let built = rayon::ThreadPoolBuilder::new()
-            .num_threads(arguments.threads.unwrap_or(0))
-            .stack_size(STACK)
-            .build_global();
+        let built = rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0)).stack_size(STACK).build_global();
         if let (Some(threads), Err(error)) = (arguments.threads, built) {
             return Err(Failure::new(format!("--threads {threads}: {error}")));
         }
@@ -191,16 +199,17 @@ impl Shown {
         let paint =
             |code: &str, text: &str| if colours { format!("\u{1b}[{code}m{text}\u{1b}[0m") } else { text.to_owned() };
         let word = if self.missed { paint("1;33", "target missed") } else { paint("1;32", "done") };
-        let mut text = format!("{word}: {}\n", self.verdict);
+        let mut text = format!("{word}: {}\n", printable_lines(&self.verdict));
         if !self.table.is_empty() {
             text.push('\n');
-            text.push_str(&aligned(&self.table));
+            text.push_str(&printable_lines(&aligned(&self.table)));
         }
         let lists = [("files", &self.files), ("next", &self.next)];
         for (name, list) in lists.into_iter().filter(|(_, list)| !list.is_empty()) {
             text.push('\n');
             for (k, line) in list.iter().enumerate() {
                 let head = if k == 0 { name } else { "" };
+                let line = printable(line);
                 text.push_str(&format!("{}  {line}\n", paint("2", &format!("{head:<5}"))));
             }
         }

@@ -12,6 +12,7 @@ use crate::controller::realise::modal_form;
 use crate::controller::scaling::{ScaledRealisation, SignalLimits, scaled};
 use crate::controller::sections::second_order_sections;
 use crate::controller::verification::Verification;
+use crate::controller::verification::rate_words;
 use crate::controller::verification_error::VerificationError;
 use crate::controller::{ControlLaw, Controller, ControllerError};
 use crate::export::c::{c_identifier, is_prefix, stability_words};
@@ -371,8 +372,10 @@ fn refusal(verification: &Verification) -> String {
         exports it all the same and says so in the files";
     match verification.unstable() {
         Some(bad) => format!(
-            "unstable: the closed loop grows by {:.2} 1/s at {} rpm ({})\n{advice}",
-            bad.growth_rate_per_s, bad.speed_rpm, verification.conditions
+            "unstable: the closed loop grows by {} 1/s at {} rpm ({})\n{advice}",
+            rate_words(bad.growth_rate_per_s, 2),
+            bad.speed_rpm,
+            verification.conditions
         ),
         None => format!("{}\n{advice}", stability_words(verification)),
     }

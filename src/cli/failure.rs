@@ -1,5 +1,6 @@
 //! One message for whatever went wrong: what, where, and what to do.
 
+use crate::input::quote::excerpt;
 use std::fmt;
 
 /// An error as the user reads it: `error: …`, and after a blank line `hint: …`.
@@ -35,9 +36,9 @@ impl Failure {
 
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "error: {}", self.message)?;
+        writeln!(f, "error: {}", excerpt(&self.message))?;
         match &self.hint {
-            Some(hint) => writeln!(f, "\nhint: {hint}"),
+            Some(hint) => writeln!(f, "\nhint: {}", excerpt(hint)),
             None => Ok(()),
         }
     }

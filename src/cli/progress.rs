@@ -4,6 +4,7 @@
 
 use super::console::Console;
 use super::timings::Stopwatch;
+use crate::input::quote::{printable, printable_lines};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::IsTerminal;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -51,7 +52,7 @@ impl Progress {
 
     /// What is being done now.
     pub(crate) fn stage(&self, what: impl Into<String>) {
-        self.bar.set_message(what.into());
+        self.bar.set_message(printable(&what.into()).into_owned());
     }
 
     /// A stage begins whose time counts until the next one begins.
@@ -109,7 +110,7 @@ impl Progress {
 
     /// A finished step stays on the terminal as a line: one D-K iteration, the result of a stage.
     pub(crate) fn line(&self, text: impl AsRef<str>) {
-        self.bar.println(text);
+        self.bar.println(printable_lines(text.as_ref()));
     }
 }
 

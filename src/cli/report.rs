@@ -1,7 +1,10 @@
 //! `muspin report FOLDER`: rebuilds `report.html` of a results folder from its `summary.json` and `plots/*.svg`.
 
 use super::console::{Console, Shown};
+use super::machine::say;
 use super::{Failure, Outcome};
+use crate::input::{Warning, file};
+use crate::report::embedded_pictures::pictures_of;
 use crate::report::html;
 use crate::report::results::ResultsFolder;
 use serde_json::json;
@@ -18,8 +21,8 @@ pub(super) struct Arguments {
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     let folder = &arguments.folder;
     let path = folder.join("summary.json");
-    let text = std::fs::read_to_string(&path).map_err(|e| {
-        Failure::new(format!("{}: {e}", path.display()))
+    let text = file::read_text(&path, file::RESULT).map_err(|error| {
+        Failure::new(format!("{}: {error}", path.display()))
             .with_hint("give the folder of a finished run, such as results/reference")
     })?;
     let summary: serde_json::Value = serde_json::from_str(&text).map_err(|e| {
@@ -30,8 +33,11 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
         return Err(Failure::new(format!("{}: expected one JSON object", path.display()))
             .with_hint("summary.json is written by muspin; run the command that made this folder again"));
     }
-    let pictures = pictures(&folder.join("plots"))?;
-    let page = html::report(&summary, &pictures).map_err(|e| Failure::new(e.to_string()))?;
+    let pictures = pictures_of(folder).map_err(|e| Failure::new(format!("{}: {e}", folder.display())))?;
+    if !pictures.left_out.is_empty() {
+        say(&left_out(folder, &pictures.left_out));
+    }
+    let page = html::report(&summary, &pictures.taken).map_err(|e| Failure::new(e.to_string()))?;
     let mut own = ResultsFolder::new();
     own.add("report.html", page)?;
     console.writing(|| own.write_into(folder))?;
@@ -40,20 +46,14 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     Ok(Outcome::Done)
 }
 
-/// All pictures of the folder, by stem, in their order; none if there is no such folder.
-fn pictures(folder: &Path) -> Result<Vec<(String, String)>, Failure> {
-    if !folder.is_dir() {
-        return Ok(Vec::new());
+/// What is said of the pictures that the page does not show.
+fn left_out(folder: &Path, names: &[String]) -> Warning {
+    /// Names that are listed.
+    const LISTED: usize = 10;
+    let mut list = names.iter().take(LISTED).map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", ");
+    if names.len() > LISTED {
+        list.push_str(&format!(" and {} more", names.len() - LISTED));
     }
-    let failed = |path: &Path, e: std::io::Error| Failure::new(format!("{}: {e}", path.display()));
-    let mut found = Vec::new();
-    for entry in std::fs::read_dir(folder).map_err(|e| failed(folder, e))? {
-        let path = entry.map_err(|e| failed(folder, e))?.path();
-        let stem = path.file_stem().and_then(|s| s.to_str()).map(str::to_owned);
-        if let (Some(stem), Some("svg")) = (stem, path.extension().and_then(|e| e.to_str())) {
-            found.push((stem, std::fs::read_to_string(&path).map_err(|e| failed(&path, e))?));
-        }
-    }
-    found.sort();
-    Ok(found)
+    let message = format!("not in the page, because muspin did not write them or they were changed since: {list}");
+    Warning { file: folder.join("plots").display().to_string(), message }
 }

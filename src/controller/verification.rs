@@ -186,3 +186,24 @@ pub fn verify_at(
         forced: false,
     })
 }
+
+/// A growth rate in 1/s for people: so many digits behind the point, or three digits and an exponent where it is so
+/// large that only its size says anything.
+pub(crate) fn rate_words(rate_per_s: f64, decimals: usize) -> String {
+    /// Growth by a factor e within ten microseconds, less than a sample of any controller.
+    const LARGE_PER_S: f64 = 1e5;
+    if rate_per_s.abs() < LARGE_PER_S { format!("{rate_per_s:.decimals$}") } else { format!("{rate_per_s:.2e}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::rate_words;
+
+    #[test]
+    fn large_rates_are_three_digits_and_an_exponent() {
+        for (rate, words) in [(-12.345, "-12.3"), (99_999.0, "99999.0"), (1.234_5e9, "1.23e9"), (f64::MAX, "1.80e308")]
+        {
+            assert_eq!(rate_words(rate, 1), words);
+        }
+    }
+}

@@ -7,6 +7,8 @@ use crate::controller::hand_over::HandOver;
 use crate::controller::realise::{Realisation, Row};
 use crate::controller::scaling::ScaledRealisation;
 use crate::controller::verification::Verification;
+use crate::controller::verification::rate_words;
+use crate::input::quote::is_direction_mark;
 use minijinja::{Environment, Value, context};
 
 const HEADER: &str = include_str!("templates/controller.h");
@@ -241,8 +243,8 @@ pub(crate) fn stability_words(verification: &Verification) -> String {
             unproven_words(verification)
         ),
         (Some(bad), _) => format!(
-            "UNSTABLE: closed loop grows by {:.2} 1/s at {} rpm; checked at {}",
-            bad.growth_rate_per_s,
+            "UNSTABLE: closed loop grows by {} 1/s at {} rpm; checked at {}",
+            rate_words(bad.growth_rate_per_s, 2),
             bad.speed_rpm,
             range()
         ),
@@ -265,5 +267,18 @@ fn unproven_words(verification: &Verification) -> String {
 
 /// Text that cannot end a C comment, one line.
 pub(super) fn comment(text: &str) -> String {
-    text.replace("*/", "* /").replace("/*", "/ *").chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
+    // Marks of direction would let a reader see other code than the compiler does.
+    let acts = |c: char| c.is_control() || is_direction_mark(c) || matches!(c, '\u{2028}' | '\u{2029}');
+    text.replace("*/", "* /").replace("/*", "/ *").chars().map(|c| if acts(c) { ' ' } else { c }).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::comment;
+
+    #[test]
+    fn a_comment_is_one_line_that_reads_as_it_stands() {
+        let text = comment("a*/ \u{202e}b\u{2066}c\u{200f}\nd\u{2028}e \u{e4}\u{5d0}");
+        assert_eq!(text, "a* /  b c  d e \u{e4}\u{5d0}");
+    }
 }

@@ -1,11 +1,12 @@
 //! What is wrong with a file: file, line or key path, rule, hint. Unknown keys name the nearest known one.
 
+use super::quote::{excerpt, printable};
 use crate::spindle::SpindleError;
 use thiserror::Error;
 
-/// One message about one file.
+/// One message about one file. What it quotes of the file is shown cut and printable.
 #[derive(Clone, Debug, Error, PartialEq)]
-#[error("{file}{}: {message}", .line.map(|l| format!(":{l}")).unwrap_or_default())]
+#[error("{}{}: {}", printable(.file), .line.map(|l| format!(":{l}")).unwrap_or_default(), excerpt(.message))]
 pub struct InputError {
     /// The file, or the name of the shipped file.
     pub file: String,

@@ -21,6 +21,7 @@ pub mod plausible;
 mod positive;
 pub mod problem;
 pub mod problem_schema;
+pub(crate) mod quote;
 pub mod ross;
 pub(crate) mod ross_parts;
 pub mod schema;

@@ -3,6 +3,7 @@
 
 use super::error::InputError;
 use super::keys::{Group, Key, other_units};
+use super::quote::{excerpt, printable};
 use serde_yaml::Value;
 
 /// A value that is read and used, and looks wrong.
@@ -16,7 +17,7 @@ pub struct Warning {
 
 impl std::fmt::Display for Warning {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "warning: {}: {}", self.file, self.message)
+        write!(f, "warning: {}: {}", printable(&self.file), excerpt(&self.message))
     }
 }
 

@@ -4,6 +4,7 @@
 //! loop, the delay as a Padé approximant of order 8 (phase error below 1e-6 rad up to ωτ = 5, far above any crossover).
 
 use super::PipelineError;
+use crate::controller::verification::rate_words;
 use crate::controller::{ControlLaw, Controller};
 use crate::linalg::c64;
 use crate::lti::TimeBase;
@@ -61,7 +62,8 @@ pub(crate) fn growth_rate_at(machine: &Machine, controller: &Controller, speed_r
 /// The first line of the message about an unstable loop.
 pub(crate) fn unstable_words(growth_rate_per_s: f64, speed_rpm: f64) -> String {
     format!(
-        "unstable: the closed loop grows by {growth_rate_per_s:.2} 1/s at {speed_rpm} rpm; it has no stiffness, no \
-         zone and no response that lasts"
+        "unstable: the closed loop grows by {} 1/s at {speed_rpm} rpm; it has no stiffness, no zone and no \
+         response that lasts",
+        rate_words(growth_rate_per_s, 2)
     )
 }

@@ -9,6 +9,7 @@
 use super::PipelineError;
 use super::certificates::attained;
 use crate::augment::{Block, GeneralizedPlant};
+use crate::controller::verification::rate_words;
 use crate::lti::{Continuous, StateSpace};
 use crate::robust::dk::DkOutcome;
 use crate::robust::hinf::{HinfSettings, synthesise};
@@ -66,22 +67,22 @@ impl OwnStability {
         if self.found_growth_rate_per_s < 0.0 {
             return "The controller itself is stable.".to_owned();
         }
-        let (rate, price) = (self.found_growth_rate_per_s, 100.0 * PRICE);
+        let (rate, price) = (rate_words(self.found_growth_rate_per_s, 1), 100.0 * PRICE);
         match (self.chosen.and_then(|k| self.alternatives.get(k)), self.cheapest()) {
             (Some(a), _) => format!(
-                "The controller with the lowest µ is unstable itself ({rate:.1} 1/s); the stable one delivered ({}) \
+                "The controller with the lowest µ is unstable itself ({rate} 1/s); the stable one delivered ({}) \
                  costs {:.1} % in µ.",
                 a.lever,
                 percent(a.mu)
             ),
             (None, Some(a)) => format!(
-                "The controller is unstable itself ({rate:.1} 1/s): the cheapest stable one found ({}) costs {:.1} % \
+                "The controller is unstable itself ({rate} 1/s): the cheapest stable one found ({}) costs {:.1} % \
                  in µ, more than {price:.0} %. It needs another controller to lift off.",
                 a.lever,
                 percent(a.mu)
             ),
             (None, None) => format!(
-                "The controller is unstable itself ({rate:.1} 1/s), and none of {} syntheses for a stable one gave \
+                "The controller is unstable itself ({rate} 1/s), and none of {} syntheses for a stable one gave \
                  one. It needs another controller to lift off.",
                 self.alternatives.len()
             ),

@@ -2,6 +2,7 @@
 //! records.
 
 use super::summary::{Named, finite};
+use crate::controller::verification::rate_words;
 use crate::identify::peaks::Resonance;
 use crate::pipeline::comparison::{LOW_HZ, Prediction};
 use crate::pipeline::worst::WorstPrediction;
@@ -364,7 +365,7 @@ fn unstable_sentence(runs: &[&Prediction]) -> Option<String> {
     let each: Vec<String> = bad
         .map(|p| {
             let (growth, rpm) = (p.growth_rate_per_s, p.speed_rpm);
-            format!("{} grows by {growth:.1} 1/s at {rpm:.0} rpm", p.name)
+            format!("{} grows by {} 1/s at {rpm:.0} rpm", p.name, rate_words(growth, 1))
         })
         .collect();
     (!each.is_empty()).then(|| format!("Unstable: {}.", each.join(", ")))

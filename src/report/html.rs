@@ -7,6 +7,7 @@
 //! No script, no font, no style from elsewhere; the own script shows values at the pointer and zooms, and the page is
 //! whole without it.
 
+use super::content_policy::with_policy;
 use super::diagnosis_tables;
 use super::frequency_table;
 use super::page_summary::{PageSummary, TopicError};
@@ -14,6 +15,7 @@ use super::pictures::PictureName;
 use super::prediction_summary::{SensitivitySummary, StiffnessSummary};
 use super::readable::{self, Grid, Row, figure, words};
 use super::sections::Section as Stage;
+use crate::input::quote::without_direction_marks;
 use serde_json::Value;
 
 const TEMPLATE: &str = include_str!("templates/report.html");
@@ -94,7 +96,8 @@ pub fn report(summary: &Value, pictures: &[(String, String)]) -> Result<String, 
         script => SCRIPT,
     })?;
     // The template engine writes a slash as an entity, which only makes the source harder to read.
-    Ok(page.replace("&#x2f;", "/"))
+    let page = page.replace("&#x2f;", "/");
+    Ok(with_policy(&without_direction_marks(&page)))
 }
 
 /// The pictures of muspin by name, in the order of the page, and those of another origin.

@@ -2,7 +2,7 @@
 
 use super::summary::finite;
 use crate::controller::speed_proof::SpeedProof;
-use crate::controller::verification::Verification;
+use crate::controller::verification::{Verification, rate_words};
 use crate::pipeline::design::Design;
 use serde::{Deserialize, Serialize};
 
@@ -45,8 +45,9 @@ fn speed_sentence(proof: &SpeedProof) -> String {
     }
     match proof.slowest() {
         Some(worst) if worst.growth_rate_per_s >= 0.0 => format!(
-            "Stability is proven from rest to {to:.0} rpm; at {:.0} rpm the loop grows by {:.1} 1/s.",
-            worst.centre_rpm, worst.growth_rate_per_s
+            "Stability is proven from rest to {to:.0} rpm; at {:.0} rpm the loop grows by {} 1/s.",
+            worst.centre_rpm,
+            rate_words(worst.growth_rate_per_s, 1)
         ),
         _ => format!(
             "Stability is proven from rest to {to:.0} rpm; beyond, the loop is stable at the speeds computed, with no \

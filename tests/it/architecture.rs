@@ -249,6 +249,19 @@ fn computation_neither_prints_nor_touches_files_clock_or_environment() {
 }
 
 #[test]
+fn files_are_opened_for_reading_in_one_place() {
+    const OPENING: [&str; 6] = ["fs::read(", "read_to_string(", "File::open", "OpenOptions", "fs::copy", "from_path("];
+    let mut findings = Vec::new();
+    for source in sources().iter().filter(|s| s.path != "input/file.rs") {
+        for (line, code) in source.code() {
+            let found = OPENING.iter().filter(|f| code.contains(**f));
+            findings.extend(found.map(|f| format!("{}:{line}: {f}", source.path)));
+        }
+    }
+    none(findings, "input/file.rs opens files: regular ones, of a bounded size");
+}
+
+#[test]
 fn library_code_does_not_panic_on_purpose() {
     const FORBIDDEN: [&str; 5] = [".unwrap()", "panic!(", "todo!(", "unimplemented!(", ".expect(\"\")"];
     let mut findings = Vec::new();

@@ -57,6 +57,9 @@ const COLORS: [&str; 3] = ["#D55E00", "#0072B2", "#009E73"];
 const INK: &str = "#191919";
 const SOFT: &str = "#7D7D7D";
 
+/// The style of an animation: nothing moves for people who do not want it.
+pub(crate) const REDUCED_MOTION: &str = "@media (prefers-reduced-motion: reduce) { .muspin-moving { display: none } }";
+
 /// The animation as SVG text, and its frames as CSV text.
 pub(crate) fn animate(motion: &Motion) -> Picture {
     Picture { svg: svg(motion), csv: csv(motion) }
@@ -79,7 +82,7 @@ fn header(m: &Motion) -> String {
         "<desc>The shaft in motion, slowed down: from the side with enlarged displacements, and its orbits along the \
          axis.</desc>",
     );
-    line(w, "<style>@media (prefers-reduced-motion: reduce) { .muspin-moving { display: none } }</style>");
+    line(w, &format!("<style>{REDUCED_MOTION}</style>"));
     line(w, &format!("<rect width=\"{WIDTH}\" height=\"{HEIGHT}\" fill=\"#FFFFFF\"/>"));
     text(w, (16.0, 26.0), Style::start(16.0, INK).bold(), &m.title);
     let span_ms = 1e3 * (m.time_s.last().unwrap_or(&0.0) - m.time_s.first().unwrap_or(&0.0));

@@ -149,3 +149,35 @@ fn the_table_of_finished_folders_names_those_that_are_missing() {
     let other = place.path().join("other");
     muspin().arg("batch").arg("--collect").arg(&results).arg("--out").arg(&other).assert().code(0);
 }
+
+#[test]
+fn a_plan_from_elsewhere_leads_nowhere_else() {
+    let place = tempfile::tempdir().unwrap();
+    let plan = place.path().join("plan");
+    std::fs::create_dir_all(plan.join("results")).unwrap();
+    write_row(place.path(), &finished("outside", 3.5e6));
+    for name in ["../../outside", "..", "/etc", "a/../../../outside", "a\\..\\b", ""] {
+        std::fs::write(plan.join("variants.json"), format!("{{\"variants\": [\"{name}\"]}}")).unwrap();
+        let run = muspin().arg("batch").arg("--collect").arg(&plan).arg("--out").arg(place.path().join("t")).assert();
+        let message = String::from_utf8_lossy(&run.code(2).get_output().stderr).into_owned();
+        assert!(message.contains("variants.json: variants[0]"), "{message}");
+    }
+}
+
+/// Each line of the plan is one command with the names as they are.
+#[test]
+#[cfg(unix)]
+fn names_with_blanks_are_quoted_for_the_shell() {
+    let place = tempfile::tempdir().unwrap();
+    let (tool, plan) = (place.path().join("a.yaml"), place.path().join("the plan"));
+    let text = include_str!("../../../spindles/tools/endmill-10.yaml");
+    std::fs::write(&tool, text.replacen("name: endmill-10", "name: Fräser 10 lang", 1)).unwrap();
+    let run = muspin().args(["batch", "--text", "--tools"]).arg(&tool).arg("--plan").arg(&plan).assert().code(0);
+    let commands = std::fs::read_to_string(plan.join("commands.txt")).unwrap();
+    let script = format!("muspin() {{ for word; do echo \"$word\"; done; }}\n{commands}");
+    let words = std::process::Command::new("sh").arg("-c").arg(script).output().unwrap();
+    let words = String::from_utf8(words.stdout).unwrap();
+    assert!(words.lines().any(|word| word == "variants/Fräser 10 lang/tool.yaml"), "{words}");
+    let shown = String::from_utf8_lossy(&run.get_output().stdout).into_owned();
+    assert!(shown.contains("the plan' && sbatch"), "{shown}");
+}

@@ -71,6 +71,10 @@ fn the_number_of_threads_changes_no_byte() {
     let (one, two) = (run("1"), run("2"));
     assert_eq!(one.0, 0, "{}", one.2);
     assert_eq!(one.1, two.1);
+    // More threads than the machine can use are not started.
+    let many = run("1000");
+    assert_eq!((many.0, &many.1), (0, &one.1), "{}", many.2);
+    assert!(many.2.contains("warning: --threads 1000:"), "{}", many.2);
     for wrong in ["0", "1000000"] {
         let (code, out, error) = run(wrong);
         assert_eq!((code, out.as_str()), (2, ""), "{error}");

@@ -1,6 +1,7 @@
 //! Files in.
 
 mod damage;
+mod foreign_files;
 mod input_files;
 mod machine_defaults;
 mod mutated_files;

@@ -1,5 +1,6 @@
 //! Results folder, page and pictures.
 
+mod foreign_folders;
 mod interrupted_writes;
 mod plots;
 mod reference_run;
