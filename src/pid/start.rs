@@ -6,32 +6,22 @@
 //! rest and at top speed.
 
 use super::parameters::{AxisParameters, Biquad, PidParameters, each_gain};
+use super::rigid_bearing::{RigidBearing, rigid_bearings};
 use crate::controller::polish::phase_count::{PhaseCount, turns_of};
 use crate::controller::polish::responses::{LoopResponse, Rotor};
 use crate::controller::polish::structure::Line;
 use crate::linalg::c64;
 use crate::linalg::lanes::{Lanes, Reals, WIDTH};
-use crate::spindle::{Machine, Side, SpindleError};
+use crate::spindle::{Machine, SpindleError};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use std::f64::consts::PI;
 use std::ops::Range;
 
-/// Rigid-body dynamics that a bearing acts on.
-#[derive(Clone, Copy, Debug)]
-struct Bearing {
-    ki: f64,
-    ks: f64,
-    /// Mass that the rigid rotor shows there, kg.
-    mass: f64,
-    /// √(k_s/m), or what the first bending mode allows where k_s is small, rad/s.
-    omega: f64,
-}
-
 /// What starts are drawn from.
 pub(super) struct StartRule {
-    bearings: [Bearing; 2],
+    bearings: [RigidBearing; 2],
     /// Lowest flexible mode, rad/s.
     bending: f64,
     nyquist: f64,
@@ -43,21 +33,8 @@ impl StartRule {
     /// # Errors
     /// [`SpindleError`] when the rotor breaks a rule.
     pub(super) fn new(machine: &Machine, bending_rad_s: f64) -> Result<Self, SpindleError> {
-        let rigid = machine.rotor()?.mass_properties();
-        let bearing = |side: Side, position_m: f64| {
-            let b = machine.spindle.bearing(side);
-            let lever = position_m - rigid.centre_of_gravity_m;
-            let mass = 1.0 / (1.0 / rigid.mass_kg + lever * lever / rigid.diametral_inertia_kg_m2);
-            Bearing {
-                ki: b.ki_n_per_a,
-                ks: b.ks_n_per_m,
-                mass,
-                omega: (b.ks_n_per_m.abs() / mass).sqrt().max(0.05 * bending_rad_s),
-            }
-        };
-        let planes = &machine.spindle.planes;
         Ok(Self {
-            bearings: [bearing(Side::Front, planes.front_actuator_m), bearing(Side::Rear, planes.rear_actuator_m)],
+            bearings: rigid_bearings(machine, bending_rad_s)?,
             bending: bending_rad_s,
             nyquist: PI * machine.spindle.electronics.sample_rate_hz,
         })
@@ -71,9 +48,9 @@ impl StartRule {
         let (stiff, damped) = (spread(0.15, 5.0), spread(0.15, 8.0));
         let corners = [spread(0.03, 0.8), spread(0.05, 0.8)];
         let axis = self.bearings.map(|b| {
-            let omega = b.omega * stiff * spread(0.7, 1.4);
+            let omega = b.omega_rad_s * stiff * spread(0.7, 1.4);
             let zeta = damped * spread(0.7, 1.4);
-            let gain = (b.ks.abs() + b.mass * omega * omega) / b.ki;
+            let gain = (b.ks_n_per_m.abs() + b.mass_kg * omega * omega) / b.ki_n_per_a;
             let low = 0.5 * self.bending.min(0.3 * self.nyquist);
             let high = (6.0 * self.bending).clamp(2.0 * low, 0.75 * self.nyquist);
             let mut section = || {
@@ -92,7 +69,7 @@ impl StartRule {
             AxisParameters {
                 gain_a_per_m: gain,
                 integral_rad_s: 2.0 * PI,
-                derivative_s: 2.0 * zeta * b.mass * omega / (b.ki * gain),
+                derivative_s: 2.0 * zeta * b.mass_kg * omega / (b.ki_n_per_a * gain),
                 derivative_corner_rad_s: corners[0] * self.nyquist,
                 lowpass_rad_s: corners[1] * self.nyquist,
                 biquads: [section(), section()],

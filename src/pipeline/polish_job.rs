@@ -282,6 +282,25 @@ impl<'a> PolishJob<'a> {
         Some(Self { machine, weights, problems, floors, speeds: settings.speeds, effort: settings.polish? })
     }
 
+    /// `plane` as it is, taken through rounding and certificates.
+    pub(super) fn deliver(&self, plane: &StateSpace<Discrete>) -> Result<(Judged, Delivery, Polished), PipelineError> {
+        let realised = Realised::new(self.machine, plane)?;
+        let course = Polished { plane: plane.clone(), rounds: vec![], certificates: vec![] };
+        self.judge((course, realised, None))
+    }
+
+    /// Rounding, proof and certificates of a polish.
+    fn judge(
+        &self,
+        (course, realised, known): (Polished, Realised, Option<KnownMu>),
+    ) -> Result<(Judged, Delivery, Polished), PipelineError> {
+        let machine = self.machine;
+        let (candidate, proof) = Candidate::proven(machine, self.weights, self.problems, (realised, known))?;
+        let delivery = candidate.delivered(machine, self.problems, self.speeds, proof)?;
+        let judged = Judged::of(machine, "mu", &delivery)?.measured_by(machine, &self.weights.tool_stiffness)?;
+        Ok((judged, delivery, course))
+    }
+
     /// Polishes `plane` within `limits`, and takes the result through rounding and certificates.
     pub(super) fn polish(
         &self,
@@ -289,11 +308,6 @@ impl<'a> PolishJob<'a> {
         plane: &StateSpace<Discrete>,
     ) -> Result<(Judged, Delivery, Polished), PipelineError> {
         let goal = Goal::of(self);
-        let machine = self.machine;
-        let (course, realised, known) = descend(machine, (limits, self.effort), (self.problems, &goal), plane)?;
-        let (candidate, proof) = Candidate::proven(machine, self.weights, self.problems, (realised, known))?;
-        let delivery = candidate.delivered(machine, self.problems, self.speeds, proof)?;
-        let judged = Judged::of(machine, "mu", &delivery)?.measured_by(machine, &self.weights.tool_stiffness)?;
-        Ok((judged, delivery, course))
+        self.judge(descend(self.machine, (limits, self.effort), (self.problems, &goal), plane)?)
     }
 }

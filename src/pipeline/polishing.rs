@@ -12,6 +12,7 @@ use super::certificates::mu_words;
 use super::contact::recovers;
 use super::delivery::{Candidate, Delivery, Realised, plane_of_law};
 use super::judged::Judged;
+use super::overspeed::OVERSPEED;
 use super::polish_job::{Goal, PolishJob, Polished, ZONE_A, ZONE_B, limits};
 use super::settings::{EarlierDesign, PolishEffort};
 use super::starting_pid::{StartingPid, ToolStiffness, tune_starting_pid};
@@ -21,6 +22,7 @@ use crate::controller::scaling::ScaledRealisation;
 use crate::controller::speed_proof::SpeedProof;
 use crate::lti::{Discrete, StateSpace};
 use crate::pid::parameters::PidParameters;
+use crate::pid::surviving::{WorstGrowth, find_surviving_law};
 use crate::predict::sensitivity::Zone;
 use crate::predict::stiffness::stiffness_words;
 
@@ -69,6 +71,8 @@ pub struct PolishOutcome {
     pub delivered: Option<usize>,
     /// A PID tuned without regard to the design, where the controller of the D-K iteration missed a goal.
     pub tuned_pid: Option<PidParameters>,
+    /// Where the loop of the law that was searched over speed is worst, when no other was stable at every speed.
+    pub surviving: Option<WorstGrowth>,
     /// The outcome in a sentence or two.
     pub sentence: String,
 }
@@ -83,6 +87,7 @@ impl PolishOutcome {
             attempts: vec![],
             delivered: None,
             tuned_pid: None,
+            surviving: None,
             sentence: String::new(),
         }
     }
@@ -182,9 +187,36 @@ impl<'a> Contest<'a> {
 /// Multiples of the PID's stiffness that are tried as floors, the first that leads to a stiffer tool everywhere: lines
 /// and the rival of a whole run, which is held to other limits, take off some per cent.
 const AHEAD: [f64; 2] = [1.2, 1.05];
+const SURVIVING: &str = "law that survives at speed";
+const SURVIVING_AS_FOUND: &str = "law that survives at speed, as found";
 const OUTDOING: &str = "best controller, with floors above the stiffness of the tuned PID,";
 
 impl Contest<'_> {
+    /// True when stability is proven from rest to the overspeed.
+    fn survives(&self) -> bool {
+        self.judged.proven_to_rpm >= OVERSPEED * self.job.machine.spindle.max_rpm
+    }
+
+    /// Where no controller is stable at every speed, searches a law that is, and polishes it; delivered as found where
+    /// its polish does not keep it stable.
+    fn attempt_surviving(&mut self) -> Result<(), PipelineError> {
+        if self.survives() {
+            return Ok(());
+        }
+        let machine = self.job.machine;
+        let found = find_surviving_law(machine, OVERSPEED * machine.spindle.max_rpm)?;
+        self.outcome.surviving = Some(found.worst);
+        for within in [ZONE_A, ZONE_B] {
+            self.attempt(SURVIVING, limits(machine, within)?, Ok(&found.plane));
+            if self.survives() {
+                return Ok(());
+            }
+        }
+        let as_found = self.job.deliver(&found.plane).map_err(|error| error.to_string());
+        self.enter(SURVIVING_AS_FOUND, as_found);
+        Ok(())
+    }
+
     /// Where the PID is stiffer at low frequency, at that of the top speed or at the minimum, polishes the best
     /// controller again with floors there, and keeps the result when it is stiffer everywhere, meets what it met, and
     /// comes back from the backup bearings as before.
@@ -330,6 +362,7 @@ pub(super) fn polished(
             contest.attempt("tuned PID within zone B", limits(machine, ZONE_B)?, start);
         }
     }
+    contest.attempt_surviving()?;
     if let Ok(StartingPid { stiffness: Some(rival), .. }) = &by_pid {
         contest.outdo(rival)?;
     }
