@@ -12,6 +12,7 @@ pub mod design;
 pub mod dk_design;
 pub mod emulation;
 pub(crate) mod firmware_proof;
+pub mod instability;
 pub mod judged;
 pub mod loop_curves;
 pub(crate) mod loop_stability;

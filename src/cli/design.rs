@@ -105,6 +105,11 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     drop(progress);
     let ended = outcome(found, [rest, speed]);
     let out = arguments.out.as_str();
+    if let Some(words) = found.instability_words() {
+        return console
+            .json(&report.summary.to_json(), || shown_unstable(found, &words).file(format!("{out}/report.html")))
+            .map(|()| ended);
+    }
     console.json(&report.summary.to_json(), || {
         let words = design_words(&machine, found, rest);
         shown_design(found, ended, &words)
@@ -150,6 +155,12 @@ fn design_words(machine: &Machine, design: &Design, rest: &Prediction) -> String
         Some(scale) => format!("{words} {}", scale.sentence()),
         None => words,
     }
+}
+
+/// An unstable design for a person: no figure of it has a meaning.
+pub(super) fn shown_unstable(design: &Design, words: &str) -> Shown {
+    Shown::met(false, words)
+        .row(["proven stable to, rpm".to_owned(), format!("{:.0}", design.delivery.speed_proof.proven_to_rpm())])
 }
 
 /// The figures of a design for a person, below the sentences `words`.

@@ -2,7 +2,7 @@
 
 use super::console::Console;
 use super::controlled_machine::MachineArguments;
-use super::design::{outcome, shown_design};
+use super::design::{outcome, shown_design, shown_unstable};
 use super::design_progress::told;
 use super::earlier::EarlierArgument;
 use super::machine::of_measurement;
@@ -98,6 +98,9 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
         || format!("{words}\nresults in {out}\n"),
         || report.summary.value(),
         || {
+            if found.design.instability.is_some() {
+                return shown_unstable(&found.design, &words).file(format!("{out}/report.html"));
+            }
             shown_design(&found.design, ended, &words)
                 .file(format!("{out}/report.html"))
                 .file(format!("{out}/controller"))

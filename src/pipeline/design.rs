@@ -11,6 +11,7 @@ use super::PipelineError;
 use super::comparison::Prediction;
 use super::delivery::{Delivery, plane_of_law, scaled_plane};
 use super::dk_design::{DkDesign, dk_design};
+use super::instability::Instability;
 use super::polish_job::{PolishJob, ZONE_A, limits};
 use super::polishing::{PolishOutcome, PolishedAgain, polished_again};
 use super::posing::pose;
@@ -46,12 +47,23 @@ pub struct Design {
     pub real_corner_mu: Option<f64>,
     /// Where μ exceeds one: the factor on the limits at which the specification is met.
     pub specification_scale: Option<SpecificationScale>,
+    /// Where the loop is unstable; none where every speed computed is stable.
+    pub instability: Option<Instability>,
 }
 
 impl Design {
     /// True when the loop is stable at every speed from rest to the top speed, between those computed as well.
     pub fn is_stable(&self) -> bool {
         self.delivery.verification.is_proven()
+    }
+
+    /// That the loop is unstable and why, with what was searched for one that is not; none where it is stable at every
+    /// speed computed.
+    pub(crate) fn instability_words(&self) -> Option<String> {
+        let words = self.instability.as_ref()?.words();
+        let searched = self.polish.as_ref().and_then(|polish| polish.surviving.as_ref());
+        let searched = searched.map(|search| format!(" {}", search.words()));
+        Some(format!("{words}{} No firmware is written.", searched.unwrap_or_default()))
     }
 
     /// Largest μ of the specification from rest to 20 % above the top speed: certified at rest, on the exact responses
@@ -192,5 +204,6 @@ fn finished(
         .map_err(PipelineError::numeric("uncertainty of the specification"))?;
     let delivered = scaled_plane(&plane_of_law(machine, &delivery.controller)?)?;
     let real_corner_mu = largest_at_corners(&problems.specification, &delivered, &real)?;
-    Ok(Design { problems, constant_scales, dk, polish, delivery, real_corner_mu, specification_scale })
+    let instability = Instability::of(machine, &problems, &delivery)?;
+    Ok(Design { problems, constant_scales, dk, polish, delivery, real_corner_mu, specification_scale, instability })
 }

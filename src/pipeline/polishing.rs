@@ -22,7 +22,7 @@ use crate::controller::scaling::ScaledRealisation;
 use crate::controller::speed_proof::SpeedProof;
 use crate::lti::{Discrete, StateSpace};
 use crate::pid::parameters::PidParameters;
-use crate::pid::surviving::{WorstGrowth, find_surviving_law};
+use crate::pid::surviving::{SurvivingLaw, find_surviving_law};
 use crate::predict::sensitivity::Zone;
 use crate::predict::stiffness::stiffness_words;
 
@@ -71,8 +71,8 @@ pub struct PolishOutcome {
     pub delivered: Option<usize>,
     /// A PID tuned without regard to the design, where the controller of the D-K iteration missed a goal.
     pub tuned_pid: Option<PidParameters>,
-    /// Where the loop of the law that was searched over speed is worst, when no other was stable at every speed.
-    pub surviving: Option<WorstGrowth>,
+    /// The search of a law over speed, when no other controller was stable at every speed.
+    pub surviving: Option<SurvivingLaw>,
     /// The outcome in a sentence or two.
     pub sentence: String,
 }
@@ -205,7 +205,6 @@ impl Contest<'_> {
         }
         let machine = self.job.machine;
         let found = find_surviving_law(machine, OVERSPEED * machine.spindle.max_rpm)?;
-        self.outcome.surviving = Some(found.worst);
         for within in [ZONE_A, ZONE_B] {
             self.attempt(SURVIVING, limits(machine, within)?, Ok(&found.plane));
             if self.survives() {
@@ -214,6 +213,7 @@ impl Contest<'_> {
         }
         let as_found = self.job.deliver(&found.plane).map_err(|error| error.to_string());
         self.enter(SURVIVING_AS_FOUND, as_found);
+        self.outcome.surviving = Some(found);
         Ok(())
     }
 

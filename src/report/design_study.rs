@@ -23,6 +23,9 @@ pub(crate) fn design_report(machine: &Machine, study: &Study, route: Route) -> R
     let summary = &mut report.summary;
     summary.set("weights", study.weights.name.as_str());
     summary.set("design", DesignSummary::from(found));
+    if let Some(words) = found.instability_words() {
+        summary.set("plain_words", words);
+    }
     if let Some(curve) = &study.orders {
         summary.set("design.order_curve", OrderCurveSummary::of(curve));
         report.figures([(Picture::OrderCurve, order_figure(curve))])?;

@@ -197,6 +197,9 @@ fn not_found_words(reason: &str) -> String {
 /// The outcome in a few sentences.
 fn plain_words(run: &Run) -> String {
     let (design, mu) = (&run.design, &run.delivered[0]);
+    if let Some(words) = design.instability_words() {
+        return words;
+    }
     let proven_rpm = design.delivery.speed_proof.proven_to_rpm();
     let stable = if design.is_stable() {
         format!("stable at every speed up to {proven_rpm:.0} rpm, proven between the speeds computed as well")

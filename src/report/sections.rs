@@ -85,7 +85,9 @@ impl Section {
             Self::Model => "Finite-element model of the rotor with its tool, free in space.",
             Self::Identification => "What the measured sweeps say about resonances and antiresonances.",
             Self::Updating => "Moduli moved until the model has the measured resonances and antiresonances.",
-            Self::Design => "µ below 1: every specification holds for every plant within the stated uncertainty.",
+            Self::Design => {
+                "Where µ is below 1, every specification holds for every plant within the stated uncertainty."
+            }
             Self::Table => "A design and a tuned PID for each tool, side by side.",
             Self::Statements => {
                 "The statements of the paper's figure 9 as numbers; worst: not undercut by any rotor within the \

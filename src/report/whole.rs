@@ -211,7 +211,8 @@ fn controller_files(
             tag: Some(tag),
             prefix: &c_identifier(&machine.tool.name),
         },
-        &Format::ALL,
+        // An unstable loop gets no firmware; `export --force-unverified` makes it from `discrete.json`.
+        if design.instability.is_some() { &[Format::Json] } else { &Format::ALL },
     )?;
     Ok(written.files)
 }

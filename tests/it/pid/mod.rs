@@ -2,3 +2,4 @@
 
 pub mod reference_pid;
 mod tuning;
+mod surviving;
