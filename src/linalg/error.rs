@@ -35,6 +35,26 @@ pub enum NumericError {
         /// The matrix.
         what: &'static str,
     },
+    /// A map of the s plane has its pole at a pole of the system.
+    #[error(
+        "{map} does not exist: the system has a pole at s = {point} rad/s, where the rule has its own; sample at another rate, or with a hold"
+    )]
+    PoleOfMap {
+        /// The map.
+        map: &'static str,
+        /// The pole, rad/s.
+        point: f64,
+    },
+    /// The answer contradicts what it was computed from.
+    #[error(
+        "{what}: relative error {residual:.1e}; give the system in other coordinates, as modal blocks for instance"
+    )]
+    Contradiction {
+        /// The equation that does not hold.
+        what: &'static str,
+        /// By how much.
+        residual: f64,
+    },
     /// An iteration reached its limit.
     #[error("{what}: no convergence after {iterations} iterations (residual {residual:.1e})")]
     NoConvergence {

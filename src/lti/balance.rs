@@ -5,13 +5,16 @@
 
 use super::connect::{add, append, series};
 use super::norm::linf_norm;
-use super::scale::balancing;
+use super::scale::{balancing, balancing_of_dynamics};
 use super::state_space::{Continuous, StateSpace};
 use crate::linalg::doubled::Doubled;
 use crate::linalg::gramian::{jacobi_svd, observability_factor, reachability_factor};
-use crate::linalg::lyapunov::sylvester;
+use crate::linalg::lyapunov::{lyapunov, sylvester};
 use crate::linalg::schur::schur;
-use crate::linalg::{Mat, NumericError, solve};
+use crate::linalg::{Mat, NumericError, solve, symmetric_eigen};
+
+/// Largest accepted relative error of the equations that balanced gramians satisfy: half the digits.
+const LARGEST_RESIDUAL: f64 = 1e-8;
 
 /// A system split into its stable part, balanced, and the part that reduction keeps.
 #[derive(Clone, Debug)]
@@ -30,7 +33,7 @@ pub struct Balancing {
 /// # Errors
 /// [`NumericError`] when the split or a gramian fails.
 pub fn hankel_values(system: &StateSpace<Continuous>) -> Result<Vec<f64>, NumericError> {
-    Ok(Balancing::new(system)?.hankel)
+    Ok(Balancing::with_check(system)?.hankel)
 }
 
 /// Balanced truncation to `order` states, unstable ones included.
@@ -41,7 +44,7 @@ pub fn balanced_truncation(
     system: &StateSpace<Continuous>,
     order: usize,
 ) -> Result<StateSpace<Continuous>, NumericError> {
-    Balancing::new(system)?.truncated(order)
+    Balancing::with_check(system)?.truncated(order)
 }
 
 /// Singular perturbation to `order` states, unstable ones included; keeps the DC gain.
@@ -52,7 +55,7 @@ pub fn singular_perturbation(
     system: &StateSpace<Continuous>,
     order: usize,
 ) -> Result<StateSpace<Continuous>, NumericError> {
-    Balancing::new(system)?.residualised(order)
+    Balancing::with_check(system)?.residualised(order)
 }
 
 /// Balancing of K for the weighted error W_o (K − K_r) W_i; absent weights are 1. The weights must be stable.
@@ -100,6 +103,58 @@ impl Balancing {
         let reach = reachability_factor(&stable.a, &stable.b)?;
         let observe = observability_factor(&stable.a, &stable.c)?;
         Ok(Self::from_factors(stable, kept, &reach, &observe))
+    }
+
+    /// Splits and balances a system in any state coordinates, companion forms for instance, and checks the result.
+    ///
+    /// # Errors
+    /// [`NumericError::Contradiction`] when no coordinates give gramians that satisfy their equations, and as
+    /// [`Self::new`].
+    pub fn with_check(system: &StateSpace<Continuous>) -> Result<Self, NumericError> {
+        let (stable, kept) = split_scaled(system, balancing_of_dynamics)?;
+        let balance = |stable: StateSpace<Continuous>| -> Result<Self, NumericError> {
+            let reach = reachability_factor(&stable.a, &stable.b)?;
+            let observe = observability_factor(&stable.a, &stable.c)?;
+            let found = Self::from_factors(stable, kept.clone(), &reach, &observe);
+            found.check()?;
+            Ok(found)
+        };
+        // Small values keep their digits in the coordinates as given, if these serve at all.
+        balance(stable.clone()).or_else(|_| balance(input_normal(&stable)?))
+    }
+
+    /// Checks the values on the balanced system: A Σ + Σ Aᵀ + B Bᵀ = 0 and Aᵀ Σ + Σ A + Cᵀ C = 0, which no step before
+    /// has used, and the largest of them against the H∞ norm, which none exceeds.
+    ///
+    /// # Errors
+    /// [`NumericError::Contradiction`] where they do not hold, and [`NumericError`] when the norm fails.
+    fn check(&self) -> Result<(), NumericError> {
+        let k = self.right.ncols();
+        let balanced = self.balanced(k);
+        let sigma = Mat::from_fn(k, k, |i, j| if i == j { self.hankel[i] } else { 0.0 });
+        let equations = [
+            (&balanced.a * &sigma, &balanced.b * balanced.b.transpose()),
+            (balanced.a.transpose() * &sigma, balanced.c.transpose() * &balanced.c),
+        ];
+        for (product, square) in equations {
+            let residual = (&product + product.transpose() + &square).norm_l2();
+            let share = residual / (2.0 * product.norm_l2() + square.norm_l2()).max(f64::MIN_POSITIVE);
+            if share.is_nan() || share > LARGEST_RESIDUAL {
+                return Err(NumericError::Contradiction {
+                    what: "equations of the balanced gramians",
+                    residual: share,
+                });
+            }
+        }
+        let largest = self.hankel.first().copied().unwrap_or(0.0);
+        let norm = linf_norm(&self.stable, LARGEST_RESIDUAL)?.upper;
+        if largest > (1.0 + LARGEST_RESIDUAL) * norm {
+            return Err(NumericError::Contradiction {
+                what: "largest Hankel value above the H-infinity norm",
+                residual: largest / norm - 1.0,
+            });
+        }
+        Ok(())
     }
 
     fn from_factors(
@@ -230,6 +285,41 @@ pub(crate) struct Reduction {
     pub error_hinf: f64,
 }
 
+/// A stable system in coordinates in which its reachability gramian is about one, where Lyapunov equations and A are
+/// well conditioned. The gramian of working precision serves to find them; the change of coordinates is one of doubled
+/// precision, so that it costs no digit of the system.
+///
+/// # Errors
+/// [`NumericError`] when the Schur form or the eigenvalue iteration fails.
+fn input_normal(s: &StateSpace<Continuous>) -> Result<StateSpace<Continuous>, NumericError> {
+    // Directions below the accuracy of the gramian; the root of it is the condition number of the change.
+    const SMALLEST_SHARE: f64 = 1e-13;
+    const INVERSE_STEPS: usize = 3;
+    let n = s.order();
+    let gramian = lyapunov(&s.a.transpose().to_owned(), &(&s.b * s.b.transpose()))?;
+    let (values, vectors) = symmetric_eigen(&gramian)?;
+    let largest = values.last().copied().unwrap_or(0.0);
+    let roots: Vec<f64> = values.iter().map(|v| v.max(SMALLEST_SHARE * largest).sqrt()).collect();
+    if roots.iter().any(|r| !r.is_normal()) {
+        return Ok(s.clone());
+    }
+    let change = Doubled::from_f64(&Mat::from_fn(n, n, |i, j| vectors[(i, j)] * roots[j]));
+    let mut inverse = Doubled::from_f64(&Mat::from_fn(n, n, |i, j| vectors[(j, i)] / roots[i]));
+    let one = Doubled::from_f64(&Mat::identity(n, n));
+    for _ in 0..INVERSE_STEPS {
+        // X + X(I − TX): every step doubles the digits.
+        let defect = one.plus(&change.times(&inverse).scaled(-1.0));
+        inverse = inverse.plus(&inverse.times(&defect));
+    }
+    StateSpace::new(
+        inverse.times(&Doubled::from_f64(&s.a)).times(&change).rounded(),
+        inverse.times(&Doubled::from_f64(&s.b)).rounded(),
+        Doubled::from_f64(&s.c).times(&change).rounded(),
+        s.d.clone(),
+        Continuous,
+    )
+}
+
 /// Stable part (with the feedthrough) and the rest (without), G = G_s + G_u: ordered Schur form, then a Sylvester
 /// equation takes the coupling out.
 ///
@@ -238,7 +328,15 @@ pub(crate) struct Reduction {
 pub fn split(
     system: &StateSpace<Continuous>,
 ) -> Result<(StateSpace<Continuous>, StateSpace<Continuous>), NumericError> {
-    let s = system.scale_states(&balancing(system));
+    split_scaled(system, balancing)
+}
+
+/// [`split`] in states of this scaling.
+fn split_scaled(
+    system: &StateSpace<Continuous>,
+    scale: fn(&StateSpace<Continuous>) -> Vec<f64>,
+) -> Result<(StateSpace<Continuous>, StateSpace<Continuous>), NumericError> {
+    let s = system.scale_states(&scale(system));
     let n = s.order();
     let form = schur(&s.a)?;
     // Poles on the axis come out at rounding level: they have no gramian and are kept.
@@ -259,7 +357,7 @@ pub fn split(
     let (c1, c2) = (part(&c, 0, 0, p, k), part(&c, 0, k, p, n - k));
     let stable = StateSpace::new(a11, b1 - &x * &b2, c1.clone(), s.d.clone(), Continuous)?;
     let kept = StateSpace::new(a22, b2, c2 + c1 * &x, Mat::zeros(p, m), Continuous)?;
-    let scaled = stable.scale_states(&balancing(&stable));
+    let scaled = stable.scale_states(&scale(&stable));
     Ok((scaled, kept))
 }
 

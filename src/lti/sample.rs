@@ -3,8 +3,9 @@
 //! The bilinear formulas keep H∞ norm, Hankel values and stability (Ad is the Cayley transform of A).
 
 use super::delay::hold;
-use super::state_space::{Continuous, Discrete, StateSpace};
-use crate::linalg::{Mat, NumericError, solve};
+use super::scale::dynamics_scale;
+use super::state_space::{Continuous, Discrete, StateSpace, TimeBase};
+use crate::linalg::{Mat, NumericError, c64, eigenvalues, solve};
 
 /// Zero-order hold: exact at the sample instants for inputs that are constant in between.
 ///
@@ -12,8 +13,10 @@ use crate::linalg::{Mat, NumericError, solve};
 /// [`NumericError`] for a period that is not positive, or an exponential that overflows.
 pub fn zoh(system: &StateSpace<Continuous>, period_s: f64) -> Result<StateSpace<Discrete>, NumericError> {
     positive(period_s, "sample period")?;
-    let (a, b) = hold(&system.a, &system.b, period_s)?;
-    StateSpace::new(a, b, system.c.clone(), system.d.clone(), Discrete { period_s })
+    in_even_states(system, |s| {
+        let (a, b) = hold(&s.a, &s.b, period_s)?;
+        StateSpace::new(a, b, s.c.clone(), s.d.clone(), Discrete { period_s })
+    })
 }
 
 /// Tustin's rule, s = (2/T)(z − 1)/(z + 1).
@@ -22,7 +25,7 @@ pub fn zoh(system: &StateSpace<Continuous>, period_s: f64) -> Result<StateSpace<
 /// [`NumericError`] for a period that is not positive, or a pole at s = 2/T.
 pub fn tustin(system: &StateSpace<Continuous>, period_s: f64) -> Result<StateSpace<Discrete>, NumericError> {
     positive(period_s, "sample period")?;
-    bilinear(system, 2.0 / period_s, period_s)
+    in_even_states(system, |s| bilinear(s, 2.0 / period_s, period_s))
 }
 
 /// Tustin's rule with k = ω/tan(ωT/2): the response at ω is kept exactly.
@@ -44,7 +47,7 @@ pub fn tustin_prewarped(
             found: format!("{omega_rad_s:.6e} rad/s"),
         });
     }
-    bilinear(system, omega_rad_s / half.tan(), period_s)
+    in_even_states(system, |s| bilinear(s, omega_rad_s / half.tan(), period_s))
 }
 
 /// Inverse of [`tustin`], in the same state coordinates: z = (1 + sT/2)/(1 − sT/2). Norm and Hankel values are kept.
@@ -52,6 +55,10 @@ pub fn tustin_prewarped(
 /// # Errors
 /// [`NumericError`] for a pole at z = −1.
 pub fn inverse_tustin(system: &StateSpace<Discrete>) -> Result<StateSpace<Continuous>, NumericError> {
+    in_even_states(system, inverse_bilinear)
+}
+
+fn inverse_bilinear(system: &StateSpace<Discrete>) -> Result<StateSpace<Continuous>, NumericError> {
     let n = system.order();
     let k = 2.0 / system.time.period_s;
     let one = Mat::<f64>::identity(n, n);
@@ -67,9 +74,31 @@ fn bilinear(system: &StateSpace<Continuous>, k: f64, period_s: f64) -> Result<St
     let n = system.order();
     let shift = scaled(&Mat::identity(n, n), k);
     let minus = &shift - &system.a;
-    let (ad, b) = (solve(&minus, &(&shift + &system.a))?, solve(&minus, &system.b)?);
+    let named = |error| pole_at_centre(&system.a, k).unwrap_or(error);
+    let (ad, b) = (solve(&minus, &(&shift + &system.a)).map_err(named)?, solve(&minus, &system.b).map_err(named)?);
     let c = right_divide(&system.c, &minus)?;
     StateSpace::new(ad, scaled(&b, 2.0), scaled(&c, k), &system.d + &system.c * &b, Discrete { period_s })
+}
+
+/// The failure of Tustin's rule for a pole where it has its own.
+fn pole_at_centre(a: &Mat<f64>, k: f64) -> Option<NumericError> {
+    // The accuracy of eigenvalues, some digits above rounding.
+    let near = |pole: &c64| (pole - k).norm() <= 1e-12 * (k + a.norm_l2());
+    let poles = eigenvalues(a).ok()?;
+    poles.iter().any(near).then_some(NumericError::PoleOfMap { map: "Tustin's rule", point: k })
+}
+
+/// A map of systems that keeps state coordinates, on even rows and columns of A where they are far from it: a companion
+/// form as it is given has entries tens of decades apart.
+fn in_even_states<T: TimeBase, U: TimeBase>(
+    system: &StateSpace<T>,
+    map: impl Fn(&StateSpace<T>) -> Result<StateSpace<U>, NumericError>,
+) -> Result<StateSpace<U>, NumericError> {
+    let Some(scale) = dynamics_scale(&system.a) else {
+        return map(system);
+    };
+    let back: Vec<f64> = scale.iter().map(|t| t.recip()).collect();
+    Ok(map(&system.scale_states(&scale))?.scale_states(&back))
 }
 
 /// C M⁻¹.

@@ -239,7 +239,7 @@ fn balred<'py>(
         return Err(refused(format!("order {order}, but the system has {} states", full.order())));
     }
     let (best, hankel) = compute(python, move |_| {
-        let balancing = Balancing::new(&full).map_err(|e| e.to_string())?;
+        let balancing = Balancing::with_check(&full).map_err(|e| e.to_string())?;
         let reductions = balancing.reductions(order).map_err(|e| e.to_string())?;
         let names: Vec<&str> = reductions.iter().map(|r| r.method).collect();
         let names = names.join(", ");

@@ -15,7 +15,7 @@ pub(super) fn solve(problem: &Problem) -> Result<Answer, Failure> {
             .failure(&format!("orders[{k}]"), format!("is {order}, but the system has {} states", full.order()))
             .into());
     }
-    let balancing = Balancing::new(&full)?;
+    let balancing = Balancing::with_check(&full)?;
     let mut answers = Answer::new();
     for (k, order) in orders.iter().enumerate() {
         if *order < balancing.kept() {

@@ -1,5 +1,6 @@
 //! State space: responses, norms, sampling, reduction.
 
+mod companion;
 mod connections;
 mod hold;
 mod solve_discretise;
