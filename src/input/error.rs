@@ -112,5 +112,8 @@ fn plain_words(text: &str) -> String {
 
 /// The known name with the smallest edit distance, if any is known.
 pub fn nearest<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
-    known.min_by_key(|k| strsim::damerau_levenshtein(name, k))
+    // The distance takes the product of the lengths; what is this long is no misspelt key.
+    const LONGEST: usize = 100;
+    let beginning = name.char_indices().nth(LONGEST).map_or(name, |(end, _)| &name[..end]);
+    known.min_by_key(|k| strsim::damerau_levenshtein(beginning, k))
 }

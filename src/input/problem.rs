@@ -3,6 +3,7 @@
 
 use super::error::InputError;
 use super::file as files;
+use super::json;
 use super::shipped::utf8;
 use crate::augment::{Block, GeneralizedPlant};
 use crate::linalg::{Mat, c64};
@@ -32,7 +33,7 @@ impl Problem {
     /// # Errors
     /// As [`Self::read`].
     pub fn parse(file: &Path, text: &str) -> Result<Self, InputError> {
-        let value: Value = serde_json::from_str(text).map_err(|e| {
+        let value: Value = json::parse(text).map_err(|e| {
             InputError::new(&file.display().to_string(), format!("not valid JSON: {e}"))
                 .with_hint("JSON has no NaN and no Infinity; every number must be finite")
         })?;

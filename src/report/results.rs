@@ -5,10 +5,10 @@
 //! followed. A folder with a measurement in it is never an output folder. Files come in the order of their paths and
 //! hold no clock, machine or thread count: same run, same bytes.
 
-use super::atomic::{Replacement, parent};
+use super::atomic::Replacement;
 use super::manifest::{MANIFEST, Manifest, is_inside};
 use super::pictures::PictureName;
-use super::place::{Lock, absolute, try_writing};
+use super::place::{Lock, absolute, parent, try_writing};
 use super::plot::{Figure, Picture, PlotError, picture};
 use super::tables::Table;
 use crate::input::file::{self, FileError};
