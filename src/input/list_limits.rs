@@ -3,7 +3,8 @@
 use super::error::InputError;
 use serde_yaml::Value;
 
-/// Most entries of lists and mappings that have no limit of their own: no machine has as many discs, no measurement as many records.
+/// Most entries of lists and mappings that have no limit of their own: no machine has as many discs, no measurement as
+/// many records.
 const MOST: usize = 1000;
 /// Most entries by key.
 const MOST_OF_KEY: [(&str, usize); 7] = [

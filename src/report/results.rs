@@ -12,6 +12,7 @@ use super::place::{Lock, absolute, parent, try_writing};
 use super::plot::{Figure, Picture, PlotError, picture};
 use super::tables::Table;
 use crate::input::file::{self, FileError};
+use crate::input::quote::without_direction_marks;
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 use std::io;
@@ -140,7 +141,7 @@ impl ResultsFolder {
     /// As [`Self::add`].
     pub(crate) fn add_picture(&mut self, name: impl Into<PictureName>, drawn: Picture) -> Result<(), ResultsError> {
         let stem = name.into().stem();
-        self.add(&format!("plots/{stem}.svg"), drawn.svg)?;
+        self.add(&format!("plots/{stem}.svg"), without_direction_marks(&drawn.svg).into_owned())?;
         self.add(&format!("plots/{stem}.csv"), drawn.csv)
     }
 

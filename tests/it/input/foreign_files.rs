@@ -1,13 +1,15 @@
 //! Files that are not what they should be: pipes, devices, sizes beyond every use, text that acts on a terminal.
 
 use crate::cli::program::muspin;
-use muspin::input::file::{self, KEYS, RECORD};
+use muspin::input::file::{self, KEYS, RECORD, ReadShare};
 use muspin::input::hammer::read_hammer;
 use muspin::input::mat::{matrices, read_controller};
 use muspin::input::name::check_name;
 use muspin::input::{
-    InputError, load_controller, load_measurement, load_spindle, read_spindle, read_tool, read_weights,
+    InputError, load_controller, load_measurement, load_measurement_watched, load_spindle, read_spindle, read_tool,
+    read_weights,
 };
+use std::cell::Cell;
 use std::fmt::Write;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -122,6 +124,16 @@ fn a_record_is_read_line_by_line() {
         let run = command.arg("-c").arg(script).arg(env!("CARGO_BIN_EXE_muspin")).arg(path).output().unwrap();
         run.status.code() == Some(0)
     };
+    // Whoever watches hears of every part.
+    let list = measurement(folder.path(), "long.csv");
+    let (heard, last) = (Cell::new(0), Cell::new(0));
+    let watch = |share: ReadShare<'_>| {
+        assert!(share.done_bytes <= share.all_bytes && share.file == long);
+        heard.set(heard.get() + 1);
+        last.set(share.done_bytes);
+    };
+    load_measurement_watched(&list, &watch).unwrap();
+    assert!(heard.get() > 10 && last.get() == std::fs::metadata(&long).unwrap().len());
     // How much the program itself takes depends on the system.
     let steps = (0..200).map(|k| (32 + 8 * k) << 10);
     let enough = steps.into_iter().find(|kib| within(&short, *kib)).unwrap();
@@ -302,6 +314,23 @@ fn lists_have_a_length() {
     let tool = format!("name: t\nelements:\n{elements}tool_plane_m: 0.01\n");
     let error = read_tool("t.yaml", &tool, &load_spindle("reference").unwrap()).unwrap_err();
     assert!(error.to_string().contains("elements: has 1001 entries"), "{error}");
+}
+
+#[test]
+fn a_problem_has_a_size() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("p.json");
+    let rows = format!("[{}]", vec!["[1]"; 1001].join(","));
+    let list = format!("[{}]", vec!["1"; 10_001].join(","));
+    for (kind, text, part) in [
+        ("care", format!("{{\"A\": {rows}}}"), "A: is 1001 x 1; at most 1000"),
+        ("dfit", format!("{{\"orders\": {list}}}"), "orders: has 10001 entries; at most 10000"),
+        ("dfit", "{\"orders\": [1e15]}".to_owned(), "orders[0]: expected a whole number"),
+    ] {
+        std::fs::write(&path, text).unwrap();
+        let (code, _, error) = muspin(&["solve", kind, path.to_str().unwrap()], &here());
+        assert!(code == 2 && error.contains(part), "{error}");
+    }
 }
 
 #[test]
