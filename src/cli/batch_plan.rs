@@ -7,6 +7,7 @@ use super::console::{Console, Shown};
 use super::output::claim;
 use super::{Failure, Outcome};
 use crate::input::file;
+use crate::input::json::parse;
 use crate::input::name::check_name;
 use crate::input::shipped::{WEIGHTS, text};
 use crate::input::{spindle_yaml, tool_yaml};
@@ -144,12 +145,12 @@ pub(super) fn collected(folder: &str) -> Result<Vec<Row>, Failure> {
 
 /// A row that was written before; none when there is no such file, or it is of another version.
 pub(super) fn read_row(path: &Path) -> Option<Row> {
-    serde_json::from_str(&file::read_text(path, file::RESULT).ok()?).ok()
+    parse(&file::read_text(path, file::RESULT).ok()?).ok()
 }
 
 /// The names of a list of variants, which are those of folders.
 fn names(text: &str) -> Result<Vec<String>, String> {
-    let list: Variants = serde_json::from_str(text).map_err(|_| "expected a list `variants` of names".to_owned())?;
+    let list: Variants = parse(text).map_err(|_| "expected a list `variants` of names".to_owned())?;
     for (k, name) in list.variants.iter().enumerate() {
         check_name(name).map_err(|rule| format!("variants[{k}]: {name:?} {rule}"))?;
     }

@@ -64,11 +64,14 @@ impl Console {
             return Err(Failure::new(rule).with_hint("leave it out for one a processor"));
         }
         let processors = std::thread::available_parallelism().map_or(1, NonZero::get);
-        let threads = arguments.threads.map(|threads| threads.min(MOST_A_PROCESSOR * processors));
-        if let (Some(asked), Some(taken)) = (arguments.threads, threads)
+        // Rayon would take as many as the environment says.
+        let of_environment = || std::env::var("RAYON_NUM_THREADS").ok()?.trim().parse().ok();
+        let asked: Option<usize> = arguments.threads.or_else(of_environment);
+        let threads = asked.map(|threads| threads.min(MOST_A_PROCESSOR * processors));
+        if let (Some(asked), Some(taken)) = (asked, threads)
             && taken < asked
         {
-            eprintln!("warning: --threads {asked}: {taken} are started, {MOST_A_PROCESSOR} a processor");
+            eprintln!("warning: {asked} threads are too many: {taken} are started, {MOST_A_PROCESSOR} a processor");
         }
         // A process that runs a second command has its threads already.
         let built = rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0)).stack_size(STACK).build_global();

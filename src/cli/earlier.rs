@@ -4,6 +4,7 @@ use super::Failure;
 use crate::augment::plane::x_plane;
 use crate::controller::ControlLaw;
 use crate::input::file;
+use crate::input::json::parse;
 use crate::input::load_controller;
 use crate::pipeline::settings::EarlierDesign;
 use crate::spindle::Machine;
@@ -50,7 +51,7 @@ impl EarlierArgument {
 /// Constant scales of the earlier design; none where the summary does not hold them: they only shorten a search.
 fn scales(folder: &str) -> Vec<f64> {
     let text = file::read_text(&Path::new(folder).join("summary.json"), file::RESULT).unwrap_or_default();
-    let summary: Value = serde_json::from_str(&text).unwrap_or_default();
+    let summary: Value = parse(&text).unwrap_or_default();
     let list = summary["design"]["constant_scales"].as_array();
     let numbers = list.into_iter().flatten().filter_map(Value::as_f64);
     numbers.filter(|s| s.is_finite() && *s > 0.0).collect()

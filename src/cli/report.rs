@@ -3,6 +3,7 @@
 use super::console::{Console, Shown};
 use super::machine::say;
 use super::{Failure, Outcome};
+use crate::input::json::parse;
 use crate::input::{Warning, file};
 use crate::report::embedded_pictures::pictures_of;
 use crate::report::html;
@@ -25,7 +26,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
         Failure::new(format!("{}: {error}", path.display()))
             .with_hint("give the folder of a finished run, such as results/reference")
     })?;
-    let summary: serde_json::Value = serde_json::from_str(&text).map_err(|e| {
+    let summary: serde_json::Value = parse(&text).map_err(|e| {
         Failure::new(format!("{}: line {}, column {}: {e}", path.display(), e.line(), e.column()))
             .with_hint("summary.json is written by muspin; run the command that made this folder again")
     })?;
@@ -49,7 +50,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
 /// What is said of the pictures that the page does not show.
 fn left_out(folder: &Path, names: &[String]) -> Warning {
     /// Names that are listed.
-    const LISTED: usize = 10;
+    const LISTED: usize = 20;
     let mut list = names.iter().take(LISTED).map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", ");
     if names.len() > LISTED {
         list.push_str(&format!(" and {} more", names.len() - LISTED));

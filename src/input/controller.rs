@@ -5,6 +5,7 @@ use super::controller_law::from_matrices;
 pub use super::controller_law::{CHANNELS, TaggedController};
 use super::error::InputError;
 use super::file;
+use super::json;
 use super::mat;
 use super::shipped;
 use crate::controller::{Controller, MachineTag};
@@ -85,7 +86,7 @@ pub fn read_controller(file: &str, text: &str) -> Result<Controller, InputError>
 /// # Errors
 /// As [`read_controller`].
 pub(crate) fn read_tagged_controller(file: &str, text: &str) -> Result<TaggedController, InputError> {
-    let read: ControllerFile = serde_json::from_str(text).map_err(|e| InputError::json(file, &e))?;
+    let read: ControllerFile = json::parse(text).map_err(|e| InputError::json(file, &e))?;
     for (key, names) in [("inputs", &read.inputs), ("outputs", &read.outputs)] {
         if names.iter().ne(CHANNELS.iter()) {
             let rule = format!("{key}: {} must be {}", names.join(", "), CHANNELS.join(", "));

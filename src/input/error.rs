@@ -67,7 +67,8 @@ impl InputError {
 
     /// An error of the JSON reader.
     pub(crate) fn json(file: &str, error: &serde_json::Error) -> Self {
-        Self::parse(file, Some(error.line()), &error.to_string())
+        // An error about the whole text has line 0.
+        Self::parse(file, Some(error.line()).filter(|line| *line > 0), &error.to_string())
     }
 
     fn parse(file: &str, line: Option<usize>, text: &str) -> Self {
@@ -82,6 +83,8 @@ impl InputError {
             }
         } else if text.contains("missing field") {
             "add the key; spindles/reference.yaml shows a complete file".to_owned()
+        } else if text.starts_with("more than") {
+            "leave out what is not needed, and reduce the order of large systems first".to_owned()
         } else if text.contains("duplicate") {
             "keep one of the two".to_owned()
         } else if text.contains("invalid type") || text.contains("invalid value") {
@@ -112,5 +115,8 @@ fn plain_words(text: &str) -> String {
 
 /// The known name with the smallest edit distance, if any is known.
 pub fn nearest<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
-    known.min_by_key(|k| strsim::damerau_levenshtein(name, k))
+    // The distance takes the product of the lengths; what is this long is no misspelt key.
+    const LONGEST: usize = 100;
+    let beginning = name.char_indices().nth(LONGEST).map_or(name, |(end, _)| &name[..end]);
+    known.min_by_key(|k| strsim::damerau_levenshtein(beginning, k))
 }

@@ -15,9 +15,9 @@ pub struct SizeLimit {
     advice: &'static str,
 }
 
-/// Files of keys (YAML, TOML): a machine of two hundred elements takes forty kilobytes, and the parser a hundred bytes
-/// of memory a byte.
-pub const KEYS: SizeLimit = SizeLimit { most_bytes: 4 << 20, advice: "records belong into CSV files" };
+/// Files of keys (YAML, TOML): a machine of three hundred elements takes fifty kilobytes, and the parser three hundred
+/// bytes of memory for a byte of braces.
+pub const KEYS: SizeLimit = SizeLimit { most_bytes: 1 << 20, advice: "records belong into CSV files" };
 /// Controllers and problems in JSON: twenty bytes a number, a thousand states.
 pub const MATRICES: SizeLimit =
     SizeLimit { most_bytes: 32 << 20, advice: "a thousand states take about 20 MB: reduce the order first" };

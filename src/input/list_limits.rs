@@ -3,10 +3,13 @@
 use super::error::InputError;
 use serde_yaml::Value;
 
-/// Most entries of lists and mappings that have no limit of their own: no rotor has as many elements.
+/// Most entries of lists and mappings that have no limit of their own: no machine has as many discs, no measurement as
+/// many records.
 const MOST: usize = 1000;
 /// Most entries by key.
-const MOST_OF_KEY: [(&str, usize); 6] = [
+const MOST_OF_KEY: [(&str, usize); 7] = [
+    // As many as a shaft may have.
+    ("elements", 300),
     // Flexible modes: those above the tenth are beyond the band of any bearing.
     ("damping_ratio", 100),
     ("mode_uncertainty", 100),
@@ -30,7 +33,7 @@ fn check_at(file: &str, path: &str, key: &str, value: &Value) -> Result<(), Inpu
     let most = own.map_or(MOST, |(_, most)| *most);
     let refuse = |count: usize| {
         let place = if path.is_empty() { "the file" } else { path };
-        Err(InputError::new(file, format!("{place}: has {count} entries; {most} at most are possible"))
+        Err(InputError::new(file, format!("{place}: has {count} entries; at most {most} are possible"))
             .with_hint("shorten the list; records belong into CSV files"))
     };
     match value {

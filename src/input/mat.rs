@@ -138,9 +138,13 @@ pub(crate) fn load_controller(source: &str) -> Result<TaggedController, InputErr
 /// [`InputError`] with the matrix that is missing or has other sizes.
 pub fn read_controller(file: &str, bytes: &[u8]) -> Result<TaggedController, InputError> {
     let mut found: Vec<Matrix> = vec![];
+    /// Names that are told when one is missing.
+    const NAMED: usize = 20;
     let mut names: Vec<String> = vec![];
     each_variable(file, bytes, &|name| CONTROLLER.contains(&name), &mut |matrix| {
-        names.push(matrix.name.clone());
+        if names.len() < NAMED {
+            names.push(matrix.name.clone());
+        }
         if CONTROLLER.contains(&matrix.name.as_str()) {
             found.push(matrix);
         }

@@ -10,6 +10,7 @@ mod effect;
 pub mod error;
 pub mod file;
 pub mod hammer;
+pub(crate) mod json;
 mod key;
 pub mod keys;
 pub mod kind;

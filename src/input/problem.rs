@@ -3,12 +3,18 @@
 
 use super::error::InputError;
 use super::file as files;
+use super::json;
 use super::shipped::utf8;
 use crate::augment::{Block, GeneralizedPlant};
 use crate::linalg::{Mat, c64};
 use crate::lti::{Continuous, StateSpace};
 use serde_json::{Map, Value};
 use std::path::{Path, PathBuf};
+
+/// Most rows or columns of a matrix: the solvers take the third power of it in time.
+const MOST_ROWS: usize = 1000;
+/// Most entries of a list, and the largest whole number: frequencies, orders and sizes of blocks.
+const MOST_ENTRIES: usize = 10_000;
 
 /// Fields of one problem file.
 pub struct Problem {
@@ -32,8 +38,12 @@ impl Problem {
     /// # Errors
     /// As [`Self::read`].
     pub fn parse(file: &Path, text: &str) -> Result<Self, InputError> {
-        let value: Value = serde_json::from_str(text).map_err(|e| {
-            InputError::new(&file.display().to_string(), format!("not valid JSON: {e}"))
+        let value: Value = json::parse(text).map_err(|e| {
+            let file = file.display().to_string();
+            if e.is_data() {
+                return InputError::json(&file, &e);
+            }
+            InputError::new(&file, format!("not valid JSON: {e}"))
                 .with_hint("JSON has no NaN and no Infinity; every number must be finite")
         })?;
         let Value::Object(mut top) = value else {
@@ -267,6 +277,9 @@ impl Problem {
 
     fn list(&self, field: &str) -> Result<&Vec<Value>, InputError> {
         match self.value(field)? {
+            Value::Array(list) if list.len() > MOST_ENTRIES => {
+                Err(self.failure(field, format!("has {} entries; at most {MOST_ENTRIES} are possible", list.len())))
+            }
             Value::Array(list) => Ok(list),
             other => Err(self.failure(field, format!("expected a list, found {}", kind(other)))),
         }
@@ -276,6 +289,11 @@ impl Problem {
         let Value::Array(rows) = value else {
             return Err(self.failure(path, format!("expected a matrix (list of rows), found {}", kind(value))));
         };
+        let columns = rows.first().and_then(Value::as_array).map_or(0, Vec::len);
+        if rows.len().max(columns) > MOST_ROWS {
+            let rule = format!("is {} x {columns}; at most {MOST_ROWS} rows and columns are possible", rows.len());
+            return Err(self.failure(path, rule).with_hint("reduce the order first"));
+        }
         let mut entries: Vec<Vec<f64>> = Vec::with_capacity(rows.len());
         for (i, row) in rows.iter().enumerate() {
             let Value::Array(row) = row else {
@@ -310,10 +328,12 @@ impl Problem {
     }
 
     fn whole(&self, value: &Value, path: &str) -> Result<usize, InputError> {
-        // 2^53: beyond it a JSON number is no longer a whole number everywhere; no dimension comes near.
         match value.as_f64() {
-            Some(x) if x >= 0.0 && x.fract() == 0.0 && x < 9.0e15 => Ok(x as usize),
-            _ => Err(self.failure(path, format!("expected a whole number >= 0, found {}", kind(value)))),
+            Some(x) if (0.0..=MOST_ENTRIES as f64).contains(&x) && x.fract() == 0.0 => Ok(x as usize),
+            _ => {
+                let rule = format!("expected a whole number >= 0 and at most {MOST_ENTRIES}, found {}", kind(value));
+                Err(self.failure(path, rule))
+            }
         }
     }
 }
@@ -323,7 +343,7 @@ fn kind(value: &Value) -> String {
         Value::Null => "null".into(),
         Value::Bool(b) => b.to_string(),
         Value::Number(n) => n.to_string(),
-        Value::String(s) => format!("the text \"{s}\""),
+        Value::String(s) => format!("the text {s:?}"),
         Value::Array(_) => "a list".into(),
         Value::Object(_) => "an object".into(),
     }

@@ -6,6 +6,7 @@
 //! What a spindle has no place for (axial force, proportional damping, seals) is told in `left_out`.
 
 use super::error::InputError;
+use super::json;
 use crate::rotor::{Disc, Material, Section, Shear};
 use serde_json::{Map, Value};
 use std::f64::consts::PI;
@@ -148,7 +149,7 @@ impl RossMagnet {
 /// [`InputError`] with the table and the key that is missing or has no place in a spindle.
 pub fn read_ross(file: &str, text: &str) -> Result<RossRotor, InputError> {
     let top: Map<String, Value> = if file.to_ascii_lowercase().ends_with(".json") {
-        serde_json::from_str(text).map_err(|e| InputError::json(file, &e))?
+        json::parse(text).map_err(|e| InputError::json(file, &e))?
     } else {
         toml::from_str(text).map_err(|e| {
             InputError::new(file, format!("is no TOML: {}", e.message()))

@@ -208,6 +208,10 @@ fn function(
     let fits = |n: &usize| n.checked_mul(2 * per_point).is_some_and(|bytes| bytes <= cursor.bytes.len());
     let count = usize::try_from(count).ok().filter(fits);
     let count = count.ok_or_else(|| fail(format!("{} values do not fit into the file", data[1].trim())))?;
+    let (mut x, mut y) = (vec![], vec![]);
+    if x.try_reserve_exact(count).is_err() || y.try_reserve_exact(count).is_err() {
+        return Err(fail(format!("{count} values do not fit into the memory")));
+    }
     let values = if binary {
         let order = identifier.get(7..13).map_or("", str::trim);
         let format = identifier.get(13..19).map_or("", str::trim);
@@ -227,10 +231,6 @@ fn function(
     };
     let start = real(&data[3], "abscissa minimum")?;
     let step = real(&data[4], "abscissa increment")?;
-    let (mut x, mut y) = (vec![], vec![]);
-    if x.try_reserve_exact(count).is_err() || y.try_reserve_exact(count).is_err() {
-        return Err(fail(format!("{count} values do not fit into the memory")));
-    }
     for (k, point) in values.chunks_exact(per_point).enumerate() {
         let (at, rest) = if even { (start + step * k as f64, point) } else { (point[0], &point[1..]) };
         x.push(at);

@@ -7,19 +7,12 @@
 //! before anything is replaced.
 
 use super::manifest::{MANIFEST, Manifest};
-use super::place::{Staging, staging_in};
+use super::place::{At, Staging, at, parent, staging_in};
 use crate::input::file;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
-
-/// An error of the file system with the path that it concerns.
-pub(crate) type At<T> = Result<T, (PathBuf, io::Error)>;
-
-pub(super) fn at<T>(path: &Path, result: io::Result<T>) -> At<T> {
-    result.map_err(|error| (path.to_owned(), error))
-}
 
 /// What is to be put in place.
 pub(crate) struct Replacement<'a> {
@@ -180,13 +173,6 @@ impl Replacement<'_> {
                 folder = inside.parent();
             }
         }
-    }
-}
-
-pub(super) fn parent(path: &Path) -> &Path {
-    match path.parent() {
-        Some(p) if !p.as_os_str().is_empty() => p,
-        _ => Path::new("."),
     }
 }
 

@@ -4,7 +4,7 @@
 //! is in the folder belongs to the user. The manifest holds no clock, machine or user: same files, same bytes.
 
 use crate::export::firmware::sha256_hex;
-use crate::input::file;
+use crate::input::{file, json};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::io;
@@ -48,7 +48,7 @@ impl Manifest {
             Err(error) if error.is_absence() => return Ok(Self::default()),
             Err(error) => return Err(error.into()),
         };
-        let read: Self = serde_json::from_str(&text)?;
+        let read: Self = json::parse(&text)?;
         let outside = read.paths().find(|path| !is_inside(path)).map(str::to_owned);
         match outside {
             None => Ok(read),

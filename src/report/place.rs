@@ -1,10 +1,24 @@
 //! Where a results folder is: links and `..` resolved, tried before a run computes, and locked while it is written.
 
-use super::atomic::{At, at, parent};
 use std::ffi::OsString;
 use std::fs;
 use std::io;
 use std::path::{Component, Path, PathBuf};
+
+/// An error of the file system with the path that it concerns.
+pub(crate) type At<T> = Result<T, (PathBuf, io::Error)>;
+
+pub(super) fn at<T>(path: &Path, result: io::Result<T>) -> At<T> {
+    result.map_err(|error| (path.to_owned(), error))
+}
+
+/// The folder that holds a path.
+pub(super) fn parent(path: &Path) -> &Path {
+    match path.parent() {
+        Some(p) if !p.as_os_str().is_empty() => p,
+        _ => Path::new("."),
+    }
+}
 
 /// The absolute path of a folder that may not exist yet: links are followed and `..` is resolved.
 ///

@@ -5,13 +5,14 @@
 //! followed. A folder with a measurement in it is never an output folder. Files come in the order of their paths and
 //! hold no clock, machine or thread count: same run, same bytes.
 
-use super::atomic::{Replacement, parent};
+use super::atomic::Replacement;
 use super::manifest::{MANIFEST, Manifest, is_inside};
 use super::pictures::PictureName;
-use super::place::{Lock, absolute, try_writing};
+use super::place::{Lock, absolute, parent, try_writing};
 use super::plot::{Figure, Picture, PlotError, picture};
 use super::tables::Table;
 use crate::input::file::{self, FileError};
+use crate::input::quote::without_direction_marks;
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 use std::io;
@@ -140,7 +141,7 @@ impl ResultsFolder {
     /// As [`Self::add`].
     pub(crate) fn add_picture(&mut self, name: impl Into<PictureName>, drawn: Picture) -> Result<(), ResultsError> {
         let stem = name.into().stem();
-        self.add(&format!("plots/{stem}.svg"), drawn.svg)?;
+        self.add(&format!("plots/{stem}.svg"), without_direction_marks(&drawn.svg).into_owned())?;
         self.add(&format!("plots/{stem}.csv"), drawn.csv)
     }
 

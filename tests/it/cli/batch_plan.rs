@@ -156,7 +156,7 @@ fn a_plan_from_elsewhere_leads_nowhere_else() {
     let plan = place.path().join("plan");
     std::fs::create_dir_all(plan.join("results")).unwrap();
     write_row(place.path(), &finished("outside", 3.5e6));
-    for name in ["../../outside", "..", "/etc", "a/../../../outside", "a\\..\\b", ""] {
+    for name in ["../../outside", "..", "/etc", "a/../../../outside", "nul", ""] {
         std::fs::write(plan.join("variants.json"), format!("{{\"variants\": [\"{name}\"]}}")).unwrap();
         let run = muspin().arg("batch").arg("--collect").arg(&plan).arg("--out").arg(place.path().join("t")).assert();
         let message = String::from_utf8_lossy(&run.code(2).get_output().stderr).into_owned();

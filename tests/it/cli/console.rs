@@ -74,7 +74,7 @@ fn the_number_of_threads_changes_no_byte() {
     // More threads than the machine can use are not started.
     let many = run("1000");
     assert_eq!((many.0, &many.1), (0, &one.1), "{}", many.2);
-    assert!(many.2.contains("warning: --threads 1000:"), "{}", many.2);
+    assert!(many.2.contains("warning: 1000 threads"), "{}", many.2);
     for wrong in ["0", "1000000"] {
         let (code, out, error) = run(wrong);
         assert_eq!((code, out.as_str()), (2, ""), "{error}");

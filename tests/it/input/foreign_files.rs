@@ -1,13 +1,15 @@
 //! Files that are not what they should be: pipes, devices, sizes beyond every use, text that acts on a terminal.
 
 use crate::cli::program::muspin;
-use muspin::input::file::{self, KEYS, RECORD};
+use muspin::input::file::{self, KEYS, RECORD, ReadShare};
 use muspin::input::hammer::read_hammer;
 use muspin::input::mat::{matrices, read_controller};
 use muspin::input::name::check_name;
 use muspin::input::{
-    InputError, load_controller, load_measurement, load_spindle, read_spindle, read_tool, read_weights,
+    InputError, load_controller, load_measurement, load_measurement_watched, load_spindle, read_spindle, read_tool,
+    read_weights,
 };
+use std::cell::Cell;
 use std::fmt::Write;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -69,7 +71,7 @@ fn a_file_is_read_to_its_limit_and_no_further() {
         path
     };
     for (name, bytes, words) in [
-        ("s.yaml", (4 << 20) + 1, "more than 4194304 bytes"),
+        ("s.yaml", (1 << 20) + 1, "more than 1048576 bytes"),
         ("k.json", (32 << 20) + 1, "more than 33554432 bytes"),
         ("k.mat", (256 << 20) + 1, "more than 268435456 bytes"),
         ("r.csv", (4 << 30) + 1, "more than 4294967296 bytes"),
@@ -80,8 +82,8 @@ fn a_file_is_read_to_its_limit_and_no_further() {
         assert_eq!(code, 2, "{name}");
         assert!(error.contains(words) && error.contains("hint:"), "{name}: {error}");
     }
-    let long = sparse("long.yaml", 4 << 20);
-    assert_eq!(file::read(&long, KEYS).unwrap().len(), 4 << 20);
+    let long = sparse("long.yaml", 1 << 20);
+    assert_eq!(file::read(&long, KEYS).unwrap().len(), 1 << 20);
     // A record of one endless line is no table, and no line is longer than a table's.
     let path = sparse("zeros.csv", 1 << 30);
     let (code, _, error) = muspin(&["check", path.to_str().unwrap()], &here());
@@ -122,6 +124,16 @@ fn a_record_is_read_line_by_line() {
         let run = command.arg("-c").arg(script).arg(env!("CARGO_BIN_EXE_muspin")).arg(path).output().unwrap();
         run.status.code() == Some(0)
     };
+    // Whoever watches hears of every part.
+    let list = measurement(folder.path(), "long.csv");
+    let (heard, last) = (Cell::new(0), Cell::new(0));
+    let watch = |share: ReadShare<'_>| {
+        assert!(share.done_bytes <= share.all_bytes && share.file == long);
+        heard.set(heard.get() + 1);
+        last.set(share.done_bytes);
+    };
+    load_measurement_watched(&list, &watch).unwrap();
+    assert!(heard.get() > 10 && last.get() == std::fs::metadata(&long).unwrap().len());
     // How much the program itself takes depends on the system.
     let steps = (0..200).map(|k| (32 + 8 * k) << 10);
     let enough = steps.into_iter().find(|kib| within(&short, *kib)).unwrap();
@@ -291,17 +303,34 @@ fn lists_have_a_length() {
     let end = begin + spindle[begin..].find(']').unwrap();
     let text = format!("{}damping_ratio: [{}{}", &spindle[..begin], list(101), &spindle[end..]);
     let error = read_spindle("s.yaml", &text).unwrap_err();
-    assert!(error.to_string().contains("rotor.damping_ratio: has 101 entries; 100 at most"), "{error}");
+    assert!(error.to_string().contains("rotor.damping_ratio: has 101 entries; at most 100"), "{error}");
     let weights = include_str!("../../../weights/benchmark.yaml");
     let begin = weights.find("mode_uncertainty: [").unwrap();
     let end = begin + weights[begin..].find(']').unwrap();
-    let text = format!("{}mode_uncertainty: [{}{}", &weights[..begin], list(200_000), &weights[end..]);
+    let text = format!("{}mode_uncertainty: [{}{}", &weights[..begin], list(100_001), &weights[end..]);
     let error = read_weights("w.yaml", &text).unwrap_err();
-    assert!(error.to_string().contains("mode_uncertainty: has 200000 entries; 100 at most"), "{error}");
+    assert!(error.to_string().contains("mode_uncertainty: has 100001 entries; at most 100"), "{error}");
     let elements = "  - {length_m: 0.01, outer_diameter_m: 0.01, material: steel}\n".repeat(1001);
     let tool = format!("name: t\nelements:\n{elements}tool_plane_m: 0.01\n");
     let error = read_tool("t.yaml", &tool, &load_spindle("reference").unwrap()).unwrap_err();
     assert!(error.to_string().contains("elements: has 1001 entries"), "{error}");
+}
+
+#[test]
+fn a_problem_has_a_size() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("p.json");
+    let rows = format!("[{}]", vec!["[1]"; 1001].join(","));
+    let list = format!("[{}]", vec!["1"; 10_001].join(","));
+    for (kind, text, part) in [
+        ("care", format!("{{\"A\": {rows}}}"), "A: is 1001 x 1; at most 1000"),
+        ("dfit", format!("{{\"orders\": {list}}}"), "orders: has 10001 entries; at most 10000"),
+        ("dfit", "{\"orders\": [1e15]}".to_owned(), "orders[0]: expected a whole number"),
+    ] {
+        std::fs::write(&path, text).unwrap();
+        let (code, _, error) = muspin(&["solve", kind, path.to_str().unwrap()], &here());
+        assert!(code == 2 && error.contains(part), "{error}");
+    }
 }
 
 #[test]
@@ -327,5 +356,30 @@ fn foreign_text_is_quoted_short_and_acts_on_nothing() {
         let (code, out, error) = muspin(&["check", form, named.to_str().unwrap()], &here());
         assert_eq!(code, 0, "{error}");
         assert!(!out.contains('\u{1b}') && !error.contains('\u{1b}') && out.contains("[31m"), "{out}");
+    }
+}
+
+/// What a text makes of a byte is bounded as well: braces of YAML, brackets of JSON.
+#[test]
+#[cfg(target_os = "linux")]
+fn files_of_the_largest_size_are_refused_within_a_gibibyte() {
+    let folder = tempfile::tempdir().unwrap();
+    let texts = [
+        ("maps.yaml", format!("rotor: [{}]", "{},".repeat(340_000))),
+        ("zeros.yaml", format!("rotor: [{}]", "0,".repeat(520_000))),
+        ("rows.json", format!("{{\"name\": \"a\", \"A\": [{}[]]}}", "[],".repeat(11_000_000))),
+        ("key.json", format!("{{\"{}\": 1}}", "a".repeat(33_000_000))),
+    ];
+    for (name, text) in texts {
+        let path = folder.path().join(name);
+        std::fs::write(&path, text).unwrap();
+        let begun = std::time::Instant::now();
+        let mut command = Command::new("sh");
+        let script = "ulimit -v 1048576; exec \"$0\" check \"$1\"";
+        let run = command.arg("-c").arg(script).arg(env!("CARGO_BIN_EXE_muspin")).arg(&path).output().unwrap();
+        let said = String::from_utf8_lossy(&run.stderr).into_owned();
+        assert!(run.status.code() == Some(2) && said.contains(name) && said.len() < 1000, "{said}");
+        // The nearest key to a name of a megabyte took minutes.
+        assert!(begun.elapsed().as_secs() < 20, "{name}");
     }
 }

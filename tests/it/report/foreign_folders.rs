@@ -173,7 +173,7 @@ fn a_folder_that_is_a_mount_point_is_written() {
         let mounted = folder.path().join(place);
         std::fs::create_dir_all(&mounted).unwrap();
         let script = "mount -t tmpfs none \"$1\" || exit 99\nfor k in 1 2; do\n\"$0\" identify --measurement \"$2\" \
-            --out \"$3\" --quiet || exit 1\ndone\ntest -s \"$3/summary.json\" && test -z \"$(ls -A \"$3\" | grep \
+            --out \"$3\" --quiet || exit 1\ndone\ntest -s \"$3/plausibility.json\" && test -z \"$(ls -A \"$3\" | grep \
             '^\\.')\"";
         let mut command = Command::new("unshare");
         command.args(["--user", "--map-root-user", "--mount", "sh", "-c", script, env!("CARGO_BIN_EXE_muspin")]);
