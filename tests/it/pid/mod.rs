@@ -1,5 +1,5 @@
 //! The PID.
 
 pub mod reference_pid;
-mod tuning;
 mod surviving;
+mod tuning;
