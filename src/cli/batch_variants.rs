@@ -3,6 +3,7 @@
 use super::Failure;
 use super::batch_arguments::Arguments;
 use super::machine::load_machine;
+use crate::input::load_spindle;
 use crate::input::name::check_name;
 use crate::pipeline::variation::{Quantity, Variation, variants as of_machine};
 use crate::report::batch::ROW_FILE;
@@ -34,14 +35,25 @@ pub(super) fn variants(arguments: &Arguments) -> Result<Vec<Variant>, Failure> {
     let variations = arguments.vary.iter().map(|text| variation(text)).collect::<Result<Vec<_>, _>>()?;
     let mut known: BTreeMap<String, String> = BTreeMap::new();
     let mut all = vec![];
+    // A spindle that is wrong is told once.
+    load_spindle(&arguments.spindle)?;
+    let mut failures = vec![];
     for source in expand(&arguments.tools)? {
-        let machine = load_machine(&arguments.spindle, &source)?;
-        for (name, machine) in of_machine(&machine, &variations) {
-            check_distinct(&source, &name, &mut known)?;
-            all.push(Variant { name, machine });
+        match load_machine(&arguments.spindle, &source) {
+            Ok(machine) => {
+                for (name, machine) in of_machine(&machine, &variations) {
+                    failures.extend(check_distinct(&source, &name, &mut known).err());
+                    all.push(Variant { name, machine });
+                }
+            }
+            Err(failure) => failures.push(failure),
         }
     }
-    Ok(all)
+    let mut failures = failures.into_iter();
+    match failures.next() {
+        Some(first) => Err(first.with_further(failures)),
+        None => Ok(all),
+    }
 }
 
 /// A variation from the text `ki=3%` or `ki=±3%`.

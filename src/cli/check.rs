@@ -12,9 +12,10 @@ use crate::input::kind::FileKind;
 use crate::input::quote::printable;
 use crate::input::sweep::load_sweep;
 use crate::input::{
-    InputError, load_controller, load_measurement_watched, load_spindle, load_tool, load_weights, uff, uff_frf,
+    InputError, join_machine, load_controller, load_measurement_watched, load_spindle, load_tool, load_weights, uff,
+    uff_frf,
 };
-use crate::spindle::{Machine, Spindle};
+use crate::spindle::Spindle;
 use serde_json::json;
 use std::path::Path;
 
@@ -60,11 +61,9 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
         }
     }
     drop(reading);
-    if let Some(last) = failures.pop() {
-        for failure in failures {
-            eprint!("{failure}");
-        }
-        return Err(last);
+    let mut failures = failures.into_iter();
+    if let Some(first) = failures.next() {
+        return Err(first.with_further(failures));
     }
     let words = if all_plausible {
         format!("{} files are right", lines.len())
@@ -104,7 +103,7 @@ fn one(file: &str, kind: FileKind, with_tool: bool, partner: Partner<'_>, watch:
             let (name, spindle) = partner;
             let spindle = spindle.clone()?;
             let tool = load_tool(file, &spindle)?;
-            let machine = Machine::new(spindle, tool).map_err(|e| InputError::rule(file, &e))?;
+            let machine = join_machine(file, spindle, tool)?;
             mesh_warning(&machine, name, file)?.iter().for_each(say);
         }
         FileKind::Weights => {
@@ -138,8 +137,8 @@ fn one(file: &str, kind: FileKind, with_tool: bool, partner: Partner<'_>, watch:
 /// files.
 fn check_alone(file: &str) -> Result<(), Failure> {
     let tool = load_tool("paper-tool", &load_spindle("reference")?)?;
-    let machine = Machine::new(load_spindle(file)?, tool)
-        .map_err(|e| InputError::rule(file, &e).with_hint("name the tool as well if the effect sits on it"))?;
+    let machine = join_machine(file, load_spindle(file)?, tool)
+        .map_err(|e| e.with_hint("name the tool as well if the effect sits on it"))?;
     mesh_warning(&machine, file, "paper-tool")?.iter().for_each(say);
     Ok(())
 }

@@ -8,17 +8,25 @@ use std::fmt;
 pub struct Failure {
     message: String,
     hint: Option<String>,
+    /// What went wrong besides, each told like the first.
+    further: Vec<Failure>,
 }
 
 impl Failure {
     /// A failure with its message.
     pub fn new(message: impl Into<String>) -> Self {
-        Self { message: message.into(), hint: None }
+        Self { message: message.into(), hint: None, further: vec![] }
     }
 
     /// The same failure with advice on the next step.
     pub(crate) fn with_hint(mut self, hint: impl Into<String>) -> Self {
         self.hint = Some(hint.into());
+        self
+    }
+
+    /// The same failure with others behind it.
+    pub(super) fn with_further(mut self, others: impl IntoIterator<Item = Self>) -> Self {
+        self.further.extend(others);
         self
     }
 
@@ -37,10 +45,10 @@ impl Failure {
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "error: {}", excerpt(&self.message))?;
-        match &self.hint {
-            Some(hint) => writeln!(f, "\nhint: {}", excerpt(hint)),
-            None => Ok(()),
+        if let Some(hint) = &self.hint {
+            writeln!(f, "\nhint: {}", excerpt(hint))?;
         }
+        self.further.iter().try_for_each(|failure| write!(f, "{failure}"))
     }
 }
 
@@ -52,11 +60,10 @@ impl From<crate::linalg::NumericError> for Failure {
 
 impl From<crate::input::InputError> for Failure {
     fn from(error: crate::input::InputError) -> Self {
-        let failure = Self::new(error.to_string());
-        match error.hint {
-            Some(hint) => failure.with_hint(hint),
-            None => failure,
-        }
+        let mut failures =
+            error.into_each().map(|error| Self { message: error.to_string(), hint: error.hint, further: vec![] });
+        let first = failures.next().unwrap_or_else(|| Self::new("a file cannot be read"));
+        Self { further: failures.collect(), ..first }
     }
 }
 

@@ -4,10 +4,12 @@
 use super::controller_law::from_matrices;
 pub use super::controller_law::{CHANNELS, TaggedController};
 use super::error::InputError;
+use super::error_list::ErrorList;
 use super::file;
 use super::json;
 use super::mat;
 use super::shipped;
+use super::structure::check_structure;
 use crate::controller::{Controller, MachineTag};
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -86,16 +88,35 @@ pub fn read_controller(file: &str, text: &str) -> Result<Controller, InputError>
 /// # Errors
 /// As [`read_controller`].
 pub(crate) fn read_tagged_controller(file: &str, text: &str) -> Result<TaggedController, InputError> {
-    let read: ControllerFile = json::parse(text).map_err(|e| InputError::json(file, &e))?;
+    let mut errors = ErrorList::new(file, text);
+    let read = match json::parse(text) {
+        Ok(read) => Some(read),
+        Err(error) => {
+            // An error without a line is about the whole text.
+            if error.is_data() && error.line() > 0 {
+                check_structure::<ControllerFile>(&mut errors);
+            }
+            if errors.is_empty() {
+                errors.add(InputError::json(file, &error));
+            }
+            None
+        }
+    };
+    let controller = read.and_then(|read| controller(&mut errors, read));
+    errors.finish(controller)
+}
+
+/// The controller of a file; what its values break is added to the errors.
+fn controller(errors: &mut ErrorList<'_>, read: ControllerFile) -> Option<TaggedController> {
     for (key, names) in [("inputs", &read.inputs), ("outputs", &read.outputs)] {
         if names.iter().ne(CHANNELS.iter()) {
             let rule = format!("{key}: {} must be {}", names.join(", "), CHANNELS.join(", "));
-            return Err(InputError::new(file, rule)
-                .with_hint("reorder the rows or columns of the matrices to this channel order"));
+            let error = InputError::new(errors.file, rule);
+            errors.add(error.with_hint("reorder the rows or columns of the matrices to this channel order"));
         }
     }
     let parts = [read.a, read.b, read.c, read.d];
-    let mut found = from_matrices(file, &read.name, parts, read.sample_time_s)?;
+    let mut found = from_matrices(errors, &read.name, parts, read.sample_time_s)?;
     found.machine = read.machine.map(|m| MachineTag { spindle: m.spindle, tool: m.tool, hash: m.hash });
-    Ok(found)
+    Some(found)
 }

@@ -2,6 +2,7 @@
 //! designed for.
 
 use super::error::InputError;
+use super::error_list::ErrorList;
 use crate::controller::{ControlLaw, Controller, MachineTag};
 use crate::linalg::Mat;
 use crate::lti::{Continuous, Discrete, StateSpace};
@@ -21,58 +22,62 @@ pub struct TaggedController {
     pub machine: Option<MachineTag>,
 }
 
-/// A controller from the rows of A, B, C and D; sample time 0 is continuous time.
-///
-/// # Errors
-/// [`InputError`] with the matrix of other sizes.
+/// A controller from the rows of A, B, C and D; sample time 0 is continuous time. None where what is wrong with them
+/// has been added to the errors.
 pub(super) fn from_matrices(
-    file: &str,
+    errors: &mut ErrorList<'_>,
     name: &str,
     [a, b, c, d]: [Vec<Vec<f64>>; 4],
     period_s: f64,
-) -> Result<TaggedController, InputError> {
-    let n = a.len();
+) -> Option<TaggedController> {
+    let (n, file) = (a.len(), errors.file);
     if n > MOST_STATES {
         let rule = format!("A: has {n} rows; a controller has {MOST_STATES} states at most");
-        return Err(InputError::new(file, rule).with_hint("reduce the order first"));
+        errors.add(InputError::new(file, rule).with_hint("reduce the order first"));
+        return None;
     }
-    let a = matrix(file, "A", &a, n, n)?;
-    let b = matrix(file, "B", &b, n, CHANNELS.len())?;
-    let c = matrix(file, "C", &c, CHANNELS.len(), n)?;
-    let d = matrix(file, "D", &d, CHANNELS.len(), CHANNELS.len())?;
+    let a = matrix(errors, "A", &a, [n, n]);
+    let b = matrix(errors, "B", &b, [n, CHANNELS.len()]);
+    let c = matrix(errors, "C", &c, [CHANNELS.len(), n]);
+    let d = matrix(errors, "D", &d, [CHANNELS.len(); 2]);
     if !(period_s.is_finite() && period_s >= 0.0) {
         let rule = format!("sample_time_s: {period_s} must be zero or a positive number");
-        return Err(InputError::new(file, rule).with_hint("0 means continuous time"));
+        errors.add(InputError::new(file, rule).with_hint("0 means continuous time"));
+        return None;
     }
-    let numeric = |error: crate::linalg::NumericError| InputError::new(file, error.to_string());
+    let (a, b, c, d) = (a?, b?, c?, d?);
     let law = if period_s == 0.0 {
-        ControlLaw::Continuous(StateSpace::new(a, b, c, d, Continuous).map_err(numeric)?)
+        StateSpace::new(a, b, c, d, Continuous).map(ControlLaw::Continuous)
     } else {
-        ControlLaw::Discrete(StateSpace::new(a, b, c, d, Discrete { period_s }).map_err(numeric)?)
+        StateSpace::new(a, b, c, d, Discrete { period_s }).map(ControlLaw::Discrete)
     };
-    Ok(TaggedController { controller: Controller { name: name.to_owned(), law }, machine: None })
+    let law = errors.take(law.map_err(|error| InputError::new(file, error.to_string())))?;
+    Some(TaggedController { controller: Controller { name: name.to_owned(), law }, machine: None })
 }
 
+/// A matrix of the expected rows and columns, or none and an error for each row that is wrong.
 fn matrix(
-    file: &str,
+    errors: &mut ErrorList<'_>,
     key: &str,
     rows: &[Vec<f64>],
-    expected_rows: usize,
-    expected_columns: usize,
-) -> Result<Mat<f64>, InputError> {
+    [expected_rows, expected_columns]: [usize; 2],
+) -> Option<Mat<f64>> {
     let hint = "A is n×n, B n×4, C 4×n, D 4×4, row by row";
+    let mut wrong = vec![];
     if rows.len() != expected_rows {
         let rule = format!("{key}: has {} rows, must have {expected_rows}", rows.len());
-        return Err(InputError::new(file, rule).with_hint(hint));
+        wrong.push(InputError::new(errors.file, rule).with_hint(hint));
     }
     for (i, row) in rows.iter().enumerate() {
         if row.len() != expected_columns {
             let rule = format!("{key}[{i}]: has {} columns, must have {expected_columns}", row.len());
-            return Err(InputError::new(file, rule).with_hint(hint));
+            wrong.push(InputError::new(errors.file, rule).with_hint(hint));
         }
         if let Some(j) = row.iter().position(|x| !x.is_finite()) {
-            return Err(InputError::new(file, format!("{key}[{i}][{j}]: must be a number")));
+            wrong.push(InputError::new(errors.file, format!("{key}[{i}][{j}]: must be a number")));
         }
     }
-    Ok(Mat::from_fn(expected_rows, expected_columns, |i, j| rows[i][j]))
+    let is_right = wrong.is_empty();
+    wrong.into_iter().for_each(|error| errors.add(error));
+    is_right.then(|| Mat::from_fn(expected_rows, expected_columns, |i, j| rows[i][j]))
 }

@@ -1,6 +1,7 @@
 //! Weights over frequency of a weights file, as points or as a transfer function, to [`Shape`].
 
 use super::error::InputError;
+use super::error_list::ErrorList;
 use super::key::{Key, Range, open};
 use crate::augment::root::Root;
 use crate::augment::shape::Shape;
@@ -71,23 +72,26 @@ enum Sense {
 }
 
 impl CurvesFile {
-    /// Weights of loads, displacements and current.
-    pub(super) fn weights(&self, file: &str) -> Result<Curves, InputError> {
-        let of = |key: &str, curve: &Option<CurveFile>, sense| shape(file, key, curve.as_ref(), sense);
-        Ok(Curves {
+    /// Weights of loads, displacements and current; what is wrong with them is added to the errors.
+    pub(super) fn weights(&self, errors: &mut ErrorList<'_>) -> Curves {
+        let mut of = |key: &str, curve: &Option<CurveFile>, sense| {
+            let shape = shape(errors.file, key, curve.as_ref(), sense);
+            errors.take_rule(shape).flatten()
+        };
+        Curves {
             load: [
-                of("tool_load_n", &self.tool_load_n, Sense::Direct)?,
-                of("front_load_n", &self.front_load_n, Sense::Direct)?,
-                of("rear_load_n", &self.rear_load_n, Sense::Direct)?,
+                of("tool_load_n", &self.tool_load_n, Sense::Direct),
+                of("front_load_n", &self.front_load_n, Sense::Direct),
+                of("rear_load_n", &self.rear_load_n, Sense::Direct),
             ],
             displacement: [
-                of("tool_displacement_m", &self.tool_displacement_m, Sense::Inverse)?,
-                of("front_displacement_m", &self.front_displacement_m, Sense::Inverse)?,
-                of("rear_displacement_m", &self.rear_displacement_m, Sense::Inverse)?,
+                of("tool_displacement_m", &self.tool_displacement_m, Sense::Inverse),
+                of("front_displacement_m", &self.front_displacement_m, Sense::Inverse),
+                of("rear_displacement_m", &self.rear_displacement_m, Sense::Inverse),
             ],
-            current: of("current_a", &self.current_a, Sense::Inverse)?,
-            noise: of("sensor_noise_m", &self.sensor_noise_m, Sense::Direct)?,
-        })
+            current: of("current_a", &self.current_a, Sense::Inverse),
+            noise: of("sensor_noise_m", &self.sensor_noise_m, Sense::Direct),
+        }
     }
 
     /// Relative error of the actuators.

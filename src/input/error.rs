@@ -16,27 +16,31 @@ pub struct InputError {
     pub message: String,
     /// The next step.
     pub hint: Option<String>,
+    /// What else is wrong, by line.
+    pub further: Vec<InputError>,
 }
 
 impl InputError {
     /// A message without a line.
     pub fn new(file: &str, message: impl Into<String>) -> Self {
-        Self { file: file.to_owned(), line: None, message: message.into(), hint: None }
+        Self { file: file.to_owned(), line: None, message: message.into(), hint: None, further: vec![] }
+    }
+
+    /// The key path that the message begins with; empty when it begins with none.
+    pub(crate) fn key_path(&self) -> &str {
+        let path = self.message.split_once(": ").map_or("", |(path, _)| path);
+        if path.contains(' ') { "" } else { path }
+    }
+
+    /// This error and all further ones, each alone.
+    pub(crate) fn into_each(mut self) -> impl Iterator<Item = Self> {
+        let further = std::mem::take(&mut self.further);
+        std::iter::once(self).chain(further)
     }
 
     /// The same message with the next step.
     pub(crate) fn with_hint(mut self, hint: impl Into<String>) -> Self {
         self.hint = Some(hint.into());
-        self
-    }
-
-    /// The same message about a missing key with all keys that are missing.
-    pub(crate) fn with_missing(mut self, paths: &[String]) -> Self {
-        if paths.len() > 1 {
-            self.line = None;
-            self.message = format!("missing fields: {}", paths.join(", "));
-            self.hint = Some("add the keys; spindles/ and weights/ hold complete files".to_owned());
-        }
         self
     }
 
@@ -62,22 +66,23 @@ impl InputError {
     /// An error of the YAML reader.
     pub(crate) fn yaml(file: &str, error: &serde_yaml::Error) -> Self {
         let line = error.location().map(|l| l.line());
-        Self::parse(file, line, &error.to_string())
+        Self::of_parser(file, line, &error.to_string())
     }
 
     /// An error of the JSON reader.
     pub(crate) fn json(file: &str, error: &serde_json::Error) -> Self {
         // An error about the whole text has line 0.
-        Self::parse(file, Some(error.line()).filter(|line| *line > 0), &error.to_string())
+        Self::of_parser(file, Some(error.line()).filter(|line| *line > 0), &error.to_string())
     }
 
-    fn parse(file: &str, line: Option<usize>, text: &str) -> Self {
+    /// An error in the words of a parser.
+    pub(super) fn of_parser(file: &str, line: Option<usize>, text: &str) -> Self {
         // The position stands in front of the message already.
         let text = text.split(" at line ").next().unwrap_or(text);
         let quoted: Vec<&str> = text.split('`').skip(1).step_by(2).collect();
         let hint = if text.contains("unknown field") {
             match quoted.split_first() {
-                Some((unknown, known)) => nearest(unknown, known.iter().copied())
+                Some((unknown, known)) => nearest_key(unknown, known.iter().copied())
                     .map_or("remove the key".to_owned(), |best| format!("did you mean `{best}`?")),
                 None => "remove the key".to_owned(),
             }
@@ -92,7 +97,7 @@ impl InputError {
         } else {
             "check indentation, brackets and colons at this line".to_owned()
         };
-        Self { file: file.to_owned(), line, message: plain_words(text), hint: Some(hint) }
+        Self { file: file.to_owned(), line, message: plain_words(text), hint: Some(hint), further: vec![] }
     }
 }
 
@@ -119,4 +124,14 @@ pub fn nearest<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Option<&
     const LONGEST: usize = 100;
     let beginning = name.char_indices().nth(LONGEST).map_or(name, |(end, _)| &name[..end]);
     known.min_by_key(|k| strsim::damerau_levenshtein(beginning, k))
+}
+
+/// The known key that is meant by another: the shortest one that goes on with a unit or more words, else the one with
+/// the smallest edit distance.
+pub fn nearest_key<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+    let known: Vec<&str> = known.collect();
+    let beginning = name.to_lowercase();
+    let goes_on = |key: &&&str| key.strip_prefix(beginning.as_str()).is_some_and(|rest| rest.starts_with('_'));
+    let longer = known.iter().filter(goes_on).min_by_key(|key| key.len());
+    longer.copied().or_else(|| nearest(&beginning, known.into_iter()))
 }

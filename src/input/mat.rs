@@ -10,6 +10,7 @@
 
 use super::controller_law::{MOST_STATES, TaggedController, from_matrices};
 use super::error::InputError;
+use super::error_list::ErrorList;
 use super::file;
 use flate2::read::ZlibDecoder;
 use std::io::Read;
@@ -166,7 +167,9 @@ pub fn read_controller(file: &str, bytes: &[u8]) -> Result<TaggedController, Inp
     let parts = [named("A")?, named("B")?, named("C")?, named("D")?];
     let stem = std::path::Path::new(file).file_stem();
     let name = stem.map_or("controller".into(), |s| s.to_string_lossy());
-    from_matrices(file, &name, parts, *period_s)
+    let mut errors = ErrorList::new(file, "");
+    let controller = from_matrices(&mut errors, &name, parts, *period_s);
+    errors.finish(controller)
 }
 
 /// What is wrong with an element.

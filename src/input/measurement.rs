@@ -5,6 +5,7 @@
 //! `spindle.yaml` or `tool.yaml`) and after that among shipped names and paths.
 
 use super::error::{InputError, nearest};
+use super::error_list::ErrorList;
 use super::file::Watch;
 use super::hammer::{load_hammer, load_mode_shapes};
 use super::keys;
@@ -159,28 +160,37 @@ pub fn load_measurement_watched(folder: &str, watch: Watch<'_>) -> Result<Measur
             .with_hint("a measurement is a folder with measurement.yaml that names spindle, tool and records"));
     }
     let text = shipped::text(&name, "measurement", &[])?;
-    let read: MeasurementFile = yaml::read(&name, &text, keys::MEASUREMENT)?;
+    let mut errors = ErrorList::new(&name, &text);
+    let measurement = yaml::read(&mut errors, keys::MEASUREMENT).map(|read| records(&mut errors, path, read, watch));
+    errors.finish(measurement)
+}
+
+/// The records of a list; what is wrong with it or with one of them is added to the errors.
+fn records(errors: &mut ErrorList<'_>, folder: &Path, read: MeasurementFile, watch: Watch<'_>) -> Measurement {
     let mut measurement = Measurement {
-        folder: path.to_owned(),
-        spindle: resolve(path, &read.spindle, "spindle.yaml"),
-        tool: resolve(path, &read.tool, "tool.yaml"),
+        folder: folder.to_owned(),
+        spindle: resolve(folder, &read.spindle, "spindle.yaml"),
+        tool: resolve(folder, &read.tool, "tool.yaml"),
         sweeps: vec![],
         hammers: vec![],
         mode_shapes: vec![],
         frequencies: vec![],
     };
+    let list = errors.file;
     if read.records.is_empty() {
-        return Err(InputError::new(&name, "records: the list is empty")
-            .with_hint("list at least one record of kind sweep, hammer, mode_shapes or frequencies"));
+        errors.add(
+            InputError::new(list, "records: the list is empty")
+                .with_hint("list at least one record of kind sweep, hammer, mode_shapes or frequencies"),
+        );
     }
     for (k, record) in read.records.iter().enumerate() {
         let broken = |key: &str, message: String| {
-            InputError::new(&name, format!("records[{k}].{key}: {message}"))
+            InputError::new(list, format!("records[{k}].{key}: {message}"))
                 .with_hint("correct the record in measurement.yaml")
         };
-        read_record(&mut measurement, record, &broken, watch)?;
+        errors.take_rule(read_record(&mut measurement, record, &broken, watch));
     }
-    Ok(measurement)
+    measurement
 }
 
 /// Reads the text of a `measurement.yaml` without the records that it lists.
@@ -188,7 +198,9 @@ pub fn load_measurement_watched(folder: &str, watch: Watch<'_>) -> Result<Measur
 /// # Errors
 /// [`InputError`] with line or key path.
 pub fn read_list(file: &str, text: &str) -> Result<(), InputError> {
-    yaml::read::<MeasurementFile>(file, text, keys::MEASUREMENT).map(drop)
+    let mut errors = ErrorList::new(file, text);
+    let read = yaml::read::<MeasurementFile>(&mut errors, keys::MEASUREMENT).map(drop);
+    errors.finish(read)
 }
 
 fn frequencies_alone(source: &str) -> Result<Measurement, InputError> {
@@ -316,7 +328,13 @@ fn read_record(
 /// # Errors
 /// [`InputError`] with line or key path.
 pub fn read_frequencies(file: &str, text: &str) -> Result<ReadOff, InputError> {
-    let read: FrequenciesFile = yaml::read(file, text, keys::FREQUENCIES)?;
+    let mut errors = ErrorList::new(file, text);
+    let read = yaml::read(&mut errors, keys::FREQUENCIES).map(|read| frequencies(&mut errors, read));
+    errors.finish(read)
+}
+
+/// The frequencies of a file; what its values break is added to the errors.
+fn frequencies(errors: &mut ErrorList<'_>, read: FrequenciesFile) -> ReadOff {
     let lists = [
         ("resonances_hz", &read.resonances_hz),
         ("antiresonances_hz.front", &read.antiresonances_hz.front),
@@ -324,21 +342,21 @@ pub fn read_frequencies(file: &str, text: &str) -> Result<ReadOff, InputError> {
     ];
     for (key, list) in lists {
         for (k, f) in list.iter().enumerate() {
-            if let Some(f) = f
-                && !(f.is_finite() && *f > 0.0)
-            {
-                return Err(InputError::new(file, format!("{key}[{k}]: {f} must be positive"))
-                    .with_hint("frequencies are in Hz; write null for a peak that could not be identified"));
+            if let Some(f) = f.filter(|f| !(f.is_finite() && *f > 0.0)) {
+                let error = InputError::new(errors.file, format!("{key}[{k}]: {f} must be positive"));
+                errors.add_rule(
+                    error.with_hint("frequencies are in Hz; write null for a peak that could not be identified"),
+                );
             }
         }
     }
     if lists.iter().all(|(_, l)| l.iter().all(Option::is_none)) {
-        return Err(InputError::new(file, "no frequency at all")
-            .with_hint("list at least one resonance or antiresonance in Hz"));
+        let error = InputError::new(errors.file, "no frequency at all");
+        errors.add(error.with_hint("list at least one resonance or antiresonance in Hz"));
     }
-    Ok(ReadOff {
+    ReadOff {
         resonances_hz: read.resonances_hz,
         front_hz: read.antiresonances_hz.front,
         rear_hz: read.antiresonances_hz.rear,
-    })
+    }
 }

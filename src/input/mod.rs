@@ -8,10 +8,12 @@ pub(crate) mod controller_law;
 mod curve;
 mod effect;
 pub mod error;
+mod error_list;
 pub mod file;
 pub mod hammer;
 pub(crate) mod json;
 mod key;
+mod key_line;
 pub mod keys;
 pub mod kind;
 mod list_limits;
@@ -28,9 +30,11 @@ pub(crate) mod ross_parts;
 pub mod schema;
 pub mod shipped;
 pub mod spindle;
+mod structure;
 pub mod sweep;
 mod table;
 pub mod tool;
+mod tree;
 pub mod uff;
 pub mod uff_frf;
 mod uncertainty;
@@ -47,15 +51,27 @@ pub use tool::{load_tool, read_tool};
 pub use weights::{load_weights, read_weights};
 pub use write::{spindle_yaml, tool_yaml};
 
-use crate::spindle::{Machine, SpindleError};
+use crate::spindle::{Machine, Spindle, Tool};
 
 /// The spindle and the tool of one machine.
 ///
 /// # Errors
-/// [`InputError`] of whichever file is wrong.
+/// [`InputError`] of whichever file is wrong: all errors of the spindle, else of the tool, else of the two together.
 pub fn load_machine(spindle: &str, tool: &str) -> Result<Machine, InputError> {
     let spindle_value = load_spindle(spindle)?;
     let tool_value = load_tool(tool, &spindle_value)?;
-    let in_both = |error: SpindleError| InputError::rule(&format!("{spindle} with {tool}"), &error);
-    Machine::new(spindle_value, tool_value).map_err(in_both)
+    join_machine(&format!("{spindle} with {tool}"), spindle_value, tool_value)
+}
+
+/// The machine of a spindle and a tool that are right alone; `file` names it in messages.
+///
+/// # Errors
+/// [`InputError`] with every effect that does not fit the two.
+pub(crate) fn join_machine(file: &str, spindle: Spindle, tool: Tool) -> Result<Machine, InputError> {
+    let mut errors = error_list::ErrorList::new(file, "");
+    for error in Machine::broken_rules(&spindle, &tool) {
+        errors.add(InputError::rule(file, &error));
+    }
+    let machine = Machine::new(spindle, tool).map_err(|error| InputError::rule(file, &error));
+    errors.finish(machine.ok())
 }

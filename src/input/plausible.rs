@@ -2,6 +2,7 @@
 //! unit.
 
 use super::error::InputError;
+use super::error_list::ErrorList;
 use super::keys::{Group, Key, other_units};
 use super::quote::{excerpt, printable};
 use serde_yaml::Value;
@@ -21,51 +22,14 @@ impl std::fmt::Display for Warning {
     }
 }
 
-/// Paths of required keys that the file does not have, each once.
-pub fn missing(groups: &[Group], file: &Value) -> Vec<String> {
-    let mut absent: Vec<String> = vec![];
-    for group in groups {
-        let (holders, without) = holders(file, group.at);
-        let required = group.keys.iter().any(|key| key.required);
-        let mut tell = |path: String| {
-            if !absent.contains(&path) {
-                absent.push(path);
-            }
-        };
-        if required && !is_optional(group.at) {
-            without.into_iter().for_each(&mut tell);
-        }
-        for (path, holder) in holders {
-            for key in group.keys.iter().filter(|key| key.required) {
-                let name = key.name.trim_end_matches("[]");
-                if holder.get(name).is_none() {
-                    tell(join(&path, name));
-                }
-            }
-        }
-    }
-    absent
-}
-
-/// Groups that a file may leave out.
-fn is_optional(at: &str) -> bool {
-    ["rotor.discs", "discs", "effects", "materials"].contains(&at.trim_end_matches("[]").trim_end_matches(".*"))
-}
-
-/// Refuses the first value whose size cannot be.
-///
-/// # Errors
-/// [`InputError`] with key path, value, range, reason, and the unit that it looks like.
-pub fn refuse(file: &str, groups: &[Group], value: &Value) -> Result<(), InputError> {
-    let mut first = None;
+/// Adds every value whose size cannot be to the errors of a file.
+pub(super) fn refuse(errors: &mut ErrorList<'_>, groups: &[Group], value: &Value) {
     each_number(groups, value, &mut |path, key, size| {
         let [low, high] = key.possible;
-        let out = !size.is_nan() && !(low..=high).contains(&size.abs());
-        if out && first.is_none() {
-            first = Some(outside(file, path, key, size));
+        if !size.is_nan() && !(low..=high).contains(&size.abs()) {
+            errors.add(outside(errors.file, path, key, size));
         }
     });
-    first.map_or(Ok(()), Err)
 }
 
 fn outside(file: &str, path: &str, key: &Key, size: f64) -> InputError {
@@ -136,7 +100,7 @@ fn looks_like(key: &Key, size: f64) -> Option<String> {
 /// Calls back for every number of the file that the table knows: path, key, value.
 fn each_number(groups: &[Group], file: &Value, see: &mut dyn FnMut(&str, &Key, f64)) {
     for group in groups {
-        for (path, holder) in holders(file, group.at).0 {
+        for (path, holder) in holders(file, group.at) {
             for key in group.keys.iter().filter(|key| key.unit != "text") {
                 let name = key.name.trim_end_matches("[]");
                 let path = join(&path, name);
@@ -167,10 +131,9 @@ fn join(path: &str, name: &str) -> String {
     }
 }
 
-/// Mappings at a path, each with its own path, and the paths that lead nowhere.
-fn holders<'a>(file: &'a Value, at: &str) -> (Vec<(String, &'a Value)>, Vec<String>) {
+/// Mappings at a path, each with its own path.
+fn holders<'a>(file: &'a Value, at: &str) -> Vec<(String, &'a Value)> {
     let mut open = vec![(String::new(), file)];
-    let mut without = vec![];
     for part in at.split('.').filter(|part| !part.is_empty()) {
         let mut next = vec![];
         for (path, value) in open {
@@ -183,7 +146,7 @@ fn holders<'a>(file: &'a Value, at: &str) -> (Vec<(String, &'a Value)>, Vec<Stri
             let name = part.trim_end_matches("[]");
             let path = join(&path, name);
             match value.get(name) {
-                None => without.push(path),
+                None => {}
                 Some(Value::Sequence(list)) if part.ends_with("[]") => {
                     let entries = list.iter().enumerate();
                     next.extend(entries.map(|(k, entry)| (format!("{path}[{k}]"), entry)));
@@ -195,5 +158,5 @@ fn holders<'a>(file: &'a Value, at: &str) -> (Vec<(String, &'a Value)>, Vec<Stri
     }
     // What is no mapping is the reader's to refuse.
     open.retain(|(_, value)| value.is_mapping() || value.is_null());
-    (open, without)
+    open
 }

@@ -2,6 +2,7 @@
 
 use super::effect::EffectFile;
 use super::error::{InputError, nearest};
+use super::error_list::ErrorList;
 use super::keys;
 use super::shipped::{self, SPINDLES};
 use super::yaml;
@@ -221,8 +222,15 @@ pub fn load_spindle(source: &str) -> Result<Spindle, InputError> {
 /// # Errors
 /// [`InputError`] that says what is wrong and where.
 pub fn read_spindle(file: &str, text: &str) -> Result<Spindle, InputError> {
-    let read: SpindleFile = yaml::read(file, text, keys::SPINDLE)?;
-    let materials = materials(file, "rotor.materials", read.rotor.materials)?;
+    let mut errors = ErrorList::new(file, text);
+    let spindle = yaml::read(&mut errors, keys::SPINDLE).map(|read| spindle(&mut errors, read));
+    errors.finish(spindle)
+}
+
+/// The spindle of a file; what its values break is added to the errors.
+fn spindle(errors: &mut ErrorList<'_>, read: SpindleFile) -> Spindle {
+    let file = errors.file;
+    let materials = materials(errors, "rotor.materials", read.rotor.materials);
     let bearing = |b: &BearingFile| Bearing {
         ki_n_per_a: b.ki_n_per_a,
         ks_n_per_m: b.ks_n_per_m,
@@ -235,11 +243,12 @@ pub fn read_spindle(file: &str, text: &str) -> Result<Spindle, InputError> {
     let effects = read.effects.unwrap_or_default();
     if effects.len() > MOST_EFFECTS {
         let rule = format!("effects: has {} entries, at most {MOST_EFFECTS} are read", effects.len());
-        return Err(InputError::new(file, rule).with_hint("keep the effects that the records need"));
+        errors.add(InputError::new(file, rule).with_hint("keep the effects that the records need"));
     }
-    let effects = effects.into_iter().enumerate().map(|(i, e)| e.effect(file, i));
+    let effects = effects.into_iter().enumerate().take(MOST_EFFECTS);
+    let effects = effects.filter_map(|(i, e)| errors.take_rule(e.effect(file, i))).collect();
     let spindle = Spindle {
-        sections: sections(file, "rotor.elements", read.rotor.elements, &materials)?,
+        sections: sections(errors, "rotor.elements", read.rotor.elements, &materials),
         discs: discs(read.rotor.discs),
         damping_ratio: read.rotor.damping_ratio,
         flexible_modes: read.rotor.flexible_modes,
@@ -271,65 +280,73 @@ pub fn read_spindle(file: &str, text: &str) -> Result<Spindle, InputError> {
             let (from, to) = STIFFNESS_BAND_HZ;
             (b.from_hz.unwrap_or(from), b.to_hz.unwrap_or(to))
         }),
-        effects: effects.collect::<Result<_, _>>()?,
+        effects,
         name: read.name,
     };
-    spindle.validate().map_err(|e| InputError::rule(file, &e))?;
-    Ok(spindle)
+    spindle.broken_rules().iter().for_each(|e| errors.add_rule(InputError::rule(file, e)));
+    spindle
 }
 
-/// Materials by name, checked.
-pub(super) fn materials(
-    file: &str,
-    path: &str,
-    read: BTreeMap<String, MaterialFile>,
-) -> Result<Vec<Material>, InputError> {
+/// Materials by name, checked; steel in the place of one that is wrong.
+pub(super) fn materials(errors: &mut ErrorList<'_>, path: &str, read: BTreeMap<String, MaterialFile>) -> Vec<Material> {
+    let positive = |x: f64| x.is_finite() && x > 0.0;
     let mut materials = vec![];
     for (name, m) in read {
-        let bad = |key: &str, value: f64, rule: &str| {
-            Err(InputError::new(file, format!("{path}.{name}.{key}: {value} {rule}"))
-                .with_hint("correct the value; the file format gives units in the key"))
-        };
-        let positive = |x: f64| x.is_finite() && x > 0.0;
-        if !positive(m.youngs_modulus_pa) {
-            return bad("youngs_modulus_pa", m.youngs_modulus_pa, "must be a positive number");
+        let rules = [
+            ("youngs_modulus_pa", m.youngs_modulus_pa, positive(m.youngs_modulus_pa), "must be a positive number"),
+            ("density_kg_m3", m.density_kg_m3, positive(m.density_kg_m3), "must be a positive number"),
+            (
+                "poisson_ratio",
+                m.poisson_ratio,
+                m.poisson_ratio > -1.0 && m.poisson_ratio <= 0.5,
+                "must lie between -1 and 0.5",
+            ),
+        ];
+        for (key, value, _, rule) in rules.iter().filter(|(_, _, holds, _)| !holds) {
+            let error = InputError::new(errors.file, format!("{path}.{name}.{key}: {value} {rule}"));
+            errors.add_rule(error.with_hint("correct the value; the file format gives units in the key"));
         }
-        if !positive(m.density_kg_m3) {
-            return bad("density_kg_m3", m.density_kg_m3, "must be a positive number");
-        }
-        if !(m.poisson_ratio > -1.0 && m.poisson_ratio <= 0.5) {
-            return bad("poisson_ratio", m.poisson_ratio, "must lie between -1 and 0.5");
-        }
-        materials.push(Material::isotropic(&name, m.youngs_modulus_pa, m.density_kg_m3, m.poisson_ratio));
+        materials.push(if rules.iter().all(|(_, _, holds, _)| *holds) {
+            Material::isotropic(&name, m.youngs_modulus_pa, m.density_kg_m3, m.poisson_ratio)
+        } else {
+            substitute(&name)
+        });
     }
-    Ok(materials)
+    materials
+}
+
+/// Steel under the name of a material that is wrong, so that the elements of it can be judged.
+fn substitute(name: &str) -> Material {
+    Material::isotropic(name, 2.1e11, 7850.0, 0.3)
 }
 
 /// Elements with their materials resolved.
 pub(super) fn sections(
-    file: &str,
+    errors: &mut ErrorList<'_>,
     path: &str,
     read: Vec<ElementFile>,
     materials: &[Material],
-) -> Result<Vec<Section>, InputError> {
+) -> Vec<Section> {
     let mut sections = Vec::with_capacity(read.len());
     for (i, e) in read.into_iter().enumerate() {
-        let Some(material) = materials.iter().find(|m| m.name == e.material) else {
-            let known = nearest(&e.material, materials.iter().map(|m| m.name.as_str()));
+        let known = materials.iter().find(|m| m.name == e.material);
+        if known.is_none() {
+            let near = nearest(&e.material, materials.iter().map(|m| m.name.as_str()));
             let rule = format!("{path}[{i}].material: there is no material {:?}", e.material);
-            return Err(InputError::new(file, rule).with_hint(match known {
+            errors.add(InputError::new(errors.file, rule).with_hint(match near {
                 Some(name) => format!("did you mean `{name}`? Materials stand under `materials:`"),
                 None => "add it under `materials:`".to_owned(),
             }));
-        };
-        let mut section = Section::cylinder(e.length_m, e.outer_diameter_m, e.inner_diameter_m, material.clone());
+        }
+        let material = known.cloned().unwrap_or_else(|| substitute(&e.material));
+        let mut section = Section::cylinder(e.length_m, e.outer_diameter_m, e.inner_diameter_m, material);
         section.mass_outer_diameter_m = [e.mass_outer_diameter_m.unwrap_or(e.outer_diameter_m); 2];
         section.mass_inner_diameter_m = [e.mass_inner_diameter_m.unwrap_or(e.inner_diameter_m); 2];
         section.modulus_scale = e.modulus_scale;
         section.region = e.region;
         sections.push(section);
     }
-    Ok(sections)
+    sections
 }
 
 /// Discs as they stand.

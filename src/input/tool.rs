@@ -1,6 +1,7 @@
 //! Tool YAML (formats.md, section 2) to [`Tool`]. Materials are those of the spindle, or the tool's own.
 
 use super::error::InputError;
+use super::error_list::ErrorList;
 use super::keys;
 use super::name::check_name;
 use super::shipped::{self, TOOLS};
@@ -42,20 +43,27 @@ pub fn load_tool(source: &str, spindle: &Spindle) -> Result<Tool, InputError> {
 /// # Errors
 /// [`InputError`] that says what is wrong and where.
 pub fn read_tool(file: &str, text: &str, spindle: &Spindle) -> Result<Tool, InputError> {
-    let read: ToolFile = yaml::read(file, text, keys::TOOL)?;
-    check_name(&read.name).map_err(|rule| {
-        InputError::new(file, format!("name: {:?} {rule}", read.name))
-            .with_hint("folders, files and C symbols carry the name of the tool, for example endmill-10")
-    })?;
+    let mut errors = ErrorList::new(file, text);
+    let tool = yaml::read(&mut errors, keys::TOOL).map(|read| tool(&mut errors, read, spindle));
+    errors.finish(tool)
+}
+
+/// The tool of a file; what its values break is added to the errors.
+fn tool(errors: &mut ErrorList<'_>, read: ToolFile, spindle: &Spindle) -> Tool {
+    let file = errors.file;
+    if let Err(rule) = check_name(&read.name) {
+        let error = InputError::new(file, format!("name: {:?} {rule}", read.name));
+        errors.add(error.with_hint("folders, files and C symbols carry the name of the tool, for example endmill-10"));
+    }
     // The tool's own materials come first: they win over the spindle's of the same name.
-    let mut known = materials(file, "materials", read.materials)?;
+    let mut known = materials(errors, "materials", read.materials);
     known.extend(spindle.sections.iter().map(|s| s.material.clone()));
     let tool = Tool {
         name: read.name,
-        sections: sections(file, "elements", read.elements, &known)?,
+        sections: sections(errors, "elements", read.elements, &known),
         discs: discs(read.discs),
         tool_plane_m: read.tool_plane_m,
     };
-    tool.validate().map_err(|e| InputError::rule(file, &e))?;
-    Ok(tool)
+    tool.broken_rules().iter().for_each(|e| errors.add_rule(InputError::rule(file, e)));
+    tool
 }

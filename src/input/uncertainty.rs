@@ -2,6 +2,7 @@
 
 use super::curve::CurvesFile;
 use super::error::InputError;
+use super::error_list::ErrorList;
 use super::key::{Key, Range, needed, open};
 use super::positive::positive;
 use crate::augment::hardware::Uncertainty;
@@ -82,7 +83,8 @@ pub(super) struct AdditiveFile {
 }
 
 /// Uncertainty with every value checked; what is given as a curve stands in `curves`.
-pub(super) fn uncertainty(file: &str, read: &UncertaintyFile, curves: &CurvesFile) -> Result<Uncertainty, InputError> {
+pub(super) fn uncertainty(errors: &mut ErrorList<'_>, read: &UncertaintyFile, curves: &CurvesFile) -> Uncertainty {
+    let file = errors.file;
     let mut checked = vec![("uncertainty.delay_s", read.delay_s)];
     if let Some(a) = &read.actuator {
         checked.extend([
@@ -99,7 +101,7 @@ pub(super) fn uncertainty(file: &str, read: &UncertaintyFile, curves: &CurvesFil
         ]);
     }
     for (key, value) in checked {
-        positive(file, key, value)?;
+        positive(errors, key, value);
     }
     let relative = [("force_constant", read.force_constant), ("negative_stiffness", read.negative_stiffness)];
     for (key, value) in relative {
@@ -107,7 +109,7 @@ pub(super) fn uncertainty(file: &str, read: &UncertaintyFile, curves: &CurvesFil
             && !(0.0..1.0).contains(&value)
         {
             let rule = format!("uncertainty.{key}: {value} must be at least 0 and below 1");
-            return Err(InputError::new(file, rule).with_hint("0.05 means five per cent either way"));
+            errors.add_rule(InputError::new(file, rule).with_hint("0.05 means five per cent either way"));
         }
     }
     let actuator = read.actuator.as_ref().map(|a| [a.low, a.high, a.crossover_hz]);
@@ -122,12 +124,16 @@ pub(super) fn uncertainty(file: &str, read: &UncertaintyFile, curves: &CurvesFil
             .map(Some)
             .map_err(|error| InputError::new(file, format!("uncertainty.{key}: {error}"))),
     };
-    Ok(Uncertainty {
-        actuator: shape("actuator", actuator, curves.actuator(file)?)?,
-        sensor: shape("sensor", sensor, curves.sensor(file)?)?,
+    let mut take = |key: &str, levels, curve: Result<Option<Shape>, InputError>| {
+        let shape = curve.and_then(|curve| shape(key, levels, curve));
+        errors.take_rule(shape).flatten()
+    };
+    Uncertainty {
+        actuator: take("actuator", actuator, curves.actuator(file)),
+        sensor: take("sensor", sensor, curves.sensor(file)),
         force_constant: read.force_constant.unwrap_or(0.0),
         negative_stiffness: read.negative_stiffness.unwrap_or(0.0),
         delay_s: read.delay_s.unwrap_or(0.0),
         ks_n_per_m: None,
-    })
+    }
 }

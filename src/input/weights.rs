@@ -2,6 +2,7 @@
 
 use super::curve::CurvesFile;
 use super::error::InputError;
+use super::error_list::ErrorList;
 use super::keys;
 use super::positive::positive;
 use super::shipped::{self, WEIGHTS};
@@ -125,9 +126,14 @@ pub fn load_weights(source: &str) -> Result<Weights, InputError> {
 /// # Errors
 /// [`InputError`] that says what is wrong and where.
 pub fn read_weights(file: &str, text: &str) -> Result<Weights, InputError> {
-    let read: WeightsFile = yaml::read(file, text, keys::WEIGHTS)?;
-    let places = [("tool", &read.tool), ("front", &read.front), ("rear", &read.rear)];
-    for (place, limits) in &places {
+    let mut errors = ErrorList::new(file, text);
+    let weights = yaml::read(&mut errors, keys::WEIGHTS).map(|read| weights(&mut errors, read));
+    errors.finish(weights)
+}
+
+/// Adds an error for every number that breaks a rule of its own.
+fn check_numbers(errors: &mut ErrorList<'_>, read: &WeightsFile) {
+    for (place, limits) in [("tool", &read.tool), ("front", &read.front), ("rear", &read.rear)] {
         let values = [
             ("max_dc_load_n", Some(limits.max_dc_load_n)),
             ("max_hf_load_n", Some(limits.max_hf_load_n)),
@@ -137,7 +143,7 @@ pub fn read_weights(file: &str, text: &str) -> Result<Weights, InputError> {
             ("displacement_crossover_hz", limits.displacement_crossover_hz),
         ];
         for (key, value) in values {
-            positive(file, &format!("{place}.{key}"), value)?;
+            positive(errors, &format!("{place}.{key}"), value);
         }
     }
     let open = [
@@ -149,20 +155,23 @@ pub fn read_weights(file: &str, text: &str) -> Result<Weights, InputError> {
         ("tool_tightening", read.tool_tightening),
     ];
     for (key, value) in open {
-        positive(file, key, value)?;
+        positive(errors, key, value);
     }
-    let ratio = read.current_rolloff_ratio.unwrap_or(CURRENT_ROLLOFF_RATIO);
-    if !(ratio.is_finite() && ratio > 1.0) {
-        let rule = format!("current_rolloff_ratio: {ratio} must be greater than 1");
-        return Err(InputError::new(file, rule).with_hint("10 is a decade of roll-off"));
+    let mut refuse = |rule: String, hint: &str| {
+        errors.add_rule(InputError::new(errors.file, rule).with_hint(hint));
+    };
+    if let Some(ratio) = read.current_rolloff_ratio.filter(|ratio| !(ratio.is_finite() && *ratio > 1.0)) {
+        refuse(format!("current_rolloff_ratio: {ratio} must be greater than 1"), "10 is a decade of roll-off");
     }
-    for (i, r) in read.mode_uncertainty.iter().enumerate() {
-        if !(0.0..1.0).contains(r) {
-            let rule = format!("mode_uncertainty[{i}]: {r} must be at least 0 and below 1");
-            let hint = "0.01 means one per cent of the natural frequency";
-            return Err(InputError::new(file, rule).with_hint(hint));
-        }
+    for (i, r) in read.mode_uncertainty.iter().enumerate().filter(|(_, r)| !(0.0..1.0).contains(*r)) {
+        let rule = format!("mode_uncertainty[{i}]: {r} must be at least 0 and below 1");
+        refuse(rule, "0.01 means one per cent of the natural frequency");
     }
+}
+
+/// The weights of a file; what its values break is added to the errors.
+fn weights(errors: &mut ErrorList<'_>, read: WeightsFile) -> Weights {
+    check_numbers(errors, &read);
     let limits = |l: &LimitsFile| Limits {
         max_dc_load_n: l.max_dc_load_n,
         max_hf_load_n: l.max_hf_load_n,
@@ -170,16 +179,17 @@ pub fn read_weights(file: &str, text: &str) -> Result<Weights, InputError> {
         max_hf_displacement_m: l.max_hf_displacement_m,
     };
     let each = |pick: fn(&LimitsFile) -> Option<f64>, default: [f64; 3]| {
-        [0, 1, 2].map(|i: usize| pick(places[i].1).unwrap_or(default[i]))
+        let places = [&read.tool, &read.front, &read.rear];
+        [0, 1, 2].map(|i: usize| pick(places[i]).unwrap_or(default[i]))
     };
     let open = match read.defaults {
         Defaults::Table => vec![],
         Defaults::Machine => left_out(&read),
     };
-    Ok(Weights {
-        uncertainty: uncertainty(file, &read.uncertainty, &read.over_frequency)?,
-        curves: read.over_frequency.weights(file)?,
-        tool_stiffness: stiffness_floors(file, &read.tool_stiffness)?,
+    Weights {
+        uncertainty: uncertainty(errors, &read.uncertainty, &read.over_frequency),
+        curves: read.over_frequency.weights(errors),
+        tool_stiffness: stiffness_floors(errors, &read.tool_stiffness),
         open,
         tool: limits(&read.tool),
         front: limits(&read.front),
@@ -188,31 +198,31 @@ pub fn read_weights(file: &str, text: &str) -> Result<Weights, InputError> {
         displacement_crossover_hz: each(|l| l.displacement_crossover_hz, DISPLACEMENT_CROSSOVER_HZ),
         current_limit_a: read.current_limit_a.unwrap_or(CURRENT_LIMIT_A),
         current_rolloff_hz: read.current_rolloff_hz.unwrap_or(CURRENT_ROLLOFF_HZ),
-        current_rolloff_ratio: ratio,
+        current_rolloff_ratio: read.current_rolloff_ratio.unwrap_or(CURRENT_ROLLOFF_RATIO),
         sensor_noise_m: read.sensor_noise_m.unwrap_or(SENSOR_NOISE_M),
         complementary_sensitivity_limit: read.complementary_sensitivity_limit,
         integral_corner_hz: read.integral_corner_hz,
         tool_tightening: read.tool_tightening.unwrap_or(1.0),
         mode_uncertainty: read.mode_uncertainty,
         name: read.name,
-    })
+    }
 }
 
-fn stiffness_floors(file: &str, read: &[ToolStiffnessFile]) -> Result<Vec<StiffnessFloor>, InputError> {
+fn stiffness_floors(errors: &mut ErrorList<'_>, read: &[ToolStiffnessFile]) -> Vec<StiffnessFloor> {
     let mut floors = vec![];
     for (i, band) in read.iter().enumerate() {
         let values = [("from_hz", band.from_hz), ("to_hz", band.to_hz), ("at_least_n_per_m", band.at_least_n_per_m)];
         for (key, value) in values {
-            positive(file, &format!("tool_stiffness[{i}].{key}"), Some(value))?;
+            positive(errors, &format!("tool_stiffness[{i}].{key}"), Some(value));
         }
         if band.from_hz > band.to_hz {
             let rule = format!("tool_stiffness[{i}].to_hz: {} lies below from_hz: {}", band.to_hz, band.from_hz);
-            return Err(InputError::new(file, rule).with_hint("a single frequency is written twice"));
+            errors.add_rule(InputError::new(errors.file, rule).with_hint("a single frequency is written twice"));
         }
         let (from_hz, to_hz, at_least_n_per_m) = (band.from_hz, band.to_hz, band.at_least_n_per_m);
         floors.push(StiffnessFloor { from_hz, to_hz, at_least_n_per_m });
     }
-    Ok(floors)
+    floors
 }
 
 /// What a file leaves out.

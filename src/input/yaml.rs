@@ -2,10 +2,13 @@
 //! else.
 
 use super::error::InputError;
+use super::error_list::ErrorList;
 use super::file::KEYS;
 use super::keys::Group;
 use super::list_limits::check_lists;
 use super::plausible;
+use super::structure::check_structure;
+use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
 use serde_yaml::Value;
 
@@ -13,26 +16,25 @@ use serde_yaml::Value;
 /// it.
 const DEEPEST: usize = 64;
 
-/// A file of keys, checked against its table.
-///
-/// # Errors
-/// [`InputError`]: the line of what is no YAML or has an unknown key, all missing keys at once, or the first impossible
-/// size.
-pub fn read<T: DeserializeOwned>(file: &str, text: &str, groups: &[Group]) -> Result<T, InputError> {
-    let text = checked(file, text)?;
-    let read: T = serde_yaml::from_str(text).map_err(|error| {
-        let told = InputError::yaml(file, &error);
-        match value(file, text) {
-            Ok(value) if told.message.contains("missing field") => {
-                told.with_missing(&plausible::missing(groups, &value))
+/// A file of keys, checked against its table; none when what is wrong leaves no value. Unknown and missing keys, values
+/// of another kind and impossible sizes are added to the errors of the file, all of them.
+pub(super) fn read<T: DeserializeOwned + JsonSchema>(errors: &mut ErrorList<'_>, groups: &[Group]) -> Option<T> {
+    let (file, text) = (errors.file, errors.text);
+    errors.take(check_text(file, text))?;
+    let (read, tree) = match serde_yaml::from_str(text) {
+        Ok(read) => (Some(read), errors.take(value(file, text))?),
+        Err(error) => {
+            let tree = check_structure::<T>(errors);
+            if errors.is_empty() {
+                errors.add(InputError::yaml(file, &error));
             }
-            _ => told,
+            let tree = tree?;
+            (serde_yaml::from_value(tree.clone()).ok(), tree)
         }
-    })?;
-    let value = value(file, text)?;
-    check_lists(file, &value)?;
-    plausible::refuse(file, groups, &value)?;
-    Ok(read)
+    };
+    errors.take(check_lists(file, &tree))?;
+    plausible::refuse(errors, groups, &tree);
+    read
 }
 
 /// A file as a tree of values.
@@ -40,12 +42,13 @@ pub fn read<T: DeserializeOwned>(file: &str, text: &str, groups: &[Group]) -> Re
 /// # Errors
 /// [`InputError`] with the line of what is no YAML.
 pub fn value(file: &str, text: &str) -> Result<Value, InputError> {
-    serde_yaml::from_str(checked(file, text)?).map_err(|e| InputError::yaml(file, &e))
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    check_text(file, text)?;
+    serde_yaml::from_str(text).map_err(|e| InputError::yaml(file, &e))
 }
 
-/// The text without a byte order mark; refused when it is too large or nested too deeply.
-fn checked<'a>(file: &str, text: &'a str) -> Result<&'a str, InputError> {
-    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+/// Refuses a text that is too large or nested too deeply.
+fn check_text(file: &str, text: &str) -> Result<(), InputError> {
     KEYS.admit(text.len()).map_err(|error| error.of(file))?;
     let mut depth = 0usize;
     for (k, line) in text.lines().enumerate() {
@@ -68,7 +71,7 @@ fn checked<'a>(file: &str, text: &'a str) -> Result<&'a str, InputError> {
             return Err(too_deep(file, k + 1));
         }
     }
-    Ok(text)
+    Ok(())
 }
 
 fn too_deep(file: &str, line: usize) -> InputError {

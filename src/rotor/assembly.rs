@@ -89,17 +89,7 @@ impl Rotor {
         }
         let mut placed = Vec::with_capacity(discs.len());
         for (index, disc) in discs.iter().enumerate() {
-            disc.validate(index)?;
-            let node = nearest(&node_z_m, disc.position_m);
-            let off = (node_z_m[node] - disc.position_m).abs();
-            if off.is_nan() || off > NODE_TOLERANCE_M {
-                return Err(RotorError::Disc {
-                    index,
-                    field: "position_m",
-                    value: disc.position_m,
-                    rule: format!("is not on a node; the nearest node is at {:.6}", node_z_m[node]),
-                });
-            }
+            let node = place(&node_z_m, index, disc)?;
             placed.push((node, *disc));
         }
         Ok(Self {
@@ -111,6 +101,21 @@ impl Rotor {
             joints: vec![],
             masses: vec![],
         })
+    }
+
+    /// What each element and disc of a list breaks; positions of discs are judged on elements that are right.
+    pub(crate) fn broken_rules(sections: &[Section], discs: &[Disc]) -> Vec<RotorError> {
+        let checked = sections.iter().enumerate().map(|(index, section)| section.validate(index));
+        let mut broken: Vec<RotorError> = checked.filter_map(Result::err).collect();
+        let mut node_z_m = vec![0.0];
+        for section in sections {
+            node_z_m.push(node_z_m.last().copied().unwrap_or_default() + section.length_m);
+        }
+        let is_whole = broken.is_empty();
+        broken.extend(discs.iter().enumerate().filter_map(|(index, disc)| {
+            if is_whole { place(&node_z_m, index, disc).map(drop).err() } else { disc.validate(index).err() }
+        }));
+        broken
     }
 
     /// `left` and `right` end to end, rigidly or through springs; `right` must begin where `left` ends.
@@ -363,6 +368,22 @@ impl Rotor {
         }
         Err(RotorError::OffShaft { what: what.to_owned(), position_m, from_m, to_m })
     }
+}
+
+/// The node of a disc.
+fn place(node_z_m: &[f64], index: usize, disc: &Disc) -> Result<usize, RotorError> {
+    disc.validate(index)?;
+    let node = nearest(node_z_m, disc.position_m);
+    let off = (node_z_m[node] - disc.position_m).abs();
+    if off.is_nan() || off > NODE_TOLERANCE_M {
+        return Err(RotorError::Disc {
+            index,
+            field: "position_m",
+            value: disc.position_m,
+            rule: format!("is not on a node; the nearest node is at {:.6}", node_z_m[node]),
+        });
+    }
+    Ok(node)
 }
 
 fn check_joint(joint: &Joint) -> Result<(), RotorError> {

@@ -2,7 +2,7 @@
 //! says nothing.
 
 use super::SpindleError;
-use super::rule::{positive, rule};
+use super::rule::{BrokenRules, positive, rule};
 use crate::rotor::Rotor;
 
 /// Contact stiffness of a backup bearing in its mount where the file gives none, N/m. Deep-groove bearings of spindle
@@ -45,21 +45,21 @@ impl BackupBearings {
         *self == Self::default()
     }
 
-    pub(super) fn validate(&self) -> Result<(), SpindleError> {
+    pub(super) fn check(&self, broken: &mut BrokenRules) {
         let path = |key: &str| format!("backup_bearings.{key}");
-        if let Some(value) = self.contact_stiffness_n_per_m {
-            positive(&path("contact_stiffness_n_per_m"), value)?;
-        }
-        if let Some(value) = self.contact_radius_m {
-            positive(&path("contact_radius_m"), value)?;
+        let sizes = [
+            ("contact_stiffness_n_per_m", self.contact_stiffness_n_per_m),
+            ("contact_radius_m", self.contact_radius_m),
+        ];
+        for (key, value) in sizes {
+            broken.note(value.map_or(Ok(()), |value| positive(&path(key), value)));
         }
         let zero = "must be zero or a positive number";
         for (key, value) in [("contact_damping_n_s_per_m", self.contact_damping_n_s_per_m), ("friction", self.friction)]
         {
             let value = value.unwrap_or(0.0);
-            rule(value >= 0.0 && value.is_finite(), path(key), value, zero)?;
+            broken.note(rule(value >= 0.0 && value.is_finite(), path(key), value, zero));
         }
-        Ok(())
     }
 
     /// The contact with what the file leaves open taken from the rotor of the spindle and the places of its actuators.

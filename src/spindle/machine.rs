@@ -5,9 +5,9 @@ use super::SpindleError;
 use super::backup::{BackupBearings, BackupContact};
 use super::effective::{Effective, EffectiveBearing};
 use super::effects::{Effect, EffectKind, Location, action};
-use super::rule::{MOST_DELAY_SAMPLES, rule};
+use super::rule::{BrokenRules, MOST_DELAY_SAMPLES, rule};
 use crate::rotor::whirl::WhirlSpectrum;
-use crate::rotor::{Damping, Disc, Rotor, RotorError, Section, check_lists};
+use crate::rotor::{Damping, Disc, Rotor, RotorError, Section};
 
 /// A bearing of the spindle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -193,16 +193,22 @@ impl Tool {
     /// # Errors
     /// [`SpindleError`] with the key path of the first rule that is broken.
     pub(crate) fn validate(&self) -> Result<(), SpindleError> {
-        check_lists(&self.sections, &self.discs).map_err(SpindleError::Tool)?;
+        self.broken_rules().into_iter().next().map_or(Ok(()), Err)
+    }
+
+    /// Every rule that the tool breaks.
+    pub(crate) fn broken_rules(&self) -> Vec<SpindleError> {
+        let mut broken = BrokenRules::default();
         // In list order first, so that an error names the element of the file.
-        Rotor::new(0.0, self.sections.clone(), &self.discs).map_err(SpindleError::Tool)?;
+        broken.rotor(&self.sections, &self.discs, SpindleError::Tool);
         let length = self.length_m();
-        rule(
+        broken.note(rule(
             self.tool_plane_m >= 0.0 && self.tool_plane_m <= length + 1e-6,
             "tool_plane_m".into(),
             self.tool_plane_m,
             &format!("must lie on the tool, between 0 and {length:.6}"),
-        )
+        ));
+        broken.list()
     }
 
     /// The tool as a shaft at z ≤ 0, tip first.
@@ -231,10 +237,25 @@ impl Machine {
         spindle.validate()?;
         tool.validate()?;
         let machine = Self { spindle, tool };
-        for i in 0..machine.spindle.effects.len() {
-            machine.check_effect(i)?;
+        match machine.broken_effect_rules().into_iter().next() {
+            Some(error) => Err(error),
+            None => Ok(machine),
         }
-        Ok(machine)
+    }
+
+    /// Every rule that the effects break on this machine.
+    fn broken_effect_rules(&self) -> Vec<SpindleError> {
+        let mut broken = BrokenRules::default();
+        for i in 0..self.spindle.effects.len() {
+            broken.note(self.check_place(i));
+        }
+        let places = broken.list();
+        if places.is_empty() { self.check_sum_of_effects().err().into_iter().collect() } else { places }
+    }
+
+    /// Every rule that a spindle and a tool break together; each keeps its own.
+    pub(crate) fn broken_rules(spindle: &Spindle, tool: &Tool) -> Vec<SpindleError> {
+        Self { spindle: spindle.clone(), tool: tool.clone() }.broken_effect_rules()
     }
 
     /// The same machine with one more effect. The effect's numbers are checked when a plant is built from it.
@@ -334,10 +355,15 @@ impl Machine {
         regions
     }
 
-    fn check_effect(&self, i: usize) -> Result<(), SpindleError> {
+    /// First and last position of the shaft, m.
+    fn ends_m(&self) -> [f64; 2] {
+        [-self.tool.length_m(), self.spindle.sections.iter().map(|s| s.length_m).sum::<f64>()]
+    }
+
+    /// Place of an effect against regions and length of the shaft.
+    fn check_place(&self, i: usize) -> Result<(), SpindleError> {
         let effect = &self.spindle.effects[i];
-        let end = self.spindle.sections.iter().map(|s| s.length_m).sum::<f64>();
-        let start = -self.tool.length_m();
+        let [start, end] = self.ends_m();
         match &effect.location {
             Location::Region(region) if !self.regions().contains(region) => Err(SpindleError::Name {
                 path: format!("effects[{i}].region"),
@@ -351,20 +377,28 @@ impl Machine {
                 &format!("must lie on the rotor, between {start:.6} and {end:.6}"),
             ),
             _ => Ok(()),
-        }?;
+        }
+    }
+
+    /// What all effects together make of planes and delay.
+    fn check_sum_of_effects(&self) -> Result<(), SpindleError> {
+        if self.spindle.effects.is_empty() {
+            return Ok(());
+        }
+        let [start, end] = self.ends_m();
         let effective = self.effective();
         for bearing in &effective.bearings {
             for z in [bearing.sensor_m, bearing.actuator_m] {
                 let ok = z >= start && z <= end + 1e-6;
                 let rule_text = "moves a plane off the rotor";
-                rule(ok, format!("effects[{i}]"), z, rule_text)?;
+                rule(ok, "effects[0]".into(), z, rule_text)?;
             }
         }
         let total = effective.delay_s;
         let least = 0.5 * self.spindle.electronics.sample_period_s();
         rule(
             total >= least * (1.0 - 1e-9) && total <= 2.0 * MOST_DELAY_SAMPLES * least,
-            format!("effects[{i}]"),
+            "effects[0]".into(),
             total,
             &format!(
                 "is the total delay in s, which must be at least half a sample period and at most {MOST_DELAY_SAMPLES}"

@@ -1,8 +1,8 @@
 //! Rules that the numbers of a spindle keep: signs, finite sizes, and values that must not contradict each other.
 
-use super::rule::{MOST_DELAY_SAMPLES, positive, rule};
+use super::rule::{BrokenRules, MOST_DELAY_SAMPLES, positive, rule};
 use super::{Side, Spindle, SpindleError};
-use crate::rotor::{Rotor, check_lists};
+use crate::rotor::Rotor;
 
 impl Spindle {
     /// Checks every rule that concerns the spindle alone.
@@ -10,18 +10,23 @@ impl Spindle {
     /// # Errors
     /// [`SpindleError`] with the key path of the first rule that is broken.
     pub(crate) fn validate(&self) -> Result<(), SpindleError> {
-        check_lists(&self.sections, &self.discs).map_err(SpindleError::Rotor)?;
-        let rotor = Rotor::new(0.0, self.sections.clone(), &self.discs).map_err(SpindleError::Rotor)?;
+        self.broken_rules().into_iter().next().map_or(Ok(()), Err)
+    }
+
+    /// Every rule that the spindle alone breaks; rules of planes and modes are judged on a shaft that is right.
+    pub(crate) fn broken_rules(&self) -> Vec<SpindleError> {
+        let mut broken = BrokenRules::default();
+        let rotor = broken.rotor(&self.sections, &self.discs, SpindleError::Rotor);
         for side in Side::BOTH {
-            self.check_bearing(side)?;
+            self.check_bearing(side, &mut broken);
         }
-        self.check_electronics()?;
-        positive("speed.max_rpm", self.max_rpm)?;
-        positive("backup_clearance_m", self.backup_clearance_m)?;
-        self.backup_bearings.validate()?;
+        self.check_electronics(&mut broken);
+        broken.note(positive("speed.max_rpm", self.max_rpm));
+        broken.note(positive("backup_clearance_m", self.backup_clearance_m));
+        self.backup_bearings.check(&mut broken);
         for side in Side::BOTH {
             let gap_m = self.bearing(side).gap_m;
-            rule(
+            broken.note(rule(
                 self.backup_clearance_m < gap_m,
                 "backup_clearance_m".into(),
                 self.backup_clearance_m,
@@ -29,34 +34,43 @@ impl Spindle {
                     "must be smaller than bearings.{}.gap_m ({gap_m}): the rotor must land before it touches a magnet",
                     side.name()
                 ),
-            )?;
+            ));
         }
         let (from, to) = self.stiffness_band_hz;
-        positive("stiffness_band.from_hz", from)?;
-        rule(
+        broken.note(positive("stiffness_band.from_hz", from));
+        broken.note(rule(
             to > from && to.is_finite(),
             "stiffness_band.to_hz".into(),
             to,
             &format!("must be larger than stiffness_band.from_hz ({from})"),
-        )?;
-        self.check_modes(&rotor)?;
-        self.check_planes(&rotor)?;
-        for (i, effect) in self.effects.iter().enumerate() {
-            effect.validate().map_err(|error| at_effect(i, error))?;
+        ));
+        self.check_damping(&mut broken);
+        if let Some(rotor) = rotor {
+            let most = rotor.dofs() - 2;
+            broken.note(rule(
+                self.flexible_modes >= 1 && self.flexible_modes <= most,
+                "rotor.flexible_modes".into(),
+                self.flexible_modes as f64,
+                &format!("must lie between 1 and the {most} flexible modes of the rotor model"),
+            ));
+            self.check_planes(&rotor, &mut broken);
         }
-        Ok(())
+        for (i, effect) in self.effects.iter().enumerate() {
+            broken.note(effect.validate().map_err(|error| at_effect(i, error)));
+        }
+        broken.list()
     }
 
-    fn check_bearing(&self, side: Side) -> Result<(), SpindleError> {
+    fn check_bearing(&self, side: Side, broken: &mut BrokenRules) {
         let (b, name) = (self.bearing(side), side.name());
         let path = |key: &str| format!("bearings.{name}.{key}");
-        positive(&path("ki_n_per_a"), b.ki_n_per_a)?;
+        broken.note(positive(&path("ki_n_per_a"), b.ki_n_per_a));
         let ks = "must be zero or a positive number: negative stiffness is given as a positive number";
-        rule(b.ks_n_per_m >= 0.0, path("ks_n_per_m"), b.ks_n_per_m, ks)?;
-        positive(&path("max_force_n"), b.max_force_n)?;
-        positive(&path("bias_current_a"), b.bias_current_a)?;
-        positive(&path("max_current_a"), b.max_current_a)?;
-        rule(
+        broken.note(rule(b.ks_n_per_m >= 0.0, path("ks_n_per_m"), b.ks_n_per_m, ks));
+        broken.note(positive(&path("max_force_n"), b.max_force_n));
+        broken.note(positive(&path("bias_current_a"), b.bias_current_a));
+        broken.note(positive(&path("max_current_a"), b.max_current_a));
+        broken.note(rule(
             b.bias_current_a < b.max_current_a,
             path("bias_current_a"),
             b.bias_current_a,
@@ -64,30 +78,30 @@ impl Spindle {
                 "must be smaller than max_current_a ({}): the control current moves round the bias",
                 b.max_current_a
             ),
-        )?;
-        positive(&path("gap_m"), b.gap_m)?;
-        positive(&path("sensor_gain"), b.sensor_gain)
+        ));
+        broken.note(positive(&path("gap_m"), b.gap_m));
+        broken.note(positive(&path("sensor_gain"), b.sensor_gain));
     }
 
-    fn check_electronics(&self) -> Result<(), SpindleError> {
+    fn check_electronics(&self, broken: &mut BrokenRules) {
         let e = &self.electronics;
         let path = |key: &str| format!("electronics.{key}");
-        positive(&path("amplifier_bandwidth_hz"), e.amplifier_bandwidth_hz)?;
-        positive(&path("sensor_bandwidth_hz"), e.sensor_bandwidth_hz)?;
-        positive(&path("sample_rate_hz"), e.sample_rate_hz)?;
+        broken.note(positive(&path("amplifier_bandwidth_hz"), e.amplifier_bandwidth_hz));
+        broken.note(positive(&path("sensor_bandwidth_hz"), e.sensor_bandwidth_hz));
+        broken.note(positive(&path("sample_rate_hz"), e.sample_rate_hz));
         let zero = "must be zero or a positive number";
         let noise = e.sensor_noise_m;
-        rule(noise >= 0.0, path("sensor_noise_m"), noise, zero)?;
-        rule(e.delay_s >= 0.0, path("delay_s"), e.delay_s, zero)?;
-        rule(
+        broken.note(rule(noise >= 0.0, path("sensor_noise_m"), noise, zero));
+        broken.note(rule(e.delay_s >= 0.0, path("delay_s"), e.delay_s, zero));
+        broken.note(rule(
             // A rounding step below half a sample is still half a sample.
             e.delay_s >= 0.5 * e.sample_period_s() * (1.0 - 1e-9),
             path("delay_s"),
             e.delay_s,
             "must be at least half a sample period: the hold alone delays that much",
-        )?;
+        ));
         let samples = e.delay_s / e.sample_period_s();
-        rule(
+        broken.note(rule(
             samples <= MOST_DELAY_SAMPLES,
             path("delay_s"),
             e.delay_s,
@@ -95,32 +109,25 @@ impl Spindle {
                 "is {samples:.0} sample periods of {:e} s, must be {MOST_DELAY_SAMPLES} at most",
                 e.sample_period_s()
             ),
-        )
+        ));
     }
 
-    fn check_modes(&self, rotor: &Rotor) -> Result<(), SpindleError> {
+    fn check_damping(&self, broken: &mut BrokenRules) {
         if self.damping_ratio.is_empty() {
-            return Err(SpindleError::Name {
+            broken.note(Err(SpindleError::Name {
                 path: "rotor.damping_ratio".into(),
                 name: "[]".into(),
                 rule: "needs at least one value".into(),
-            });
+            }));
         }
         for (i, zeta) in self.damping_ratio.iter().enumerate() {
             let ok = (0.0..1.0).contains(zeta);
             let path = format!("rotor.damping_ratio[{i}]");
-            rule(ok, path, *zeta, "must be at least 0 and below 1")?;
+            broken.note(rule(ok, path, *zeta, "must be at least 0 and below 1"));
         }
-        let most = rotor.dofs() - 2;
-        rule(
-            self.flexible_modes >= 1 && self.flexible_modes <= most,
-            "rotor.flexible_modes".into(),
-            self.flexible_modes as f64,
-            &format!("must lie between 1 and the {most} flexible modes of the rotor model"),
-        )
     }
 
-    fn check_planes(&self, rotor: &Rotor) -> Result<(), SpindleError> {
+    fn check_planes(&self, rotor: &Rotor, broken: &mut BrokenRules) {
         let p = &self.planes;
         let planes = [
             ("planes.front_sensor_m", p.front_sensor_m),
@@ -129,24 +136,23 @@ impl Spindle {
             ("planes.rear_sensor_m", p.rear_sensor_m),
         ];
         for (path, value) in planes {
-            rule(
+            broken.note(rule(
                 value >= 0.0 && value <= rotor.to_m() + 1e-6,
                 path.into(),
                 value,
                 &format!("must lie on the rotor, between 0 and {:.6}", rotor.to_m()),
-            )?;
+            ));
         }
         for (name, front, rear) in
             [("sensor", p.front_sensor_m, p.rear_sensor_m), ("actuator", p.front_actuator_m, p.rear_actuator_m)]
         {
-            rule(
+            broken.note(rule(
                 rear > front,
                 format!("planes.rear_{name}_m"),
                 rear,
                 &format!("must lie behind front_{name}_m ({front}): z grows from the nose face to the tail"),
-            )?;
+            ));
         }
-        Ok(())
     }
 }
 
