@@ -10,9 +10,11 @@ use crate::diagnose::Diagnosis;
 use crate::diagnose::decide::residuals::{Channel, Record};
 use crate::diagnose::locate::localisation::PortScore;
 use crate::diagnose::locate::place::Place;
+use crate::diagnose::locate::recovered_law::Law;
 use crate::spindle::Location;
 use crate::spindle::effects::AXIS_NAMES as AXES;
 use crate::spindle::response::SIDE;
+use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
 /// A figure with its name.
@@ -45,10 +47,12 @@ pub fn stage(folder: &mut ResultsFolder, d: &Diagnosis) -> Result<(), ResultsErr
 
 fn localisation(d: &Diagnosis) -> Vec<Named> {
     let all = || d.localisation.ports.iter();
-    let ports: Vec<&PortScore> = all().filter(|p| p.place != Place::Nowhere).take(MAP_ROWS).collect();
-    let Some(best) = ports.first() else {
+    let mut ports: Vec<&PortScore> = all().filter(|p| p.place != Place::Nowhere).take(MAP_ROWS).collect();
+    let Some(best) = ports.first().copied() else {
         return vec![];
     };
+    // The map has one axis.
+    ports.retain(|port| port.frequency_hz == best.frequency_hz);
     let mut order: Vec<usize> = (0..best.frequency_hz.len()).collect();
     order.sort_by(|a, b| best.frequency_hz[*a].total_cmp(&best.frequency_hz[*b]));
     let hz: Vec<f64> = order.iter().map(|i| best.frequency_hz[*i]).collect();
@@ -224,26 +228,41 @@ fn overview(d: &Diagnosis) -> Named {
     (Picture::Residual.into(), plot::residual("Residual in standard deviations, before and after", &panels))
 }
 
-fn correction(folder: &mut ResultsFolder, d: &Diagnosis) -> Result<(), ResultsError> {
-    let (Some(c), Some(best)) = (&d.correction, d.localisation.named()) else {
-        return Ok(());
-    };
+/// Laws over the frequencies that any of them has; an empty cell where a law has none. Where several records share a
+/// frequency it has a row for each of them.
+fn law_table(laws: &[Law]) -> Table {
     let mut header = vec!["frequency_hz".to_owned()];
-    for law in &best.laws {
+    for law in laws {
         let name = if law.name.is_empty() { "law".to_owned() } else { format!("law_{}", law.name.replace(' ', "_")) };
         let unit = law.unit.key();
         header.extend([format!("{name}_{unit}_re"), format!("{name}_{unit}_im"), format!("{name}_{unit}_sd")]);
     }
-    let mut table = Table::new(header);
-    let lines = best.laws.first().map_or(0, |l| l.values.len());
-    for k in 0..lines {
-        let mut row = vec![best.laws[0].frequency_hz[k]];
-        for law in &best.laws {
-            row.extend([law.values[k].re, law.values[k].im, law.sd[k]]);
+    // By frequency and how often it came before; positive numbers are ordered as their bits.
+    let mut rows: BTreeMap<(u64, usize), Vec<String>> = BTreeMap::new();
+    for (number, law) in laws.iter().enumerate() {
+        let mut seen: BTreeMap<u64, usize> = BTreeMap::new();
+        for ((hz, value), sd) in law.frequency_hz.iter().zip(&law.values).zip(&law.sd) {
+            let count = seen.entry(hz.to_bits()).or_default();
+            let row = rows.entry((hz.to_bits(), *count)).or_insert_with(|| {
+                let empty = std::iter::repeat_n(String::new(), 3 * laws.len());
+                std::iter::once(Table::number(*hz)).chain(empty).collect()
+            });
+            *count += 1;
+            for (cell, number) in row[1 + 3 * number..].iter_mut().zip([value.re, value.im, *sd]) {
+                *cell = Table::number(number);
+            }
         }
-        table.push_numbers(&row);
     }
-    folder.add_table("correction.csv", &table)?;
+    let mut table = Table::new(header);
+    rows.into_values().for_each(|row| table.push(row));
+    table
+}
+
+fn correction(folder: &mut ResultsFolder, d: &Diagnosis) -> Result<(), ResultsError> {
+    let (Some(c), Some(best)) = (&d.correction, d.localisation.named()) else {
+        return Ok(());
+    };
+    folder.add_table("correction.csv", &law_table(&best.laws))?;
     // The header of `muspin frf`, so that whoever reads that reads this.
     let mut header = vec!["frequency_hz".to_owned()];
     for i in 1..=4 {
@@ -278,4 +297,31 @@ fn correction(folder: &mut ResultsFolder, d: &Diagnosis) -> Result<(), ResultsEr
         folder.add_table(&name, &table)?;
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::locate::place::Unit;
+    use crate::linalg::c64;
+
+    fn law(name: &str, hz: &[f64]) -> Law {
+        let values = hz.iter().map(|hz| c64::new(*hz, -1.0)).collect();
+        Law::new(name, Unit::Stiffness, hz.to_vec(), values, vec![0.5; hz.len()])
+    }
+
+    #[test]
+    fn laws_of_records_with_other_lines_share_a_table() {
+        // Two sweeps, of three and of two lines, that share one frequency.
+        let laws = [law("front", &[10.0, 20.0, 30.0, 20.0, 40.0]), law("rear", &[10.0, 20.0, 30.0])];
+        let text = law_table(&laws).to_csv();
+        let rows: Vec<Vec<&str>> = text.lines().skip(1).map(|line| line.split(',').collect()).collect();
+        let cells = |k: usize| [0, 1, 4].map(|column| rows[k][column]);
+        assert_eq!(rows.len(), 5, "{text}");
+        assert_eq!(cells(0), ["10", "10", "10"]);
+        assert_eq!(cells(1), ["20", "20", "20"]);
+        assert_eq!(cells(2), ["20", "20", ""]);
+        assert_eq!(cells(3), ["30", "30", "30"]);
+        assert_eq!(cells(4), ["40", "40", ""]);
+    }
 }
