@@ -11,10 +11,10 @@ use crate::diagnose::decide::residuals::{Channel, Record};
 use crate::diagnose::locate::localisation::PortScore;
 use crate::diagnose::locate::place::Place;
 use crate::diagnose::locate::recovered_law::Law;
+use crate::linalg::c64;
 use crate::spindle::Location;
 use crate::spindle::effects::AXIS_NAMES as AXES;
 use crate::spindle::response::SIDE;
-use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
 /// A figure with its name.
@@ -47,12 +47,10 @@ pub fn stage(folder: &mut ResultsFolder, d: &Diagnosis) -> Result<(), ResultsErr
 
 fn localisation(d: &Diagnosis) -> Vec<Named> {
     let all = || d.localisation.ports.iter();
-    let mut ports: Vec<&PortScore> = all().filter(|p| p.place != Place::Nowhere).take(MAP_ROWS).collect();
-    let Some(best) = ports.first().copied() else {
+    let ports: Vec<&PortScore> = all().filter(|p| p.place != Place::Nowhere).take(MAP_ROWS).collect();
+    let Some(best) = ports.first() else {
         return vec![];
     };
-    // The map has one axis.
-    ports.retain(|port| port.frequency_hz == best.frequency_hz);
     let mut order: Vec<usize> = (0..best.frequency_hz.len()).collect();
     order.sort_by(|a, b| best.frequency_hz[*a].total_cmp(&best.frequency_hz[*b]));
     let hz: Vec<f64> = order.iter().map(|i| best.frequency_hz[*i]).collect();
@@ -60,8 +58,7 @@ fn localisation(d: &Diagnosis) -> Vec<Named> {
     names.extend(ports.iter().map(|p| p.port.clone()));
     // Noise alone leaves about 1: what lies below counts as explained.
     let decades = |values: &[f64]| -> Vec<f64> {
-        let pick = order.iter().filter_map(|i| values.get(*i));
-        pick.map(|v| v.max(1.0).log10()).collect()
+        order.iter().map(|i| values.get(*i).map_or(f64::NAN, |v| v.max(1.0).log10())).collect()
     };
     let mut scores = vec![decades(&best.line_before)];
     scores.extend(ports.iter().map(|p| decades(&p.line_after)));
@@ -103,7 +100,7 @@ fn laws(d: &Diagnosis) -> Vec<Named> {
             .values
             .iter()
             .zip(&law.sd)
-            .map(|(v, sd)| if v.norm() > *sd { *v } else { crate::linalg::c64::new(f64::NAN, f64::NAN) })
+            .map(|(v, sd)| if v.norm() > *sd { *v } else { c64::new(f64::NAN, f64::NAN) })
             .collect();
         let figure = plot::impedance(&title, law.unit.text(), &law.frequency_hz, &shown, &law.fitted, &law.words());
         figures.push((Picture::Impedance.numbered(k + 1), figure));
@@ -228,41 +225,43 @@ fn overview(d: &Diagnosis) -> Named {
     (Picture::Residual.into(), plot::residual("Residual in standard deviations, before and after", &panels))
 }
 
-/// Laws over the frequencies that any of them has; an empty cell where a law has none. Where several records share a
-/// frequency it has a row for each of them.
-fn law_table(laws: &[Law]) -> Table {
-    let mut header = vec!["frequency_hz".to_owned()];
+/// Tables of the laws: those on the same lines share one, the others follow under a number.
+fn law_tables(folder: &mut ResultsFolder, laws: &[Law]) -> Result<(), ResultsError> {
+    let mut alike: Vec<Vec<&Law>> = vec![];
     for law in laws {
-        let name = if law.name.is_empty() { "law".to_owned() } else { format!("law_{}", law.name.replace(' ', "_")) };
-        let unit = law.unit.key();
-        header.extend([format!("{name}_{unit}_re"), format!("{name}_{unit}_im"), format!("{name}_{unit}_sd")]);
-    }
-    // By frequency and how often it came before; positive numbers are ordered as their bits.
-    let mut rows: BTreeMap<(u64, usize), Vec<String>> = BTreeMap::new();
-    for (number, law) in laws.iter().enumerate() {
-        let mut seen: BTreeMap<u64, usize> = BTreeMap::new();
-        for ((hz, value), sd) in law.frequency_hz.iter().zip(&law.values).zip(&law.sd) {
-            let count = seen.entry(hz.to_bits()).or_default();
-            let row = rows.entry((hz.to_bits(), *count)).or_insert_with(|| {
-                let empty = std::iter::repeat_n(String::new(), 3 * laws.len());
-                std::iter::once(Table::number(*hz)).chain(empty).collect()
-            });
-            *count += 1;
-            for (cell, number) in row[1 + 3 * number..].iter_mut().zip([value.re, value.im, *sd]) {
-                *cell = Table::number(number);
-            }
+        match alike.iter_mut().find(|group| group[0].frequency_hz == law.frequency_hz) {
+            Some(group) => group.push(law),
+            None => alike.push(vec![law]),
         }
     }
-    let mut table = Table::new(header);
-    rows.into_values().for_each(|row| table.push(row));
-    table
+    for (number, group) in alike.iter().enumerate() {
+        let mut header = vec!["frequency_hz".to_owned()];
+        for law in group {
+            let name =
+                if law.name.is_empty() { "law".to_owned() } else { format!("law_{}", law.name.replace(' ', "_")) };
+            let unit = law.unit.key();
+            header.extend([format!("{name}_{unit}_re"), format!("{name}_{unit}_im"), format!("{name}_{unit}_sd")]);
+        }
+        let mut table = Table::new(header);
+        for (k, hz) in group[0].frequency_hz.iter().enumerate() {
+            let mut row = vec![*hz];
+            for law in group {
+                let value = law.values.get(k).copied().unwrap_or(c64::new(f64::NAN, f64::NAN));
+                row.extend([value.re, value.im, law.sd.get(k).copied().unwrap_or(f64::NAN)]);
+            }
+            table.push_numbers(&row);
+        }
+        let name = if number == 0 { "correction.csv".to_owned() } else { format!("correction-{}.csv", number + 1) };
+        folder.add_table(&name, &table)?;
+    }
+    Ok(())
 }
 
 fn correction(folder: &mut ResultsFolder, d: &Diagnosis) -> Result<(), ResultsError> {
     let (Some(c), Some(best)) = (&d.correction, d.localisation.named()) else {
         return Ok(());
     };
-    folder.add_table("correction.csv", &law_table(&best.laws))?;
+    law_tables(folder, &best.laws)?;
     // The header of `muspin frf`, so that whoever reads that reads this.
     let mut header = vec!["frequency_hz".to_owned()];
     for i in 1..=4 {
@@ -297,31 +296,4 @@ fn correction(folder: &mut ResultsFolder, d: &Diagnosis) -> Result<(), ResultsEr
         folder.add_table(&name, &table)?;
     }
     Ok(())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::diagnose::locate::place::Unit;
-    use crate::linalg::c64;
-
-    fn law(name: &str, hz: &[f64]) -> Law {
-        let values = hz.iter().map(|hz| c64::new(*hz, -1.0)).collect();
-        Law::new(name, Unit::Stiffness, hz.to_vec(), values, vec![0.5; hz.len()])
-    }
-
-    #[test]
-    fn laws_of_records_with_other_lines_share_a_table() {
-        // Two sweeps, of three and of two lines, that share one frequency.
-        let laws = [law("front", &[10.0, 20.0, 30.0, 20.0, 40.0]), law("rear", &[10.0, 20.0, 30.0])];
-        let text = law_table(&laws).to_csv();
-        let rows: Vec<Vec<&str>> = text.lines().skip(1).map(|line| line.split(',').collect()).collect();
-        let cells = |k: usize| [0, 1, 4].map(|column| rows[k][column]);
-        assert_eq!(rows.len(), 5, "{text}");
-        assert_eq!(cells(0), ["10", "10", "10"]);
-        assert_eq!(cells(1), ["20", "20", "20"]);
-        assert_eq!(cells(2), ["20", "20", ""]);
-        assert_eq!(cells(3), ["30", "30", "30"]);
-        assert_eq!(cells(4), ["40", "40", ""]);
-    }
 }
