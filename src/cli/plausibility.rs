@@ -15,6 +15,8 @@ pub(super) struct Records {
     pub(super) reports: Vec<Plausibility>,
     /// Controllers of the hammer tests that name one, in their order.
     pub(super) controllers: Vec<Controller>,
+    /// What the files of hammer tests do not say and was taken for granted.
+    notes: Vec<String>,
 }
 
 /// The controllers of the hammer tests that name one, in their order.
@@ -44,7 +46,8 @@ impl Records {
             let report = hammer_plausibility(name, frf, hammer.axis, machine, controller)?;
             reports.push(report);
         }
-        Ok(Self { frfs, reports, controllers })
+        let notes = measurement.hammers.iter().flat_map(|h| h.notes.iter().cloned()).collect();
+        Ok(Self { frfs, reports, controllers, notes })
     }
 
     /// True when every record is plausible.
@@ -56,6 +59,9 @@ impl Records {
     pub(super) fn say(&self) {
         for statement in self.reports.iter().filter_map(Plausibility::statement) {
             eprintln!("{statement}");
+        }
+        for note in &self.notes {
+            eprintln!("note: {note}");
         }
         for remark in self.reports.iter().flat_map(Plausibility::remarks) {
             eprintln!("note: {remark}");

@@ -7,3 +7,4 @@ mod mutated_files;
 mod plausible_values;
 mod ross;
 mod uff;
+mod uff_units;
