@@ -20,6 +20,8 @@ pub mod name;
 pub mod plausible;
 mod positive;
 pub mod problem;
+pub mod problem_keys;
+mod problem_matrix;
 pub mod problem_schema;
 pub mod ross;
 pub(crate) mod ross_parts;
