@@ -21,6 +21,8 @@ pub mod name;
 pub mod plausible;
 mod positive;
 pub mod problem;
+pub mod problem_keys;
+mod problem_matrix;
 pub mod problem_schema;
 pub(crate) mod quote;
 pub mod ross;
