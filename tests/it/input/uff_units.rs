@@ -40,7 +40,10 @@ impl Function {
 
     fn text(&self) -> String {
         let mut text = format!("    -1\n    58\nTap\n{}", "NONE\n".repeat(4));
-        text += &format!("    4         1    1         0 NONE{:>16}{:>4} NONE{:>16}{:>4}\n", 1, self.response, 1, self.force);
+        text += &format!(
+            "    4         1    1         0 NONE{:>16}{:>4} NONE{:>16}{:>4}\n",
+            1, self.response, 1, self.force
+        );
         text += &format!("{:>10}{:>10}{:>10}{:>13.5e}{:>13.5e}{:>13.5e}\n", 6, self.values.len(), 0, 0.0, 0.0, 0.0);
         let axis = |kind: i64, units: &str| format!("{kind:>10}    0    0    0 {:<20} {units:<20}\n", "NONE");
         text += &(axis(18, self.frequency) + &axis(self.ordinate.0, self.ordinate.1));
@@ -53,7 +56,10 @@ impl Function {
 }
 
 fn system(code: i64, length: f64, force: f64) -> String {
-    format!("    -1\n   164\n{code:>10}{:<20}{:>10}\n{length:>25.17e}{force:>25.17e}{:>25.17e}\n{:>25.17e}\n    -1\n", "units", 2, 1.0, 273.15)
+    format!(
+        "    -1\n   164\n{code:>10}{:<20}{:>10}\n{length:>25.17e}{force:>25.17e}{:>25.17e}\n{:>25.17e}\n    -1\n",
+        "units", 2, 1.0, 273.15
+    )
 }
 
 fn tap(text: &str, keys: &HammerKeys) -> Result<Tap, InputError> {
@@ -64,7 +70,9 @@ fn tap(text: &str, keys: &HammerKeys) -> Result<Tap, InputError> {
 
 fn assert_is_compliance(text: &str, what: &str) -> Tap {
     let found = tap(text, &HammerKeys::default()).unwrap_or_else(|e| panic!("{what}: {e}"));
-    for ((f, h), (frequency, value)) in compliance().iter().zip(found.frf.frequency_hz.iter().zip(&found.frf.compliance)) {
+    for ((f, h), (frequency, value)) in
+        compliance().iter().zip(found.frf.frequency_hz.iter().zip(&found.frf.compliance))
+    {
         // The abscissa has seven digits.
         assert!((frequency / f - 1.0).abs() < 1e-5, "{what}: {frequency} {f}");
         assert!((value / h - 1.0).norm() < 1e-5, "{what}: {value} {h} at {f} Hz");
@@ -82,11 +90,29 @@ fn refused(text: &str, words: &[&str]) {
 fn every_unit_of_motion_and_force_is_read_as_si() {
     let s = |f: f64| c64::new(0.0, TAU * f);
     for (unit, per_unit) in [
-        ("m", 1.0), ("M", 1.0), ("mm", 1e-3), ("MM", 1e-3), ("cm", 1e-2), ("micron", 1e-6), ("µm", 1e-6), ("um", 1e-6),
-        ("nm", 1e-9), ("in", 0.0254), ("inch", 0.0254), ("IN", 0.0254), ("mil", 2.54e-5), ("ft", 0.3048),
+        ("m", 1.0),
+        ("M", 1.0),
+        ("mm", 1e-3),
+        ("MM", 1e-3),
+        ("cm", 1e-2),
+        ("micron", 1e-6),
+        ("µm", 1e-6),
+        ("um", 1e-6),
+        ("nm", 1e-9),
+        ("in", 0.0254),
+        ("inch", 0.0254),
+        ("IN", 0.0254),
+        ("mil", 2.54e-5),
+        ("ft", 0.3048),
     ] {
         for (force, newton) in [
-            ("N", 1.0), ("mN", 1e-3), ("kN", 1e3), ("lbf", POUND_N), ("LBF", POUND_N), ("lb", POUND_N), ("kgf", GRAVITY),
+            ("N", 1.0),
+            ("mN", 1e-3),
+            ("kN", 1e3),
+            ("lbf", POUND_N),
+            ("LBF", POUND_N),
+            ("lb", POUND_N),
+            ("kgf", GRAVITY),
             ("dyn", 1e-5),
         ] {
             let file = Function::new(8, unit, force).times(|_| (newton / per_unit).into());
@@ -98,14 +124,25 @@ fn every_unit_of_motion_and_force_is_read_as_si() {
         assert_is_compliance(&file.text(), unit);
     }
     for (unit, per_unit) in [
-        ("g", GRAVITY), ("G", GRAVITY), ("gn", GRAVITY), ("mg", 1e-3 * GRAVITY), ("m/s^2", 1.0), ("m/s²", 1.0), ("m/s/s", 1.0),
-        ("m/s2", 1.0), ("ms-2", 1.0), ("mm/s**2", 1e-3), ("in/s^2", 0.0254),
+        ("g", GRAVITY),
+        ("G", GRAVITY),
+        ("gn", GRAVITY),
+        ("mg", 1e-3 * GRAVITY),
+        ("m/s^2", 1.0),
+        ("m/s²", 1.0),
+        ("m/s/s", 1.0),
+        ("m/s2", 1.0),
+        ("ms-2", 1.0),
+        ("mm/s**2", 1e-3),
+        ("in/s^2", 0.0254),
     ] {
         let file = Function::new(12, unit, "lbf").times(|f| s(f) * s(f) * POUND_N / per_unit);
         assert_is_compliance(&file.text(), unit);
     }
     // The unit of the whole response on the ordinate.
-    for (unit, newton, per_unit) in [("g/N", 1.0, GRAVITY), ("(1/N)*(m/s^2)", 1.0, 1.0), ("(in/s^2)/lbf", POUND_N, 0.0254)] {
+    for (unit, newton, per_unit) in
+        [("g/N", 1.0, GRAVITY), ("(1/N)*(m/s^2)", 1.0, 1.0), ("(in/s^2)/lbf", POUND_N, 0.0254)]
+    {
         let file = Function::new(12, unit, "NONE").times(|f| s(f) * s(f) * newton / per_unit);
         assert_is_compliance(&file.text(), unit);
     }
