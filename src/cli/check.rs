@@ -7,7 +7,7 @@ use super::plausibility::Records;
 use super::reading::Reading;
 use super::{Failure, Outcome};
 use crate::input::file::Watch;
-use crate::input::hammer::{load_hammer, load_mode_shapes};
+use crate::input::hammer::{HammerKeys, load_hammer, load_mode_shapes};
 use crate::input::kind::FileKind;
 use crate::input::quote::printable;
 use crate::input::sweep::load_sweep;
@@ -117,7 +117,7 @@ fn one(file: &str, kind: FileKind, with_tool: bool, partner: Partner<'_>, watch:
             load_sweep(path, 0.0, watch)?;
         }
         FileKind::Hammer => {
-            load_hammer(path, 0.0, watch)?;
+            load_hammer(path, &HammerKeys::default(), watch)?;
         }
         FileKind::ModeShapes => {
             load_mode_shapes(path, watch)?;

@@ -84,6 +84,9 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
         Some(source) => load_measurement(source, console)?.hammers,
         None => vec![],
     };
+    for note in hammers.iter().flat_map(|h| &h.notes) {
+        eprintln!("note: {note}");
+    }
     let read = arguments.controller.iter().chain(&arguments.measurement);
     let read = read.map(String::as_str).chain(arguments.machine.files());
     claim(&arguments.out, &REPORT, read)?;

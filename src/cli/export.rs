@@ -8,7 +8,7 @@ use super::{Failure, Outcome};
 use crate::controller::anti_windup::{AntiWindup, with_anti_windup};
 use crate::controller::discretise::discretised;
 use crate::controller::fidelity::TransferChange;
-use crate::controller::realise::modal_form;
+use crate::controller::realise::{Form, modal_form};
 use crate::controller::scaling::{ScaledRealisation, SignalLimits, scaled};
 use crate::controller::sections::second_order_sections;
 use crate::controller::verification::Verification;
@@ -355,13 +355,17 @@ fn rounding_notes(law: &StateSpace<Discrete>, rows: &ScaledRealisation, forced: 
     if !changed.float32.is_accepted() {
         let words = words("float32", &changed.float32);
         if !forced {
-            return Err(Failure::new(words)
-                .with_hint("use --form modal, or a lower sample rate; --force-unverified exports it all the same"));
+            let other = match rows.rows.form {
+                Form::Modal => "--form sections, where the axes are independent",
+                Form::SecondOrderSections => "--form modal",
+            };
+            let hint = format!("use {other}, or a lower sample rate; --force-unverified exports it all the same");
+            return Err(Failure::new(words).with_hint(hint));
         }
         notes.push(words);
     }
     if !changed.q31.is_accepted() {
-        notes.push(format!("{}; use float32 or --form modal", words("Q31", &changed.q31)));
+        notes.push(format!("{}; use float32", words("Q31", &changed.q31)));
     }
     Ok(notes)
 }

@@ -50,6 +50,8 @@ impl Records {
             .sweeps
             .iter()
             .flat_map(|sweep| sweep.record.left_out.iter().map(|note| format!("{}: {note}", sweep.record.name)));
+        let notes = measurement.hammers.iter().flat_map(|hammer| hammer.notes.iter().cloned());
+        let left_out = left_out.chain(notes);
         Ok(Self { frfs, reports, controllers, left_out: left_out.collect() })
     }
 

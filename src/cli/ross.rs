@@ -5,11 +5,15 @@ use super::console::{Console, Shown};
 use super::machine::load_machine;
 use super::output::claim;
 use super::{Failure, Outcome};
+use crate::controller::Controller;
+use crate::export::json::controller_json;
 use crate::export::ross::{ross_rotor, shaft_without_effects};
-use crate::input::ross::read_ross;
+use crate::input::ross::{RossBearing, RossRotor, read_ross};
+use crate::input::ross_magnet::pid_controller;
 use crate::input::ross_parts::parts;
 use crate::input::shipped;
 use crate::input::tool_yaml;
+use crate::linalg::NumericError;
 use crate::report::results::ResultsFolder;
 use crate::report::ross_spindle::spindle_draft;
 use crate::rotor::{PlanarModes, Rotor};
@@ -54,7 +58,7 @@ fn import(arguments: &Arguments, file: &str, console: &Console) -> Result<Outcom
     let read = read_ross(file, &shipped::text(file, "ROSS", &[])?)?;
     let rotor = if arguments.reverse { read.reversed() } else { read };
     let out = arguments.out.as_str();
-    claim(out, &["spindle.yaml"], [file])?;
+    claim(out, &["spindle.yaml", "controller.json"], [file])?;
     let nose_m = arguments.nose_face_m;
     let parts = parts(&rotor, nose_m).map_err(|next_m| {
         Failure::new(format!(
@@ -75,8 +79,18 @@ fn import(arguments: &Arguments, file: &str, console: &Console) -> Result<Outcom
     if let Some(tool) = &parts.tool {
         folder.add("tool.yaml", tool_yaml(tool))?;
     }
+    let controller = pid_of(&rotor).map_err(|e| Failure::new(format!("{file}: the PID of the magnets: {e}")))?;
+    let mut notes = parts.told.clone();
+    if let Some(controller) = &controller {
+        folder.add("controller.json", controller_json(controller, None))?;
+        notes.push(
+            "the PID of the magnets is in controller.json, in continuous time, from displacement at the sensors to \
+             current, amplifier and sensor gain included"
+                .to_owned(),
+        );
+    }
     folder.write(Path::new(out))?;
-    for words in &parts.told {
+    for words in &notes {
         eprintln!("note: {words}");
     }
     let answer = json!({
@@ -84,7 +98,7 @@ fn import(arguments: &Arguments, file: &str, console: &Console) -> Result<Outcom
         "mass_kg": whole.mass_properties().mass_kg,
         "free_free_bending_hz": hz,
         "to_be_given": draft.to_be_given,
-        "notes": parts.told,
+        "notes": notes,
     });
     console.json(&format!("{answer:#}\n"), || {
         let listed: Vec<String> = hz.iter().map(|f| format!("{f:.1}")).collect();
@@ -98,6 +112,18 @@ fn import(arguments: &Arguments, file: &str, console: &Console) -> Result<Outcom
         .next(format!("muspin check {out}/spindle.yaml"))
     })?;
     Ok(Outcome::Done)
+}
+
+/// The PID of both magnets as a controller, none where one of them has none.
+fn pid_of(rotor: &RossRotor) -> Result<Option<Controller>, NumericError> {
+    let Some([front, rear]) = rotor.magnet_pair() else {
+        return Ok(None);
+    };
+    let pid = |bearing: &RossBearing| bearing.magnet.and_then(|m| m.pid);
+    match (pid(front), pid(rear)) {
+        (Some(front), Some(rear)) => pid_controller("PID of ROSS", [front, rear]).map(Some),
+        _ => Ok(None),
+    }
 }
 
 fn export(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {

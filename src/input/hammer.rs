@@ -1,4 +1,4 @@
-//! Hammer FRFs: CSV (formats.md, section 4), or a universal file with one usable dataset 58; mode shapes CSV.
+//! Hammer FRFs: CSV (formats.md, section 4), or a dataset 58 of a universal file; mode shapes CSV.
 
 use super::error::InputError;
 use super::file::{self, Watch};
@@ -14,32 +14,77 @@ use std::path::Path;
 /// Highest number of a mode: no shaft is measured that far.
 const MOST_MODES: usize = 1000;
 
+/// What the list of a measurement says of a hammer record.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct HammerKeys {
+    /// Speed of the rotor, 1/min.
+    pub speed_rpm: f64,
+    /// Axis of force and displacement, 0 for x and 1 for y; none: that of a universal file, else x.
+    pub axis: Option<usize>,
+    /// Function of a universal file, from 1; none: the only FRF, or the only one at the driving point.
+    pub function: Option<usize>,
+}
+
+/// A hammer record.
+#[derive(Clone, Debug)]
+pub struct Tap {
+    /// Its FRF along the axis.
+    pub frf: HammerFrf,
+    /// Axis of force and displacement: 0 for x, 1 for y.
+    pub axis: usize,
+    /// What the file does not say and was taken for granted, and what was turned round; one sentence each.
+    pub notes: Vec<String>,
+}
+
 /// A hammer FRF from the bytes of its file; the extension tells CSV from universal file.
 ///
 /// # Errors
-/// [`InputError`] with the line of what is wrong, or why no dataset of a universal file can be used.
+/// As [`read_tap`].
 pub fn read_hammer(file: &str, bytes: &[u8], speed_rpm: f64) -> Result<HammerFrf, InputError> {
-    if is_universal(file) {
-        return from_functions(file, &uff::read(file, bytes)?, speed_rpm);
-    }
-    from_table(file, bytes, speed_rpm)
+    Ok(read_tap(file, bytes, &HammerKeys { speed_rpm, ..HammerKeys::default() })?.frf)
 }
 
-/// As [`read_hammer`], from a file; a table is read line by line and `watch` hears how far that has come.
+/// A hammer record from the bytes of its file and the keys of its list.
 ///
 /// # Errors
-/// As [`read_hammer`], and when the file cannot be read.
-pub(crate) fn load_hammer(path: &Path, speed_rpm: f64, watch: Watch<'_>) -> Result<HammerFrf, InputError> {
+/// [`InputError`] with the line of what is wrong, or why no dataset of a universal file can be used.
+pub fn read_tap(file: &str, bytes: &[u8], keys: &HammerKeys) -> Result<Tap, InputError> {
+    if is_universal(file) {
+        return from_universal(file, &uff::read(file, bytes)?, keys);
+    }
+    refuse_function(file, keys)?;
+    Ok(tap_of_table(from_table(file, bytes, keys.speed_rpm)?, keys))
+}
+
+/// As [`read_tap`], from a file; a table is read line by line and `watch` hears how far that has come.
+///
+/// # Errors
+/// As [`read_tap`], and when the file cannot be read.
+pub(crate) fn load_hammer(path: &Path, keys: &HammerKeys, watch: Watch<'_>) -> Result<Tap, InputError> {
     let name = path.display().to_string();
     if is_universal(&name) {
-        return from_functions(&name, &uff::load(&name)?, speed_rpm);
+        return from_universal(&name, &uff::load(&name)?, keys);
     }
-    from_table(&name, file::open_rows(path, watch).map_err(|e| e.of(&name))?, speed_rpm)
+    refuse_function(&name, keys)?;
+    let rows = file::open_rows(path, watch).map_err(|e| e.of(&name))?;
+    Ok(tap_of_table(from_table(&name, rows, keys.speed_rpm)?, keys))
 }
 
 fn is_universal(file: &str) -> bool {
     let lower = file.to_ascii_lowercase();
     lower.ends_with(".uff") || lower.ends_with(".unv")
+}
+
+fn refuse_function(file: &str, keys: &HammerKeys) -> Result<(), InputError> {
+    match keys.function {
+        Some(_) => Err(InputError::new(file, "function: only a universal file has several functions")
+            .with_hint("remove the key, or name a file that ends in .uff or .unv")),
+        None => Ok(()),
+    }
+}
+
+fn tap_of_table(frf: HammerFrf, keys: &HammerKeys) -> Tap {
+    Tap { frf, axis: keys.axis.unwrap_or(0), notes: vec![] }
 }
 
 fn from_table(file: &str, reader: impl BufRead, speed_rpm: f64) -> Result<HammerFrf, InputError> {
@@ -69,33 +114,119 @@ fn from_table(file: &str, reader: impl BufRead, speed_rpm: f64) -> Result<Hammer
     Ok(HammerFrf { speed_rpm, frequency_hz, compliance, coherence: Some(coherences), averages: Some(all_averages) })
 }
 
-fn from_functions(file: &str, functions: &[UffFunction], speed_rpm: f64) -> Result<HammerFrf, InputError> {
-    let frfs: Vec<UffFrf> = uff_frf::frfs(file, functions)?;
-    let driving: Vec<&UffFrf> = frfs.iter().filter(|f| f.is_driving_point()).collect();
-    let chosen = match (frfs.as_slice(), driving.as_slice()) {
-        ([one], _) => one,
-        (_, [one]) => one,
-        _ => {
-            let list: Vec<String> = frfs.iter().map(UffFrf::label).collect();
-            return Err(InputError::new(
-                file,
-                format!(
-                    "{} FRFs, and none or several of them with response and reference at the same point: {}",
-                    frfs.len(),
-                    list.join("; ")
-                ),
-            )
-            .with_hint("a hammer record is one FRF: force and displacement at the tool plane"));
-        }
+fn from_universal(file: &str, functions: &[UffFunction], keys: &HammerKeys) -> Result<Tap, InputError> {
+    let found = match keys.function {
+        Some(number) => numbered(file, functions, number)?,
+        None => only_one(file, functions, keys.axis)?,
     };
-    let coherence = uff_frf::coherence_for(functions, chosen);
-    Ok(HammerFrf {
-        speed_rpm,
-        frequency_hz: chosen.frequency_hz.clone(),
-        compliance: chosen.compliance.clone(),
+    let (axis, sign, mut notes) = along_axis(&found, keys.axis).map_err(|message| {
+        InputError::new(file, format!("function {}: {message}", found.label())).with_hint(
+            "a hammer record has force and response along its `axis`, in universal files direction 1 for x and 2 for \
+             y: correct `axis`, choose another function with `function`, or correct the file",
+        )
+    })?;
+    notes.extend(found.notes.iter().cloned());
+    if found.response.0 != found.reference.0 {
+        let (response, force) = (found.response.0, found.reference.0);
+        notes.push(format!("response at node {response}, force at node {force}: both are taken as the tool plane"));
+    }
+    let coherence = uff_frf::coherence_for(functions, &found);
+    let frf = HammerFrf {
+        speed_rpm: keys.speed_rpm,
+        compliance: found.compliance.iter().map(|h| h * sign).collect(),
+        frequency_hz: found.frequency_hz,
         coherence,
         averages: None,
+    };
+    let notes = notes.into_iter().map(|words| format!("{file}: {words}")).collect();
+    Ok(Tap { frf, axis, notes })
+}
+
+/// The function that the list names by its number.
+fn numbered(file: &str, functions: &[UffFunction], number: usize) -> Result<UffFrf, InputError> {
+    let function = number.checked_sub(1).and_then(|k| functions.get(k)).ok_or_else(|| {
+        InputError::new(file, format!("function: there is no function {number}, the file has {}", functions.len()))
+            .with_hint("functions count from 1 in the order of the file")
+    })?;
+    uff_frf::frf_of(number, function).map_err(|reason| {
+        InputError::new(file, format!("function {number}, {:?}: {reason}", function.description))
+            .with_hint("choose a frequency response of displacement, velocity or acceleration over force")
     })
+}
+
+/// The only frequency response, or the only one at the driving point, along the axis where that is given.
+fn only_one(file: &str, functions: &[UffFunction], axis: Option<usize>) -> Result<UffFrf, InputError> {
+    let frfs = uff_frf::frfs(file, functions)?;
+    let along =
+        |f: &&UffFrf| axis.is_none_or(|axis| matches!(f.response.1.abs(), 0) || axis_of(f.response.1) == Some(axis));
+    let driving: Vec<&UffFrf> = frfs.iter().filter(|f| f.is_driving_point()).collect();
+    let on_axis: Vec<&UffFrf> = driving.iter().copied().filter(along).collect();
+    match (frfs.as_slice(), driving.as_slice(), on_axis.as_slice()) {
+        ([one], ..) => Ok(one.clone()),
+        (_, [one], _) | (_, _, [one]) => Ok((*one).clone()),
+        _ => {
+            let list: Vec<String> = frfs.iter().map(UffFrf::label).collect();
+            let rule = format!(
+                "{} FRFs, and none or several of them with response and reference at the same point: {}",
+                frfs.len(),
+                list.join("; ")
+            );
+            Err(InputError::new(file, rule)
+                .with_hint("a hammer record is one FRF: choose it with `function: N`, N the number in front of it"))
+        }
+    }
+}
+
+/// Axis of a direction of a universal file: 0 for ±1, 1 for ±2.
+fn axis_of(direction: i64) -> Option<usize> {
+    match direction {
+        1 | -1 => Some(0),
+        2 | -2 => Some(1),
+        _ => None,
+    }
+}
+
+/// Axis of an FRF, the sign that turns it to positive directions, and what is to be said; `stated` is that of the list.
+fn along_axis(frf: &UffFrf, stated: Option<usize>) -> Result<(usize, f64, Vec<String>), String> {
+    let name = |direction: i64| {
+        let letter = match direction.abs() {
+            1 => "x",
+            2 => "y",
+            3 => "z",
+            _ => return format!("direction {direction}"),
+        };
+        format!("{}{letter}", if direction < 0 { "-" } else { "" })
+    };
+    let (response, force) = (frf.response.1, frf.reference.1);
+    let known: Vec<i64> = [response, force].into_iter().filter(|d| *d != 0).collect();
+    if let [a, b] = known[..]
+        && a.abs() != b.abs()
+    {
+        return Err(format!("the direction of the response is {}, that of the force {}", name(a), name(b)));
+    }
+    let Some(direction) = known.first().copied() else {
+        return Ok((stated.unwrap_or(0), 1.0, vec![]));
+    };
+    let Some(axis) = axis_of(direction) else {
+        return Err(format!("the direction of response and force is {}, no axis of the spindle", name(direction)));
+    };
+    if let Some(stated) = stated.filter(|stated| *stated != axis) {
+        let letter = ["x", "y"][stated.min(1)];
+        return Err(format!(
+            "the direction of response and force is {}, the record says axis {letter}",
+            name(direction)
+        ));
+    }
+    let sign = known.iter().map(|d| d.signum() as f64).product();
+    let mut notes = vec![];
+    if sign < 0.0 {
+        notes.push(format!(
+            "the direction of the response is {}, that of the force {}: the response is turned to that of the force",
+            name(response),
+            name(force)
+        ));
+    }
+    Ok((axis, sign, notes))
 }
 
 /// Measured mode shapes from the bytes of their CSV: `mode,position_m,amplitude`.

@@ -7,7 +7,7 @@ use serde_yaml::Value;
 /// many records.
 const MOST: usize = 1000;
 /// Most entries by key.
-const MOST_OF_KEY: [(&str, usize); 7] = [
+const MOST_OF_KEY: [(&str, usize); 6] = [
     // As many as a shaft may have.
     ("elements", 300),
     // Flexible modes: those above the tenth are beyond the band of any bearing.
@@ -16,7 +16,6 @@ const MOST_OF_KEY: [(&str, usize); 7] = [
     // A polynomial of double precision numbers has no roots to speak of beyond.
     ("numerator", 40),
     ("denominator", 40),
-    ("points", 2000),
     ("resonances_hz", 200),
 ];
 

@@ -7,7 +7,7 @@
 use super::error::{InputError, nearest};
 use super::error_list::ErrorList;
 use super::file::Watch;
-use super::hammer::{load_hammer, load_mode_shapes};
+use super::hammer::{HammerKeys, load_hammer, load_mode_shapes};
 use super::keys;
 use super::load_machine;
 use super::shipped;
@@ -41,6 +41,8 @@ pub struct Hammer {
     pub axis: usize,
     /// Path of the controller that levitated the rotor.
     pub controller: Option<String>,
+    /// What its file does not say and was taken for granted, one sentence each.
+    pub notes: Vec<String>,
 }
 
 /// Frequencies that a person has read off a plot; `None` is a peak that could not be identified.
@@ -106,8 +108,10 @@ pub(super) struct RecordFile {
     speed_rpm: Option<f64>,
     /// Controller (JSON) that levitated the rotor.
     controller: Option<String>,
-    /// Axis of a hammer test: `x` or `y`.
+    /// Axis of a hammer test: `x` or `y`; left out: that of the universal file, else `x`.
     axis: Option<String>,
+    /// Which function of a universal file is the hammer test, from 1; left out: the only one that can be.
+    function: Option<usize>,
     /// True for a sweep whose currents were logged as samples in the controller, before the hold.
     #[schemars(extend("default" = false))]
     hold: Option<bool>,
@@ -229,6 +233,12 @@ fn check_keys(record: &RecordFile, broken: &dyn Fn(&str, String) -> InputError) 
         return Err(broken("hold", rule)
             .with_hint("only a sweep has currents that may have been logged before the hold; remove the key"));
     }
+    if record.function.is_some() && record.kind != "hammer" {
+        let rule = format!("a record of kind {} has no such key", record.kind);
+        return Err(
+            broken("function", rule).with_hint("only a hammer test chooses from a universal file; remove the key")
+        );
+    }
     let taken_at_speed = matches!(record.kind.as_str(), "sweep" | "hammer");
     if !taken_at_speed {
         let extra = [
@@ -300,17 +310,21 @@ fn read_record(
         }
         "hammer" => {
             let axis = match record.axis.as_deref() {
-                None | Some("x") => 0,
-                Some("y") => 1,
+                None => None,
+                Some("x") => Some(0),
+                Some("y") => Some(1),
                 Some(other) => {
                     return Err(broken("axis", format!("{other:?} is neither x nor y")));
                 }
             };
+            let keys = HammerKeys { speed_rpm: speed()?, axis, function: record.function };
+            let tap = load_hammer(&path, &keys, watch)?;
             measurement.hammers.push(Hammer {
-                frf: load_hammer(&path, speed()?, watch)?,
+                frf: tap.frf,
                 name,
-                axis,
+                axis: tap.axis,
                 controller: controller()?,
+                notes: tap.notes,
             });
         }
         "mode_shapes" => measurement.mode_shapes.extend(load_mode_shapes(&path, watch)?),

@@ -1,9 +1,11 @@
 //! The problem file of `muspin solve`: JSON fields in `data` (or at the top level), read with shape checks.
-//! Real matrices are lists of rows; complex ones `{"re": rows, "im": rows}`. Every error names file and field.
+//! Real matrices are lists of rows, vectors also plain lists; complex ones `{"re": rows, "im": rows}`. Every error names
+//! file and field.
 
 use super::error::InputError;
 use super::file as files;
 use super::json;
+use super::problem_matrix::{Entries, Fault, MOST_ENTRIES, ROW_OR_COLUMN, finite, kind, whole};
 use super::shipped::utf8;
 use crate::augment::{Block, GeneralizedPlant};
 use crate::linalg::{Mat, c64};
@@ -11,15 +13,13 @@ use crate::lti::{Continuous, StateSpace};
 use serde_json::{Map, Value};
 use std::path::{Path, PathBuf};
 
-/// Most rows or columns of a matrix: the solvers take the third power of it in time.
-const MOST_ROWS: usize = 1000;
-/// Most entries of a list, and the largest whole number: frequencies, orders and sizes of blocks.
-const MOST_ENTRIES: usize = 10_000;
-
 /// Fields of one problem file.
 pub struct Problem {
     file: PathBuf,
+    text: String,
     fields: Map<String, Value>,
+    /// What stands beside `data`.
+    beside: Map<String, Value>,
 }
 
 impl Problem {
@@ -50,9 +50,9 @@ impl Problem {
             return Err(InputError::new(&file.display().to_string(), "expected a JSON object")
                 .with_hint("put the matrices into {\"data\": {\"A\": [[..]], ..}}"));
         };
-        let fields = match top.remove("data") {
-            None => top,
-            Some(Value::Object(data)) => data,
+        let (fields, beside) = match top.remove("data") {
+            None => (top, Map::new()),
+            Some(Value::Object(data)) => (data, top),
             Some(other) => {
                 return Err(InputError::new(
                     &file.display().to_string(),
@@ -60,7 +60,27 @@ impl Problem {
                 ));
             }
         };
-        Ok(Self { file: file.to_path_buf(), fields })
+        Ok(Self { file: file.to_path_buf(), text: text.to_owned(), fields, beside })
+    }
+
+    /// The fields of the problem.
+    pub(super) fn fields(&self) -> &Map<String, Value> {
+        &self.fields
+    }
+
+    /// What stands beside `data`.
+    pub(super) fn beside(&self) -> &Map<String, Value> {
+        &self.beside
+    }
+
+    /// An error about a key, with the line on which it stands.
+    pub(super) fn failure_at_key(&self, key: &str, message: impl std::fmt::Display) -> InputError {
+        let quoted = Value::from(key).to_string();
+        let line = self.text.lines().position(|line| line.contains(&quoted));
+        InputError {
+            line: line.map(|k| k + 1),
+            ..InputError::new(&self.file.display().to_string(), message.to_string())
+        }
     }
 
     /// An error about a field of this file.
@@ -84,12 +104,20 @@ impl Problem {
         })
     }
 
+    fn fault(&self, fault: Fault) -> InputError {
+        let error = self.failure(&fault.path, fault.message);
+        match fault.hint {
+            Some(hint) => error.with_hint(hint),
+            None => error,
+        }
+    }
+
     /// A finite number.
     ///
     /// # Errors
     /// A missing field or something else than a finite number.
     pub(crate) fn number(&self, field: &str) -> Result<f64, InputError> {
-        self.finite(self.value(field)?, field)
+        finite(self.value(field)?, field).map_err(|e| self.fault(e))
     }
 
     /// A non-negative whole number.
@@ -97,81 +125,119 @@ impl Problem {
     /// # Errors
     /// A missing field or something else.
     pub(crate) fn count(&self, field: &str) -> Result<usize, InputError> {
-        let value = self.value(field)?;
-        self.whole(value, field)
+        whole(self.value(field)?, field).map_err(|e| self.fault(e))
     }
 
-    /// A list of non-negative whole numbers.
+    /// A list of non-negative whole numbers; one number is a list of one.
     ///
     /// # Errors
     /// A missing field or something else.
     pub(crate) fn counts(&self, field: &str) -> Result<Vec<usize>, InputError> {
-        self.list(field)?.iter().enumerate().map(|(i, v)| self.whole(v, &format!("{field}[{i}]"))).collect()
+        self.each(field, whole)
     }
 
-    /// A list of finite numbers.
+    /// A list of finite numbers; one number is a list of one.
     ///
     /// # Errors
     /// A missing field or something else.
     pub(crate) fn numbers(&self, field: &str) -> Result<Vec<f64>, InputError> {
-        self.list(field)?.iter().enumerate().map(|(i, v)| self.finite(v, &format!("{field}[{i}]"))).collect()
+        self.each(field, finite)
     }
 
-    /// A real matrix of any shape.
-    ///
-    /// # Errors
-    /// A missing field, ragged rows, or an entry that is not a finite number.
-    pub(crate) fn matrix(&self, field: &str) -> Result<Mat<f64>, InputError> {
-        self.rows(self.value(field)?, field)
+    fn each<T>(&self, field: &str, read: fn(&Value, &str) -> Result<T, Fault>) -> Result<Vec<T>, InputError> {
+        let list = match self.value(field)? {
+            one @ Value::Number(_) => return Ok(vec![read(one, field).map_err(|e| self.fault(e))?]),
+            Value::Array(list) if list.len() > MOST_ENTRIES => {
+                let rule = format!("has {} entries; at most {MOST_ENTRIES} are possible", list.len());
+                return Err(self.failure(field, rule));
+            }
+            Value::Array(list) => list,
+            other => return Err(self.failure(field, format!("expected a list, found {}", kind(other)))),
+        };
+        let entry = |(i, v): (usize, &Value)| read(v, &format!("{field}[{i}]")).map_err(|e| self.fault(e));
+        list.iter().enumerate().map(entry).collect()
+    }
+
+    fn entries(&self, field: &str) -> Result<Entries, InputError> {
+        Entries::of(self.value(field)?, field).map_err(|e| self.fault(e))
     }
 
     /// A real matrix of a given shape.
     ///
     /// # Errors
-    /// As [`Self::matrix`], and another shape.
+    /// A missing field, ragged rows, an entry that is not a finite number, and another shape.
     pub(crate) fn matrix_of(&self, field: &str, rows: usize, cols: usize) -> Result<Mat<f64>, InputError> {
-        let m = self.matrix(field)?;
-        // An empty list of rows carries no column count.
-        if m.nrows() == 0 && rows == 0 {
-            return Ok(Mat::zeros(0, cols));
-        }
-        if (m.nrows(), m.ncols()) == (rows, cols) {
-            return Ok(m);
-        }
-        Err(self.failure(field, format!("expected a {rows} x {cols} matrix, found {} x {}", m.nrows(), m.ncols())))
+        let entries = self.entries(field)?;
+        entries
+            .sized(rows, cols)
+            .ok_or_else(|| self.failure(field, format!("expected a {rows} x {cols} matrix, found {}", entries.words())))
     }
 
     /// A square real matrix.
     ///
     /// # Errors
-    /// As [`Self::matrix`], and a matrix that is not square.
+    /// As [`Self::matrix_of`], and a matrix that is not square.
     pub(crate) fn square(&self, field: &str) -> Result<Mat<f64>, InputError> {
-        let m = self.matrix(field)?;
-        if m.nrows() == m.ncols() {
-            return Ok(m);
-        }
-        Err(self.failure(field, format!("expected a square matrix, found {} x {}", m.nrows(), m.ncols())))
+        let entries = self.entries(field)?;
+        let rows = entries.sizes().first().map_or(0, |[rows, _]| *rows);
+        entries
+            .sized(rows, rows)
+            .ok_or_else(|| self.failure(field, format!("expected a square matrix, found {}", entries.words())))
     }
 
-    /// A complex matrix `{"re": rows, "im": rows}`, or a real one.
+    /// A complex matrix `{"re": rows, "im": rows}`, or a real one. A list of numbers is a row or a column as `rows` and
+    /// `cols` say; a matrix of another shape is returned as it is.
     ///
     /// # Errors
-    /// As [`Self::matrix`], and parts of different shape.
-    pub(crate) fn complex_matrix(&self, field: &str) -> Result<Mat<c64>, InputError> {
+    /// As [`Self::matrix_of`], and parts of different shape.
+    pub(crate) fn complex_matrix(&self, field: &str, rows: usize, cols: usize) -> Result<Mat<c64>, InputError> {
+        let part = |value: &Value, path: &str| {
+            let entries = Entries::of(value, path).map_err(|e| self.fault(e))?;
+            match (entries.sized(rows, cols), entries) {
+                (Some(found), _) | (None, Entries::Rows(found)) => Ok(found),
+                (None, listed @ Entries::Listed(_)) => {
+                    Err(self.failure(path, format!("expected a {rows} x {cols} matrix, found {}", listed.words())))
+                }
+            }
+        };
         let value = self.value(field)?;
         let Value::Object(parts) = value else {
-            let re = self.rows(value, field)?;
+            let re = part(value, field)?;
             return Ok(Mat::from_fn(re.nrows(), re.ncols(), |i, j| c64::new(re[(i, j)], 0.0)));
         };
-        let part = |name: &str| match parts.get(name) {
-            Some(v) => self.rows(v, &format!("{field}.{name}")),
+        if let Some(key) = parts.keys().find(|key| !["re", "im"].contains(&key.as_str())) {
+            return Err(self
+                .failure_at_key(key, format!("unknown key `{field}.{key}`"))
+                .with_hint("a complex matrix has `re` and `im`"));
+        }
+        let named = |name: &str| match parts.get(name) {
+            Some(v) => part(v, &format!("{field}.{name}")),
             None => Err(self.failure(&format!("{field}.{name}"), "missing")),
         };
-        let (re, im) = (part("re")?, part("im")?);
+        let (re, im) = (named("re")?, named("im")?);
         if (re.nrows(), re.ncols()) != (im.nrows(), im.ncols()) {
             return Err(self.failure(field, "re and im differ in shape"));
         }
         Ok(Mat::from_fn(re.nrows(), re.ncols(), |i, j| c64::new(re[(i, j)], im[(i, j)])))
+    }
+
+    /// Numbers of outputs and inputs of a system of `order` states: those of D, of which a list of numbers is a row or a
+    /// column as B and C say.
+    fn channels(&self, order: usize) -> Result<[usize; 2], InputError> {
+        let d = self.entries("D")?;
+        let sizes = d.sizes();
+        if let [one] = sizes[..] {
+            return Ok(one);
+        }
+        let (b, c) = (self.entries("B")?, self.entries("C")?);
+        let fits = |[p, m]: &&[usize; 2]| b.sized(order, *m).is_some() && c.sized(*p, order).is_some();
+        let mut fitting = sizes.iter().filter(fits);
+        match (fitting.next(), fitting.next()) {
+            (Some(one), None) => Ok(*one),
+            _ => Err(self
+                .failure("D", format!("{} is a row or a column, and B and C do not tell which", d.words()))
+                .with_hint(ROW_OR_COLUMN)),
+        }
     }
 
     /// The continuous system A, B, C, D.
@@ -181,10 +247,10 @@ impl Problem {
     pub fn system(&self) -> Result<StateSpace<Continuous>, InputError> {
         let a = self.square("A")?;
         let n = a.nrows();
-        let d = self.matrix("D")?;
-        let (p, m) = (d.nrows(), d.ncols());
+        let [p, m] = self.channels(n)?;
         let b = self.matrix_of("B", n, m)?;
         let c = self.matrix_of("C", p, n)?;
+        let d = self.matrix_of("D", p, m)?;
         for (field, expected) in [("n", n), ("m", m), ("p", p)] {
             self.agrees(field, expected)?;
         }
@@ -202,6 +268,15 @@ impl Problem {
             if value == 0 {
                 return Err(self.failure(field, "must be at least 1"));
             }
+        }
+        let lacks = [("m1", m1, "no disturbance inputs w"), ("p1", p1, "no error outputs z")];
+        let lacks: Vec<_> = lacks.into_iter().filter(|(_, size, _)| *size == 0).collect();
+        if let Some((field, _, _)) = lacks.first() {
+            let words: Vec<&str> = lacks.iter().map(|(_, _, words)| *words).collect();
+            return Err(self.failure(field, format!("the plant has {}", words.join(" and "))).with_hint(
+                "the gain from w to z is what is made small: add the disturbances before the controls in B and D, the \
+                 errors before the measurements in C and D, and count them in m1 and p1",
+            ));
         }
         let a = self.square("A")?;
         let n = a.nrows();
@@ -236,7 +311,11 @@ impl Problem {
     /// # Errors
     /// An unknown type, a missing or zero size, an empty list.
     pub(crate) fn blocks(&self) -> Result<Vec<Block>, InputError> {
-        let list = self.list("blocks")?;
+        let list = match self.value("blocks")? {
+            Value::Array(list) => list.as_slice(),
+            one @ Value::Object(_) => std::slice::from_ref(one),
+            other => return Err(self.failure("blocks", format!("expected a list, found {}", kind(other)))),
+        };
         if list.is_empty() {
             return Err(self.failure("blocks", "expected at least one block"));
         }
@@ -248,24 +327,41 @@ impl Problem {
             let path = format!("{path}.{name}");
             match value.get(name) {
                 None => Err(self.failure(&path, "missing")),
-                Some(v) => match self.whole(v, &path)? {
+                Some(v) => match whole(v, &path).map_err(|e| self.fault(e))? {
                     0 => Err(self.failure(&path, "must be at least 1")),
                     k => Ok(k),
                 },
             }
         };
-        match value.get("type").and_then(Value::as_str) {
-            Some("complex_full") => Ok(Block::ComplexFull { rows: size("rows")?, cols: size("cols")? }),
-            Some("complex_scalar") => Ok(Block::ComplexScalar { n: size("n")? }),
-            Some("real_scalar") => Ok(Block::RealScalar { n: size("n")? }),
-            other => Err(self
-                .failure(&format!("{path}.type"), format!("unknown block type {}", other.unwrap_or("(none)")))
-                .with_hint("complex_full with rows and cols, complex_scalar or real_scalar with n")),
+        let (block, sizes): (_, &[&str]) = match value.get("type").and_then(Value::as_str) {
+            Some("complex_full") => {
+                (Block::ComplexFull { rows: size("rows")?, cols: size("cols")? }, &["rows", "cols"])
+            }
+            Some("complex_scalar") => (Block::ComplexScalar { n: size("n")? }, &["n"]),
+            Some("real_scalar") => (Block::RealScalar { n: size("n")? }, &["n"]),
+            other => {
+                return Err(self
+                    .failure(&format!("{path}.type"), format!("unknown block type {}", other.unwrap_or("(none)")))
+                    .with_hint("complex_full with rows and cols, complex_scalar or real_scalar with n"));
+            }
+        };
+        let foreign = |(key, v): &(&String, &Value)| {
+            let is_empty = v.is_null() || v.as_array().is_some_and(Vec::is_empty);
+            *key != "type" && !sizes.contains(&key.as_str()) && !is_empty
+        };
+        match value.as_object().and_then(|map| map.iter().find(foreign)) {
+            None => Ok(block),
+            Some((key, _)) => Err(self
+                .failure_at_key(key, format!("unknown key `{path}.{key}`"))
+                .with_hint(format!("a block of this type has `type`, `{}`", sizes.join("`, `")))),
         }
     }
 
     /// Checks an optional count of the file against the matrices.
-    fn agrees(&self, field: &str, expected: usize) -> Result<(), InputError> {
+    ///
+    /// # Errors
+    /// Another count.
+    pub(crate) fn agrees(&self, field: &str, expected: usize) -> Result<(), InputError> {
         if !self.has(field) {
             return Ok(());
         }
@@ -273,78 +369,5 @@ impl Problem {
             found if found == expected => Ok(()),
             found => Err(self.failure(field, format!("is {found}, but the matrices say {expected}"))),
         }
-    }
-
-    fn list(&self, field: &str) -> Result<&Vec<Value>, InputError> {
-        match self.value(field)? {
-            Value::Array(list) if list.len() > MOST_ENTRIES => {
-                Err(self.failure(field, format!("has {} entries; at most {MOST_ENTRIES} are possible", list.len())))
-            }
-            Value::Array(list) => Ok(list),
-            other => Err(self.failure(field, format!("expected a list, found {}", kind(other)))),
-        }
-    }
-
-    fn rows(&self, value: &Value, path: &str) -> Result<Mat<f64>, InputError> {
-        let Value::Array(rows) = value else {
-            return Err(self.failure(path, format!("expected a matrix (list of rows), found {}", kind(value))));
-        };
-        let columns = rows.first().and_then(Value::as_array).map_or(0, Vec::len);
-        if rows.len().max(columns) > MOST_ROWS {
-            let rule = format!("is {} x {columns}; at most {MOST_ROWS} rows and columns are possible", rows.len());
-            return Err(self.failure(path, rule).with_hint("reduce the order first"));
-        }
-        let mut entries: Vec<Vec<f64>> = Vec::with_capacity(rows.len());
-        for (i, row) in rows.iter().enumerate() {
-            let Value::Array(row) = row else {
-                return Err(self
-                    .failure(&format!("{path}[{i}]"), format!("expected a row (list of numbers), found {}", kind(row)))
-                    .with_hint("real matrices are row-major nested lists, also 1 x n and n x 1"));
-            };
-            let row: Vec<f64> = row
-                .iter()
-                .enumerate()
-                .map(|(j, v)| self.finite(v, &format!("{path}[{i}][{j}]")))
-                .collect::<Result<_, _>>()?;
-            if let Some(first) = entries.first()
-                && first.len() != row.len()
-            {
-                return Err(self.failure(
-                    &format!("{path}[{i}]"),
-                    format!("has {} entries, the first row has {}", row.len(), first.len()),
-                ));
-            }
-            entries.push(row);
-        }
-        let cols = entries.first().map_or(0, Vec::len);
-        Ok(Mat::from_fn(entries.len(), cols, |i, j| entries[i][j]))
-    }
-
-    fn finite(&self, value: &Value, path: &str) -> Result<f64, InputError> {
-        match value.as_f64() {
-            Some(x) if x.is_finite() => Ok(x),
-            _ => Err(self.failure(path, format!("expected a finite number, found {}", kind(value)))),
-        }
-    }
-
-    fn whole(&self, value: &Value, path: &str) -> Result<usize, InputError> {
-        match value.as_f64() {
-            Some(x) if (0.0..=MOST_ENTRIES as f64).contains(&x) && x.fract() == 0.0 => Ok(x as usize),
-            _ => {
-                let rule = format!("expected a whole number >= 0 and at most {MOST_ENTRIES}, found {}", kind(value));
-                Err(self.failure(path, rule))
-            }
-        }
-    }
-}
-
-fn kind(value: &Value) -> String {
-    match value {
-        Value::Null => "null".into(),
-        Value::Bool(b) => b.to_string(),
-        Value::Number(n) => n.to_string(),
-        Value::String(s) => format!("the text {s:?}"),
-        Value::Array(_) => "a list".into(),
-        Value::Object(_) => "an object".into(),
     }
 }

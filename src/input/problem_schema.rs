@@ -29,6 +29,36 @@ pub enum ProblemKind {
 /// Field, shape, meaning. A shape that ends in `?` may be left out.
 type Field = (&'static str, &'static str, &'static str);
 
+/// Keys that describe a problem and carry no number of it; those of MATLAB's `ss` among them.
+pub(super) const NOTES: [&str; 26] = [
+    "id",
+    "title",
+    "name",
+    "class",
+    "source",
+    "reference",
+    "description",
+    "comment",
+    "note",
+    "notes",
+    "inputs",
+    "outputs",
+    "Name",
+    "Notes",
+    "UserData",
+    "Scaled",
+    "StateName",
+    "StatePath",
+    "StateUnit",
+    "InputName",
+    "InputUnit",
+    "InputGroup",
+    "OutputName",
+    "OutputUnit",
+    "OutputGroup",
+    "SamplingGrid",
+];
+
 const SYSTEM: [Field; 7] = [
     ("A", "matrix", "n x n; 0 x 0 for a static gain"),
     ("B", "matrix", "n x m"),
@@ -37,6 +67,11 @@ const SYSTEM: [Field; 7] = [
     ("n", "count?", "number of states, checked against A"),
     ("m", "count?", "number of inputs, checked against D"),
     ("p", "count?", "number of outputs, checked against D"),
+];
+
+const SAMPLED: [Field; 2] = [
+    ("Ts", "number?", "sample time, s; left out or 0: continuous time"),
+    ("sample_time_s", "number?", "the same, as controller files name it"),
 ];
 
 const PLANT: [Field; 9] = [
@@ -101,6 +136,11 @@ impl ProblemKind {
         }
     }
 
+    /// The names of the fields.
+    pub(super) fn field_names(self) -> Vec<&'static str> {
+        self.fields().into_iter().map(|(name, _, _)| name).collect()
+    }
+
     /// The fields: those of the kind, then those of its system.
     fn fields(self) -> Vec<Field> {
         let (own, shared): (&[Field], &[Field]) = match self {
@@ -109,10 +149,11 @@ impl ProblemKind {
                     ("A", "matrix", "n x n"),
                     ("G", "matrix", "n x n, symmetric: B R⁻¹ B'"),
                     ("Q", "matrix", "n x n, symmetric"),
+                    ("n", "count?", "size of A, checked"),
                 ],
                 &[],
             ),
-            Self::Hinfnorm => (&[], &SYSTEM),
+            Self::Hinfnorm => (&SAMPLED, &SYSTEM),
             Self::Hinfsyn => (
                 &[
                     ("gamma", "number?", "level of the central controller; left out: the optimum is searched for"),
@@ -121,7 +162,13 @@ impl ProblemKind {
                 &PLANT,
             ),
             Self::Mu => (&[("M", "complex", "Σ cols x Σ rows of the blocks"), BLOCKS], &[]),
-            Self::Musys => (&[BLOCKS], &SYSTEM),
+            Self::Musys => (
+                &[
+                    BLOCKS,
+                    ("w_range", "numbers?", "a range of interest, rad/s; the peak is over all frequencies anyhow"),
+                ],
+                &SYSTEM,
+            ),
             Self::Dfit => (
                 &[
                     ("omega", "numbers", "frequencies, rad/s, rising"),
@@ -165,7 +212,12 @@ pub fn problem_schema(kind: ProblemKind) -> Value {
             required.push(name);
         }
     }
-    let fields = json!({ "type": "object", "required": required, "properties": properties });
+    for name in NOTES {
+        properties.insert(name.to_owned(), json!({ "description": "A description; not read" }));
+    }
+    let fields = json!({
+        "type": "object", "required": required, "properties": properties, "additionalProperties": false,
+    });
     let mut inside = fields.clone();
     inside["description"] = json!("The problem; what stands beside it (title, source, expected answer) is not read");
     let mut top = fields;
@@ -184,7 +236,11 @@ pub fn problem_schema(kind: ProblemKind) -> Value {
 
 /// The schema of a field; one that may be left out may be `null` as well.
 fn shaped(shape: &str, meaning: &str) -> Value {
-    let matrix = json!({ "type": "array", "items": { "type": "array", "items": { "type": "number" } } });
+    let number = json!({ "type": "number" });
+    let numbers = json!({ "type": "array", "items": number });
+    let rows = json!({ "type": "array", "items": numbers });
+    // A number is 1 x 1, a list of numbers a row or a column.
+    let matrix = json!({ "anyOf": [rows, numbers, number] });
     let mut schema = match shape.trim_end_matches('?') {
         "matrix" => matrix,
         "complex" => {
@@ -193,18 +249,28 @@ fn shaped(shape: &str, meaning: &str) -> Value {
             });
             json!({ "anyOf": [matrix, parts] })
         }
-        "number" => json!({ "type": "number" }),
-        "count" => json!({ "type": "integer", "minimum": 0 }),
-        "numbers" => json!({ "type": "array", "items": { "type": "number" } }),
-        "counts" => json!({ "type": "array", "items": { "type": "integer", "minimum": 0 } }),
-        _ => json!({ "type": "array", "items": { "oneOf": blocks() } }),
+        "number" => number,
+        "count" => count(),
+        "numbers" => one_or_more(&number),
+        "counts" => one_or_more(&count()),
+        _ => one_or_more(&json!({ "oneOf": blocks() })),
     };
-    schema["description"] = json!(meaning);
-    if shape.ends_with('?') {
-        let kind = schema["type"].clone();
-        schema["type"] = json!([kind, "null"]);
+    match (shape.ends_with('?'), schema.get_mut("anyOf").and_then(Value::as_array_mut)) {
+        (true, Some(kinds)) => kinds.push(json!({ "type": "null" })),
+        (true, None) => schema["type"] = json!([schema["type"], "null"]),
+        (false, _) => {}
     }
+    schema["description"] = json!(meaning);
     schema
+}
+
+fn count() -> Value {
+    json!({ "type": "integer", "minimum": 0 })
+}
+
+/// A list, or its only entry.
+fn one_or_more(item: &Value) -> Value {
+    json!({ "anyOf": [{ "type": "array", "items": item }, item] })
 }
 
 fn blocks() -> Value {

@@ -3,13 +3,17 @@
 //!
 //! Shaft elements and discs become sections and discs; the beam is the same (Timoshenko, Cowper's or Hutchinson's
 //! coefficient, consistent mass). Bearings keep their node, those of active magnets what the file says of the magnet.
-//! What a spindle has no place for (axial force, proportional damping, seals) is told in `left_out`.
+//! What a spindle has no place for (axial force, proportional damping, seals, axial bearings, masses of supports) is
+//! told in `left_out`.
 
 use super::error::InputError;
 use super::json;
+use super::ross_magnet::read_magnet;
+pub use super::ross_magnet::{RossMagnet, RossPid};
+use super::ross_notes::GroupedNotes;
+use super::ross_table::Table;
 use crate::rotor::{Disc, Material, Section, Shear};
 use serde_json::{Map, Value};
-use std::f64::consts::PI;
 
 /// A rotor of a ROSS file, from its left end.
 #[derive(Clone, Debug)]
@@ -37,19 +41,6 @@ pub struct RossBearing {
     pub magnet: Option<RossMagnet>,
 }
 
-/// The magnet of a bearing, per axis, after Schweitzer and Maslen, Magnetic Bearings, p. 343, as ROSS has it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RossMagnet {
-    /// Force per control current, N/A.
-    pub ki_n_per_a: f64,
-    /// Negative stiffness as a positive number, N/m.
-    pub ks_n_per_m: f64,
-    /// Bias current, A.
-    pub bias_current_a: f64,
-    /// Air gap, m.
-    pub gap_m: f64,
-}
-
 /// Cylinders that a cone becomes: with eight the frequencies are closer to those of the cone than with one conical
 /// element, whose mesh is coarser.
 const SLICES: usize = 8;
@@ -59,14 +50,14 @@ impl RossRotor {
     /// every element there. What this changes is told as sentences. Materials of one name and other values get names
     /// of their own.
     pub fn cylinders(&self) -> (Vec<Section>, Vec<String>) {
-        let (mut list, mut told): (Vec<Section>, Vec<String>) = (vec![], vec![]);
+        let (mut list, mut told): (Vec<Section>, GroupedNotes) = (vec![], GroupedNotes::default());
         let mut materials: Vec<Material> = vec![];
         for (k, section) in self.sections.iter().enumerate() {
             if section.shear != Shear::Cowper || !section.rotary_inertia || !section.gyroscopic {
-                told.push(format!(
-                    "element {k}: shear after Cowper, rotary inertia and gyroscopic moment, as in every element of a \
-                     spindle file"
-                ));
+                told.add(
+                    format!("element {k}"),
+                    "shear after Cowper, rotary inertia and gyroscopic moment, as in every element of a spindle file",
+                );
             }
             let section = Section {
                 material: named(&section.material, &mut materials),
@@ -80,7 +71,7 @@ impl RossRotor {
                 list.push(section);
                 continue;
             }
-            told.push(format!("element {k}: a cone, written as {SLICES} cylinders of the same volume"));
+            told.add(format!("element {k}"), format!("a cone, written as {SLICES} cylinders of the same volume"));
             for slice in 0..SLICES {
                 let at = |d: [f64; 2], x: usize| d[0] + (d[1] - d[0]) * x as f64 / SLICES as f64;
                 let mean = |d: [f64; 2]| {
@@ -97,7 +88,18 @@ impl RossRotor {
                 });
             }
         }
-        (list, told)
+        (list, told.sentences())
+    }
+
+    /// Front and rear bearing: the two magnets, or the two supports of a file without magnets; none where the file does
+    /// not tell which they are.
+    pub fn magnet_pair(&self) -> Option<[&RossBearing; 2]> {
+        let all: Vec<&RossBearing> = self.bearings.iter().collect();
+        let magnets: Vec<&RossBearing> = self.bearings.iter().filter(|b| b.magnet.is_some()).collect();
+        match (magnets.as_slice(), all.as_slice()) {
+            ([front, rear], _) | (_, [front, rear]) => Some([*front, *rear]),
+            _ => None,
+        }
     }
 
     /// The same rotor counted from its right end.
@@ -130,19 +132,6 @@ fn named(material: &Material, known: &mut Vec<Material>) -> Material {
     renamed
 }
 
-impl RossMagnet {
-    /// Both constants from gap (m), bias current (A), pole area (m²), turns and half the angle between the poles (rad).
-    fn of(gap_m: f64, bias_current_a: f64, area_m2: f64, turns: f64, angle: f64) -> Self {
-        let factor = 4.0 * angle.cos() * 4e-7 * PI * turns * turns * area_m2 / 4.0;
-        Self {
-            ki_n_per_a: factor * bias_current_a / gap_m.powi(2),
-            ks_n_per_m: factor * bias_current_a.powi(2) / gap_m.powi(3),
-            bias_current_a,
-            gap_m,
-        }
-    }
-}
-
 /// Reads a file; the end of its name tells TOML from JSON.
 ///
 /// # Errors
@@ -156,7 +145,7 @@ pub fn read_ross(file: &str, text: &str) -> Result<RossRotor, InputError> {
                 .with_hint("give a file that ROSS has saved with `rotor.save(\"name.toml\")`")
         })?
     };
-    let mut reader = Reader { file, beams: vec![], discs: vec![], supports: vec![], left_out: vec![] };
+    let mut reader = Reader::of(file);
     let mut speed = None;
     for (name, value) in &top {
         let Value::Object(table) = value else {
@@ -165,6 +154,7 @@ pub fn read_ross(file: &str, text: &str) -> Result<RossRotor, InputError> {
         if name == "parameters" {
             let of = |key: &str| table.get(key).and_then(Value::as_f64).filter(|w| *w > 0.0);
             speed = of("max_w").or(of("rated_w"));
+            reader.note_parameters(table);
             continue;
         }
         reader.element(&Table { file, name, table })?;
@@ -214,65 +204,56 @@ fn with_mass_of(stiff: &Section, heavy: &Section) -> Option<Section> {
         .then(|| Section { mass_outer_diameter_m: heavy.outer_diameter_m, ..stiff.clone() })
 }
 
-/// A table of the file.
-struct Table<'a> {
-    file: &'a str,
-    name: &'a str,
-    table: &'a Map<String, Value>,
-}
-
-impl Table<'_> {
-    fn wrong(&self, rule: impl std::fmt::Display) -> InputError {
-        InputError::new(self.file, format!("{}: {rule}", self.name))
-    }
-
-    fn has(&self, key: &str) -> bool {
-        self.table.get(key).is_some_and(|v| !v.is_null())
-    }
-
-    fn number(&self, key: &str) -> Result<f64, InputError> {
-        match self.table.get(key).and_then(Value::as_f64) {
-            Some(x) if x.is_finite() => Ok(x),
-            _ => Err(self
-                .wrong(format!("{key}: expected a number"))
-                .with_hint("save the rotor again with a current version of ROSS")),
-        }
-    }
-
-    /// A number, or the first of a list of two equal ones, as some bearings have them.
-    fn first(&self, key: &str) -> Result<f64, InputError> {
-        match self.table.get(key) {
-            Some(Value::Array(list)) => {
-                list.first().and_then(Value::as_f64).ok_or_else(|| self.wrong(format!("{key}: expected numbers")))
-            }
-            _ => self.number(key),
-        }
-    }
-
-    fn node(&self) -> Result<usize, InputError> {
-        let n = self.number("n")?;
-        if n >= 0.0 && n.fract() == 0.0 && n < 1e6 {
-            Ok(n as usize)
-        } else {
-            Err(self.wrong(format!("n: {n} is no number of a node")))
-        }
-    }
-
-    fn flag(&self, key: &str) -> bool {
-        self.table.get(key).and_then(Value::as_bool).unwrap_or(true)
-    }
-
-    fn is_nonzero(&self, key: &str) -> bool {
-        let value = self.table.get(key).and_then(Value::as_f64);
-        value.is_some_and(|x| x != 0.0)
-    }
-}
-
 /// A support before its node has a position.
 struct Placed {
     node: usize,
     tag: String,
     magnet: Option<RossMagnet>,
+}
+
+/// What an element is to a spindle.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Role {
+    Shaft,
+    Coupling,
+    Disc,
+    PointMass,
+    Seal,
+    AxialBearing,
+    Support,
+    Unknown,
+}
+
+/// Classes of ROSS that hold a shaft in its radial directions.
+const SUPPORTS: [&str; 10] = [
+    "BearingElement",
+    "BearingElement6DoF",
+    "BearingFluidFlow",
+    "BallBearingElement",
+    "RollerBearingElement",
+    "MagneticBearingElement",
+    "CylindricalBearing",
+    "PlainJournal",
+    "TiltingPad",
+    "SqueezeFilmDamper",
+];
+
+impl Role {
+    fn of(table: &Table) -> Self {
+        let class = table.class();
+        let radial = ["kxx", "kyy", "cxx", "cyy"].iter().any(|key| table.is_nonzero(key));
+        match class {
+            _ if class.starts_with("Coupling") || class.starts_with("MultiRotor") => Self::Coupling,
+            _ if class.starts_with("ShaftElement") => Self::Shaft,
+            _ if class.starts_with("DiskElement") || class.starts_with("GearElement") => Self::Disc,
+            "PointMass" => Self::PointMass,
+            _ if class.contains("Seal") => Self::Seal,
+            "ThrustPad" => Self::AxialBearing,
+            _ if SUPPORTS.contains(&class) && !radial && table.is_nonzero("kzz") => Self::AxialBearing,
+            _ if SUPPORTS.contains(&class) => Self::Support,
+            _ => Self::Unknown,
+        }
+    }
 }
 
 /// What has been read so far.
@@ -281,66 +262,134 @@ struct Reader<'a> {
     beams: Vec<(usize, String, Section)>,
     discs: Vec<(usize, Disc)>,
     supports: Vec<Placed>,
-    left_out: Vec<String>,
+    /// Elements of classes that are not known and may be part of the shaft.
+    unknown: GroupedNotes,
+    notes: GroupedNotes,
 }
 
-impl Reader<'_> {
-    fn element(&mut self, table: &Table) -> Result<(), InputError> {
-        let class = table.name.split('_').next().unwrap_or_default();
-        if class.starts_with("Coupling") || class.starts_with("MultiRotor") {
-            return Err(table
-                .wrong("a spindle is one shaft without couplings")
-                .with_hint("save the shaft between the couplings as a rotor of its own"));
+impl<'a> Reader<'a> {
+    fn of(file: &'a str) -> Self {
+        Self {
+            file,
+            beams: vec![],
+            discs: vec![],
+            supports: vec![],
+            unknown: GroupedNotes::default(),
+            notes: GroupedNotes::default(),
         }
-        if class.starts_with("ShaftElement") {
-            let node = table.node()?;
-            let section = self.section(table)?;
-            self.beams.push((node, table.name.to_owned(), section));
-        } else if class.starts_with("DiskElement") || class.starts_with("GearElement") {
-            self.discs.push((
-                table.node()?,
-                Disc {
-                    position_m: 0.0,
-                    mass_kg: table.number("m")?,
-                    polar_inertia_kg_m2: table.number("Ip")?,
-                    diametral_inertia_kg_m2: table.number("Id")?,
-                },
-            ));
-        } else if class == "PointMass" {
-            let key = if table.has("m") { "m" } else { "mx" };
-            let mass_kg = table.number(key)?;
-            if key == "mx" && table.has("my") && table.number("my")? != mass_kg {
-                return Err(table.wrong("mx and my differ: a mass on a shaft is the same in both"));
-            }
-            self.discs.push((
-                table.node()?,
-                Disc { position_m: 0.0, mass_kg, polar_inertia_kg_m2: 0.0, diametral_inertia_kg_m2: 0.0 },
-            ));
-        } else if class.starts_with("Seal") {
-            self.left_out.push(format!(
-                "{}: a seal; `cross_coupling` and `added_stiffness` of the effects are its place",
-                table.name
-            ));
-        } else if table.has("kxx") {
-            let magnet = if ["g0", "i0", "ag", "nw", "alpha"].iter().all(|k| table.has(k)) {
-                Some(RossMagnet::of(
-                    table.number("g0")?,
-                    table.first("i0")?,
-                    table.number("ag")?,
-                    table.number("nw")?,
-                    table.number("alpha")?,
-                ))
-            } else {
-                None
+    }
+
+    /// Notes what the parameters of the whole rotor say beside its speed.
+    fn note_parameters(&mut self, parameters: &Map<String, Value>) {
+        for (key, value) in parameters {
+            let words = match key.as_str() {
+                "min_w" | "max_w" | "rated_w" => continue,
+                _ if value.is_null() => continue,
+                "alpha" => format!("mass-proportional damping of {value}; damping is `damping_ratio`, by mode"),
+                "beta" => format!("stiffness-proportional damping of {value}; damping is `damping_ratio`, by mode"),
+                _ => format!("{value}; a spindle file has no place for it"),
             };
-            let tag = table.table.get("tag").and_then(Value::as_str);
-            self.supports.push(Placed { node: table.node()?, tag: tag.unwrap_or(table.name).to_owned(), magnet });
-        } else {
-            return Err(table
-                .wrong("an element of this class is not known")
-                .with_hint("ShaftElement, DiskElement, GearElement, PointMass, bearings and seals are read"));
+            self.notes.add(format!("parameters.{key}"), words);
+        }
+    }
+
+    fn element(&mut self, table: &Table) -> Result<(), InputError> {
+        match Role::of(table) {
+            Role::Coupling => {
+                return Err(table
+                    .wrong("a spindle is one shaft without couplings")
+                    .with_hint("save the shaft between the couplings as a rotor of its own"));
+            }
+            Role::Shaft => {
+                let section = self.section(table)?;
+                self.beams.push((table.node()?, table.name.to_owned(), section));
+            }
+            Role::Disc => self.disc(table)?,
+            Role::PointMass => self.point_mass(table)?,
+            Role::Seal => self.notes.add(
+                table.name,
+                format!(
+                    "a seal ({}), no support; `cross_coupling` and `added_stiffness` of the effects are its place",
+                    table.class()
+                ),
+            ),
+            Role::AxialBearing => self.notes.add(
+                table.name,
+                format!("an axial bearing ({}), no radial support; a spindle file has no axial motion", table.class()),
+            ),
+            Role::Support => self.support(table)?,
+            Role::Unknown => {
+                let words = format!("the class {} is not known", table.class());
+                if table.has("kxx") {
+                    self.notes.add(table.name, words + "; it has stiffness, and is not taken as a support");
+                } else {
+                    self.unknown.add(table.name, words);
+                }
+            }
         }
         Ok(())
+    }
+
+    fn disc(&mut self, table: &Table) -> Result<(), InputError> {
+        if table.class().starts_with("Gear") {
+            self.notes.add(table.name, "a gear, read as a disc; its mesh has no place in a spindle file");
+        }
+        let disc = Disc {
+            position_m: 0.0,
+            mass_kg: table.number("m")?,
+            polar_inertia_kg_m2: table.number("Ip")?,
+            diametral_inertia_kg_m2: table.number("Id")?,
+        };
+        self.discs.push((table.node()?, disc));
+        Ok(())
+    }
+
+    fn point_mass(&mut self, table: &Table) -> Result<(), InputError> {
+        let key = if table.has("m") { "m" } else { "mx" };
+        let mass_kg = table.number(key)?;
+        if key == "mx" && table.has("my") && table.number("my")? != mass_kg {
+            return Err(table.wrong("mx and my differ: a mass on a shaft is the same in both"));
+        }
+        let disc = Disc { position_m: 0.0, mass_kg, polar_inertia_kg_m2: 0.0, diametral_inertia_kg_m2: 0.0 };
+        self.discs.push((table.node()?, disc));
+        Ok(())
+    }
+
+    fn support(&mut self, table: &Table) -> Result<(), InputError> {
+        if table.has("n_link") {
+            let words = "n_link: it stands on a node of its own; magnets and sensors of a spindle file stand on ground";
+            self.notes.add(table.name, words);
+        }
+        if ["mxx", "myy"].iter().any(|key| table.is_nonzero(key)) {
+            self.notes.add(table.name, "mxx, myy: a support with mass, which has no place in a spindle file");
+        }
+        let magnet = read_magnet(table, &mut self.notes)?;
+        self.supports.push(Placed { node: table.node()?, tag: table.tag().to_owned(), magnet });
+        Ok(())
+    }
+
+    /// Notes supports that are neither front nor rear magnet.
+    fn note_supports(&mut self, rotor: &RossRotor) {
+        let Some(pair) = rotor.magnet_pair() else {
+            if !rotor.bearings.is_empty() {
+                let tags: Vec<&str> = rotor.bearings.iter().map(|b| b.tag.as_str()).collect();
+                let words = "these do not tell front and rear magnetic bearing, whose planes are to be given";
+                self.notes.add(format!("supports ({})", tags.join(", ")), words);
+            }
+            return;
+        };
+        for other in rotor.bearings.iter().filter(|b| !pair.contains(b)) {
+            self.notes.add(other.tag.clone(), "a support that is no magnet, beside the two magnets");
+        }
+    }
+
+    /// Refuses classes that may be part of the shaft or carry mass.
+    fn check_unknown(&self) -> Result<(), InputError> {
+        match self.unknown.sentences().as_slice() {
+            [] => Ok(()),
+            words => Err(InputError::new(self.file, words.join("; "))
+                .with_hint("ShaftElement, DiskElement, GearElement, PointMass, bearings and seals are read")),
+        }
     }
 
     fn section(&mut self, table: &Table) -> Result<Section, InputError> {
@@ -354,11 +403,11 @@ impl Reader<'_> {
         for (key, what) in [
             ("axial_force", "an axial force"),
             ("torque", "a torque"),
-            ("alpha", "mass-proportional damping"),
-            ("beta", "stiffness-proportional damping"),
+            ("alpha", "mass-proportional damping; damping is `damping_ratio`, by mode"),
+            ("beta", "stiffness-proportional damping; damping is `damping_ratio`, by mode"),
         ] {
             if table.is_nonzero(key) {
-                self.left_out.push(format!("{}: {key}: {what}; damping is `damping_ratio`, by mode", table.name));
+                self.notes.add(table.name, format!("{key}: {what}"));
             }
         }
         let method = table.table.get("shear_method_calc").and_then(Value::as_str);
@@ -394,10 +443,11 @@ impl Reader<'_> {
 
     /// Elements in the order of their nodes, and what stands on the nodes with its position.
     fn finish(mut self, speed_rad_s: Option<f64>) -> Result<RossRotor, InputError> {
+        self.check_unknown()?;
         self.beams.sort_by_key(|(node, _, _)| *node);
         let mut position_m = vec![0.0];
         let mut sections = vec![];
-        for (k, (node, name, section)) in unlayered(self.beams).into_iter().enumerate() {
+        for (k, (node, name, section)) in unlayered(std::mem::take(&mut self.beams)).into_iter().enumerate() {
             if node != k {
                 let rule = if node < k {
                     format!("{name}: another element begins at node {node} as well")
@@ -418,23 +468,26 @@ impl Reader<'_> {
                 .with_hint("give a file that ROSS has saved with `rotor.save(\"name.toml\")`"));
         }
         let mut discs = vec![];
-        for (node, disc) in self.discs {
+        for (node, disc) in std::mem::take(&mut self.discs) {
             match position_m.get(node) {
                 Some(z) => discs.push(Disc { position_m: *z, ..disc }),
                 None => {
-                    self.left_out.push(format!("node {node}: a mass of {} kg that is not on the shaft", disc.mass_kg))
+                    let words = format!("a mass of {} kg that is not on the shaft, as of a support", disc.mass_kg);
+                    self.notes.add(format!("node {node}"), words);
                 }
             }
         }
         discs.sort_by(|a, b| a.position_m.total_cmp(&b.position_m));
         let mut bearings = vec![];
-        for Placed { node, tag, magnet } in self.supports {
+        for Placed { node, tag, magnet } in std::mem::take(&mut self.supports) {
             match position_m.get(node) {
                 Some(z) => bearings.push(RossBearing { tag, position_m: *z, magnet }),
-                None => self.left_out.push(format!("{tag}: a support of node {node}, which is not on the shaft")),
+                None => self.notes.add(tag, format!("a support of node {node}, which is not on the shaft")),
             }
         }
         bearings.sort_by(|a, b| a.position_m.total_cmp(&b.position_m));
-        Ok(RossRotor { sections, discs, bearings, speed_rad_s, left_out: self.left_out })
+        let rotor = RossRotor { sections, discs, bearings, speed_rad_s, left_out: vec![] };
+        self.note_supports(&rotor);
+        Ok(RossRotor { left_out: self.notes.sentences(), ..rotor })
     }
 }

@@ -10,6 +10,8 @@
 use super::error::InputError;
 use super::file::{self, UNIVERSAL};
 use super::shipped::BYTE_ORDER_MARK;
+pub use super::uff_units::UffSystem;
+use super::uff_units::read_system;
 use crate::linalg::c64;
 use std::path::Path;
 
@@ -56,10 +58,8 @@ pub struct UffFunction {
     pub y: Vec<c64>,
     /// True for complex ordinates.
     pub complex: bool,
-    /// SI per file unit of length and of force (dataset 164); 1 without one.
-    pub si_length: f64,
-    /// See [`Self::si_length`].
-    pub si_force: f64,
+    /// Units of the file (dataset 164 before it), where it states them.
+    pub system: Option<UffSystem>,
 }
 
 /// All functions of a universal file.
@@ -79,7 +79,7 @@ pub fn read(file: &str, bytes: &[u8]) -> Result<Vec<UffFunction>, InputError> {
     let mark = BYTE_ORDER_MARK.to_string();
     let mut cursor = Cursor { bytes: bytes.strip_prefix(mark.as_bytes()).unwrap_or(bytes), at: 0, line: 1 };
     let mut functions = vec![];
-    let (mut si_length, mut si_force) = (1.0, 1.0);
+    let mut system = None;
     let mut any = false;
     while let Some(text) = cursor.next_line() {
         if text.trim() != "-1" {
@@ -96,7 +96,7 @@ pub fn read(file: &str, bytes: &[u8]) -> Result<Vec<UffFunction>, InputError> {
         match number.as_str() {
             "58" => {
                 let mut function = function(file, &mut cursor, &identifier, line, binary)?;
-                (function.si_length, function.si_force) = (si_length, si_force);
+                function.system.clone_from(&system);
                 functions.push(function);
                 if functions.len() > MOST_FUNCTIONS {
                     let rule = format!("has more than {MOST_FUNCTIONS} functions");
@@ -105,17 +105,7 @@ pub fn read(file: &str, bytes: &[u8]) -> Result<Vec<UffFunction>, InputError> {
                 cursor.skip_dataset();
             }
             "164" => {
-                let _ = cursor.next_line();
-                let text = cursor.next_line().unwrap_or_default();
-                let factors: Vec<f64> =
-                    text.split_whitespace().filter_map(|t| t.replace(['D', 'd'], "e").parse().ok()).collect();
-                // To convert to SI, file values are divided by these factors.
-                if let [length, force, ..] = factors[..]
-                    && length > 0.0
-                    && force > 0.0
-                {
-                    (si_length, si_force) = (length.recip(), force.recip());
-                }
+                system = Some(unit_system(file, &mut cursor, line)?);
                 cursor.skip_dataset();
             }
             _ => cursor.skip_dataset(),
@@ -126,6 +116,21 @@ pub fn read(file: &str, bytes: &[u8]) -> Result<Vec<UffFunction>, InputError> {
             .with_hint("a universal file consists of datasets between lines with -1 in columns 5 and 6"));
     }
     Ok(functions)
+}
+
+/// The system of units of a dataset 164 behind its identifier.
+fn unit_system(file: &str, cursor: &mut Cursor<'_>, line: usize) -> Result<UffSystem, InputError> {
+    let head = cursor.next_line().unwrap_or_default();
+    let code = fixed(&head, &[10])[0].trim().parse().ok();
+    let text = cursor.next_line().unwrap_or_default();
+    let by_blanks: Option<Vec<f64>> = text.split_whitespace().map(number).collect();
+    let by_width = || fixed(text.trim_end(), &[25; 3]).iter().filter_map(|f| number(f)).collect();
+    let factors = by_blanks.unwrap_or_else(by_width);
+    read_system(code, &factors).map_err(|message| {
+        let mut e = InputError::new(file, format!("dataset 164: {message}"));
+        e.line = Some(line);
+        e.with_hint("correct the units of the file: code 1 is SI, 7 inch and pound-force, 9 defined by its factors")
+    })
 }
 
 struct Cursor<'a> {
@@ -249,8 +254,7 @@ fn function(
         x,
         y,
         complex,
-        si_length: 1.0,
-        si_force: 1.0,
+        system: None,
     })
 }
 

@@ -1,24 +1,27 @@
 //! Which functions of a universal file are frequency responses of a structure, and their conversion to compliance in
 //! m/N. Mobility v/F = jω x/F, accelerance a/F = −ω² x/F (ISO 7626-1). What is measured is taken from the data types of
-//! the axes, else from their unit labels; what cannot be told is refused.
+//! the axes and from their unit labels, units without a label from dataset 164; what cannot be told, and labels that
+//! contradict the one or the other, are refused.
 
 use super::error::InputError;
 use super::uff::UffFunction;
+use super::uff_units::{FORCE, SAME_FACTOR, Unit, read_frequency_unit, read_unit};
 use crate::linalg::c64;
 use std::f64::consts::TAU;
-
-/// Standard gravity, m/s²: accelerometers are often calibrated in g.
-const GRAVITY_M_S2: f64 = 9.80665;
 
 /// An FRF converted to compliance.
 #[derive(Clone, Debug, PartialEq)]
 pub struct UffFrf {
+    /// Its number among the functions of the file, from 1.
+    pub number: usize,
     /// ID line 1.
     pub description: String,
     /// Response node and direction.
     pub response: (i64, i64),
     /// Reference node and direction.
     pub reference: (i64, i64),
+    /// What the file does not say and was taken for granted.
+    pub notes: Vec<String>,
     /// Lines, Hz, ascending, positive.
     pub frequency_hz: Vec<f64>,
     /// Compliance, m/N.
@@ -26,21 +29,21 @@ pub struct UffFrf {
 }
 
 impl UffFrf {
-    /// True when response and reference are the same point and direction.
+    /// True when response and reference are the same point in the same axis, either sense.
     pub(crate) fn is_driving_point(&self) -> bool {
-        self.response == self.reference
+        self.response.0 == self.reference.0 && self.response.1.abs() == self.reference.1.abs()
     }
 
     /// Short description for messages.
     pub(crate) fn label(&self) -> String {
         format!(
-            "{:?} (response {}:{}, reference {}:{})",
-            self.description, self.response.0, self.response.1, self.reference.0, self.reference.1
+            "{}: {:?} (response {}:{}, reference {}:{})",
+            self.number, self.description, self.response.0, self.response.1, self.reference.0, self.reference.1
         )
     }
 }
 
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, PartialEq, Eq)]
 enum Motion {
     Displacement,
     Velocity,
@@ -54,8 +57,8 @@ enum Motion {
 pub fn frfs(file: &str, functions: &[UffFunction]) -> Result<Vec<UffFrf>, InputError> {
     let mut good = vec![];
     let mut reasons = vec![];
-    for function in functions {
-        match convert(function) {
+    for (k, function) in functions.iter().enumerate() {
+        match frf_of(k + 1, function) {
             Ok(frf) => good.push(frf),
             Err(reason) => reasons.push(format!("line {}, {:?}: {reason}", function.line, function.description)),
         }
@@ -85,7 +88,11 @@ pub(crate) fn coherence_for(functions: &[UffFunction], frf: &UffFrf) -> Option<V
         .collect()
 }
 
-fn convert(function: &UffFunction) -> Result<UffFrf, String> {
+/// The compliance of the function with this number, from 1.
+///
+/// # Errors
+/// Why it is no frequency response of a structure, in words.
+pub(super) fn frf_of(number: usize, function: &UffFunction) -> Result<UffFrf, String> {
     let name = match function.function_type {
         0 | 4 => None,
         1 => Some("a time record"),
@@ -118,12 +125,15 @@ fn convert(function: &UffFunction) -> Result<UffFrf, String> {
             function.abscissa.kind, function.abscissa.label, function.abscissa.units
         ));
     }
-    let (motion, factor) = motion(function)?;
+    let hz = read_frequency_unit(&function.abscissa.units)
+        .map_err(|label| format!("the unit {label} of the abscissa is not understood: Hz, kHz, rad/s or rpm"))?;
+    let (motion, factor, notes) = motion(function)?;
     let (mut frequency_hz, mut compliance) = (vec![], vec![]);
     for (f, y) in function.x.iter().zip(&function.y) {
         if !(f.is_finite() && y.re.is_finite() && y.im.is_finite()) {
             return Err(format!("a value at {f} Hz is not a number"));
         }
+        let f = &(hz * f);
         // Compliance is not defined from velocity or acceleration at 0 Hz; no rotor FRF is used there.
         if *f <= 0.0 {
             continue;
@@ -144,72 +154,134 @@ fn convert(function: &UffFunction) -> Result<UffFrf, String> {
         return Err("no line above 0 Hz".into());
     }
     Ok(UffFrf {
+        number,
         description: function.description.clone(),
         response: function.response,
         reference: function.reference,
+        notes,
         frequency_hz,
         compliance,
     })
 }
 
-/// What moves, and the factor from file units to SI.
-fn motion(function: &UffFunction) -> Result<(Motion, f64), String> {
-    let label: String = format!("{} / {}", function.ordinate.units, function.denominator.units);
-    if !matches!(function.denominator.kind, 0 | 1 | 9 | 13) {
-        return Err(format!("the denominator (type {}) is not a force", function.denominator.kind));
-    }
-    let typed = match function.ordinate.kind {
-        8 => Some(Motion::Displacement),
-        11 => Some(Motion::Velocity),
-        12 => Some(Motion::Acceleration),
-        0 | 1 => None,
-        other => {
-            return Err(format!(
+impl Motion {
+    /// What a type of the ordinate is; none where the type is general or unknown.
+    fn of_type(function: &UffFunction) -> Result<Option<Self>, String> {
+        match function.ordinate.kind {
+            8 => Ok(Some(Self::Displacement)),
+            11 => Ok(Some(Self::Velocity)),
+            12 => Ok(Some(Self::Acceleration)),
+            0 | 1 => Ok(None),
+            other => Err(format!(
                 "the ordinate (type {other}, {:?} in {:?}) is no displacement, velocity or acceleration",
                 function.ordinate.label, function.ordinate.units
-            ));
+            )),
         }
-    };
-    let from_units = units(&label);
-    match (typed, from_units) {
-        (Some(motion), Some((_, factor))) => Ok((motion, factor)),
-        (Some(motion), None) => Ok((motion, function.si_length / function.si_force)),
-        (None, Some(found)) => Ok(found),
-        (None, None) => Err(format!(
-            "neither data types nor units ({:?} over {:?}) say whether this is compliance, mobility or accelerance",
-            function.ordinate.units, function.denominator.units
-        )),
+    }
+
+    /// What is measured in a unit of these exponents of metre and second.
+    fn of_exponents(exponents: [i32; 2]) -> Option<Self> {
+        let all = [Self::Displacement, Self::Velocity, Self::Acceleration];
+        all.into_iter().find(|motion| motion.exponents() == exponents)
+    }
+
+    fn exponents(self) -> [i32; 2] {
+        match self {
+            Self::Displacement => [1, 0],
+            Self::Velocity => [1, -1],
+            Self::Acceleration => [1, -2],
+        }
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Displacement => "displacement",
+            Self::Velocity => "velocity",
+            Self::Acceleration => "acceleration",
+        }
     }
 }
 
-/// Motion and factor to SI from a units label such as `m/s²/N`, `(1/N)*(m/s^2)`, `mm/N`, `g/N`.
-fn units(label: &str) -> Option<(Motion, f64)> {
-    let text: String = label
-        .to_lowercase()
-        .replace(['²'], "2")
-        .chars()
-        .filter(|c| !c.is_whitespace() && !matches!(c, '(' | ')' | '^' | '*'))
-        .collect();
-    if !text.contains('n') || text.contains("none") && text.matches("none").count() > 1 {
-        return None;
+/// What moves, the factor from file units to SI, and what was taken for granted.
+fn motion(function: &UffFunction) -> Result<(Motion, f64, Vec<String>), String> {
+    if !matches!(function.denominator.kind, 0 | 1 | 9 | 13) {
+        return Err(format!("the denominator (type {}) is not a force", function.denominator.kind));
     }
-    let force = if text.contains("kn") { 1e-3 } else { 1.0 };
-    let length = if text.contains("mm") {
-        1e-3
-    } else if text.contains("µm") || text.contains("um") {
-        1e-6
-    } else {
-        1.0
+    let typed = Motion::of_type(function)?;
+    let read = |label: &str| read_unit(label).map_err(|part| format!("the unit {label:?} is not understood: {part}"));
+    let (ordinate, denominator) = (read(&function.ordinate.units)?, read(&function.denominator.units)?);
+    check_system(function, ordinate, denominator)?;
+    let mut notes = vec![];
+    let force = match denominator {
+        Some(unit) if unit.dimensions == FORCE => unit.si,
+        Some(_) => return Err(format!("the unit {:?} of the denominator is no force", function.denominator.units)),
+        None => function.system.as_ref().map_or(1.0, |s| s.force_n),
     };
-    if text.contains("m/s2") || text.contains("m/sec2") || text.contains("ms-2") {
-        Some((Motion::Acceleration, length * force))
-    } else if text.contains("m/s") || text.contains("ms-1") {
-        Some((Motion::Velocity, length * force))
-    } else if text.starts_with("g/") || text.contains("/ng") || text.contains("1/ng") {
-        Some((Motion::Acceleration, GRAVITY_M_S2 * force))
-    } else if text.contains("m/n") || text.contains("m/kn") || text.contains("nm") || text.contains("m//n") {
-        Some((Motion::Displacement, length * force))
-    } else {
-        None
+    let (found, factor) = match ordinate {
+        Some(unit) => {
+            let [length, time, newton] = unit.dimensions;
+            // A label such as m/s²/N holds the force already.
+            let per_force = match newton {
+                0 => unit.si / force,
+                _ => unit.si,
+            };
+            let found = Motion::of_exponents([length, time]).filter(|_| matches!(newton, 0 | -1)).ok_or(format!(
+                "the unit {:?} of the ordinate is no displacement, velocity or acceleration, over force or not",
+                function.ordinate.units
+            ))?;
+            if newton == 0 && denominator.is_none() && function.system.is_none() {
+                notes.push("the file states no unit of force: taken as N".to_owned());
+            }
+            (found, per_force)
+        }
+        None => {
+            let Some(typed) = typed else {
+                return Err(format!(
+                    "neither data types nor units ({:?} over {:?}) say whether this is compliance, mobility or \
+                     accelerance",
+                    function.ordinate.units, function.denominator.units
+                ));
+            };
+            if function.system.is_none() {
+                let both = if denominator.is_none() { " and force: taken as SI" } else { ": taken as SI" };
+                notes.push(format!("the file states no unit of {}{both}", typed.name()));
+            }
+            (typed, function.system.as_ref().map_or(1.0, |s| s.length_m) / force)
+        }
+    };
+    match typed {
+        Some(typed) if typed != found => Err(format!(
+            "the ordinate has the data type of a {}, but the unit {:?} of a {}",
+            typed.name(),
+            function.ordinate.units,
+            found.name()
+        )),
+        _ => Ok((found, factor, notes)),
     }
+}
+
+/// Labels in other units than those of dataset 164 leave open which of them holds.
+fn check_system(function: &UffFunction, ordinate: Option<Unit>, denominator: Option<Unit>) -> Result<(), String> {
+    let Some(system) = &function.system else {
+        return Ok(());
+    };
+    for (axis, unit) in [(&function.ordinate, ordinate), (&function.denominator, denominator)] {
+        let Some(unit) = unit else {
+            continue;
+        };
+        // Gravity is a unit of its own in every system.
+        let (free, of_force) = (read_unit("g").ok().flatten().map_or(1.0, |g| g.si), system.force_n);
+        let [length, _, force] = unit.dimensions;
+        let expected = system.length_m.powi(length) * of_force.powi(force);
+        let same = |expected: f64| (unit.si / expected - 1.0).abs() < SAME_FACTOR;
+        let gravity = unit.dimensions[..2] == [1, -2] && same(free * of_force.powi(force));
+        if !same(expected) && !gravity {
+            return Err(format!(
+                "the unit {:?} is not that of dataset 164, whose length is {:.6} m and whose force is {:.6} N: which of \
+                 them holds is not clear",
+                axis.units, system.length_m, system.force_n
+            ));
+        }
+    }
+    Ok(())
 }

@@ -10,6 +10,8 @@ use crate::diagnose::Diagnosis;
 use crate::diagnose::decide::residuals::{Channel, Record};
 use crate::diagnose::locate::localisation::PortScore;
 use crate::diagnose::locate::place::Place;
+use crate::diagnose::locate::recovered_law::Law;
+use crate::linalg::c64;
 use crate::spindle::Location;
 use crate::spindle::effects::AXIS_NAMES as AXES;
 use crate::spindle::response::SIDE;
@@ -56,8 +58,7 @@ fn localisation(d: &Diagnosis) -> Vec<Named> {
     names.extend(ports.iter().map(|p| p.port.clone()));
     // Noise alone leaves about 1: what lies below counts as explained.
     let decades = |values: &[f64]| -> Vec<f64> {
-        let pick = order.iter().filter_map(|i| values.get(*i));
-        pick.map(|v| v.max(1.0).log10()).collect()
+        order.iter().map(|i| values.get(*i).map_or(f64::NAN, |v| v.max(1.0).log10())).collect()
     };
     let mut scores = vec![decades(&best.line_before)];
     scores.extend(ports.iter().map(|p| decades(&p.line_after)));
@@ -99,7 +100,7 @@ fn laws(d: &Diagnosis) -> Vec<Named> {
             .values
             .iter()
             .zip(&law.sd)
-            .map(|(v, sd)| if v.norm() > *sd { *v } else { crate::linalg::c64::new(f64::NAN, f64::NAN) })
+            .map(|(v, sd)| if v.norm() > *sd { *v } else { c64::new(f64::NAN, f64::NAN) })
             .collect();
         let figure = plot::impedance(&title, law.unit.text(), &law.frequency_hz, &shown, &law.fitted, &law.words());
         figures.push((Picture::Impedance.numbered(k + 1), figure));
@@ -224,26 +225,43 @@ fn overview(d: &Diagnosis) -> Named {
     (Picture::Residual.into(), plot::residual("Residual in standard deviations, before and after", &panels))
 }
 
+/// Tables of the laws: those on the same lines share one, the others follow under a number.
+fn law_tables(folder: &mut ResultsFolder, laws: &[Law]) -> Result<(), ResultsError> {
+    let mut alike: Vec<Vec<&Law>> = vec![];
+    for law in laws {
+        match alike.iter_mut().find(|group| group[0].frequency_hz == law.frequency_hz) {
+            Some(group) => group.push(law),
+            None => alike.push(vec![law]),
+        }
+    }
+    for (number, group) in alike.iter().enumerate() {
+        let mut header = vec!["frequency_hz".to_owned()];
+        for law in group {
+            let name =
+                if law.name.is_empty() { "law".to_owned() } else { format!("law_{}", law.name.replace(' ', "_")) };
+            let unit = law.unit.key();
+            header.extend([format!("{name}_{unit}_re"), format!("{name}_{unit}_im"), format!("{name}_{unit}_sd")]);
+        }
+        let mut table = Table::new(header);
+        for (k, hz) in group[0].frequency_hz.iter().enumerate() {
+            let mut row = vec![*hz];
+            for law in group {
+                let value = law.values.get(k).copied().unwrap_or(c64::new(f64::NAN, f64::NAN));
+                row.extend([value.re, value.im, law.sd.get(k).copied().unwrap_or(f64::NAN)]);
+            }
+            table.push_numbers(&row);
+        }
+        let name = if number == 0 { "correction.csv".to_owned() } else { format!("correction-{}.csv", number + 1) };
+        folder.add_table(&name, &table)?;
+    }
+    Ok(())
+}
+
 fn correction(folder: &mut ResultsFolder, d: &Diagnosis) -> Result<(), ResultsError> {
     let (Some(c), Some(best)) = (&d.correction, d.localisation.named()) else {
         return Ok(());
     };
-    let mut header = vec!["frequency_hz".to_owned()];
-    for law in &best.laws {
-        let name = if law.name.is_empty() { "law".to_owned() } else { format!("law_{}", law.name.replace(' ', "_")) };
-        let unit = law.unit.key();
-        header.extend([format!("{name}_{unit}_re"), format!("{name}_{unit}_im"), format!("{name}_{unit}_sd")]);
-    }
-    let mut table = Table::new(header);
-    let lines = best.laws.first().map_or(0, |l| l.values.len());
-    for k in 0..lines {
-        let mut row = vec![best.laws[0].frequency_hz[k]];
-        for law in &best.laws {
-            row.extend([law.values[k].re, law.values[k].im, law.sd[k]]);
-        }
-        table.push_numbers(&row);
-    }
-    folder.add_table("correction.csv", &table)?;
+    law_tables(folder, &best.laws)?;
     // The header of `muspin frf`, so that whoever reads that reads this.
     let mut header = vec!["frequency_hz".to_owned()];
     for i in 1..=4 {

@@ -76,23 +76,11 @@ impl Staging {
 }
 
 /// Whether a rename from the folder beside ends at the border of the target. Devices do not tell: a folder that is
-/// mounted twice has the same one.
+/// mounted twice has the same one. What is renamed does not exist, so that nothing is left: Linux looks at the border
+/// first. Where a system does not, files are copied over it one by one.
 fn is_mounted(target: &Path, beside: &Path) -> bool {
-    let Some(name) = beside.file_name() else {
-        return false;
-    };
-    let (from, to) = (beside.join("probe"), target.join(name));
-    if fs::write(&from, b"").is_err() {
-        return false;
-    }
-    match fs::rename(&from, &to) {
-        Ok(()) => {
-            // What cannot be removed is empty and has the prefix of temporary names.
-            let _ = fs::remove_file(&to);
-            false
-        }
-        Err(error) => error.kind() == io::ErrorKind::CrossesDevices,
-    }
+    let renamed = fs::rename(beside.join("absent"), target.join(".muspin-absent"));
+    renamed.is_err_and(|error| error.kind() == io::ErrorKind::CrossesDevices)
 }
 
 /// A folder of temporary name.

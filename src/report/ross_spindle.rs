@@ -68,10 +68,7 @@ pub(crate) fn spindle_draft(
         "a list, damping ratios of the free-free bending modes; [0.004] is usual for a solid steel shaft",
     );
     draft.key("rotor.flexible_modes", None, "bending modes that the design model keeps, usually 3");
-    let bearings: [Option<&RossBearing>; 2] = match rotor.bearings.as_slice() {
-        [front, rear] => [Some(front), Some(rear)],
-        _ => [None, None],
-    };
+    let bearings = rotor.magnet_pair().map_or([None, None], |pair| pair.map(Some));
     planes(&mut draft, bearings, nose_m);
     magnets(&mut draft, bearings);
     draft.head("electronics", false);

@@ -7,6 +7,7 @@ use crate::linalg::riccati::{RiccatiError, care};
 pub(super) fn solve(problem: &Problem) -> Result<Answer, Failure> {
     let a = problem.square("A")?;
     let n = a.nrows();
+    problem.agrees("n", n)?;
     let g = problem.matrix_of("G", n, n)?;
     let q = problem.matrix_of("Q", n, n)?;
     let found = care(&a, &g, &q)?;

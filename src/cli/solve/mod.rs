@@ -15,6 +15,7 @@ mod reduce;
 use super::console::{Console, Shown};
 use super::{Failure, Outcome};
 use crate::input::problem::Problem;
+use crate::input::problem_keys::check_keys;
 use crate::input::problem_schema::ProblemKind;
 use answer::Answer;
 use clap::builder::PossibleValue;
@@ -43,6 +44,7 @@ impl clap::ValueEnum for ProblemKind {
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     let problem = Problem::read(&arguments.file)?;
+    check_keys(&problem, arguments.kind)?;
     let answer: Answer = match arguments.kind {
         ProblemKind::Care => care::solve(&problem),
         ProblemKind::Hinfnorm => hinfnorm::solve(&problem),

@@ -3,12 +3,15 @@
 
 use super::answer::complex_matrix;
 use super::{Answer, Failure, Problem};
+use crate::augment::Block;
 use crate::robust::{MuError, mu};
 
 /// Solves the problem of the file.
 pub(super) fn solve(problem: &Problem) -> Result<Answer, Failure> {
-    let m = problem.complex_matrix("M")?;
-    let found = mu::bounds(&m, &problem.blocks()?)?;
+    let blocks = problem.blocks()?;
+    let (rows, cols) = (blocks.iter().map(Block::cols).sum(), blocks.iter().map(Block::rows).sum());
+    let m = problem.complex_matrix("M", rows, cols)?;
+    let found = mu::bounds(&m, &blocks)?;
     Ok(Answer::new()
         .with_number("upper", found.upper)
         .with_number("lower", found.lower)

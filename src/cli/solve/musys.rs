@@ -6,6 +6,10 @@ use crate::robust::mu::system::MuSystem;
 
 /// Solves the problem of the file.
 pub(super) fn solve(problem: &Problem) -> Result<Answer, Failure> {
+    if problem.has("w_range") {
+        // The peak is over all frequencies; the range must be one all the same.
+        problem.numbers("w_range")?;
+    }
     let system = MuSystem::new(&problem.system()?, &problem.blocks()?)?;
     let peak = system.peak(CERTIFICATE_SLACK)?;
     Ok(Answer::new()

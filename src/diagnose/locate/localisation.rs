@@ -381,7 +381,11 @@ impl Seen {
             seen.numbers = line.x.len();
             seen.frequency_hz.push(line.omega_rad_s / TAU);
             seen.line_after.push(line.chi2.1 / freedom);
-            seen.names = place.laws(line.view.split());
+            // At standstill a place may have fewer laws than at speed: the first of them are the same.
+            let names = place.laws(line.view.split());
+            if names.len() >= seen.names.len() {
+                seen.names = names;
+            }
             seen.laws.push(line.laws());
             seen.x[line.sweep].push(line.x.clone());
         })?;
@@ -398,20 +402,21 @@ impl Seen {
         Law::new("", Unit::Relative, hz, values, sd)
     }
 
-    /// Laws in order of frequency over all sweeps.
+    /// Laws in order of frequency over all sweeps, each on the lines that have it.
     fn laws(&self) -> Vec<Law> {
         let mut order: Vec<usize> = (0..self.frequency_hz.len()).collect();
         order.sort_by(|a, b| self.frequency_hz[*a].total_cmp(&self.frequency_hz[*b]));
-        let pick =
-            |k: usize| -> Vec<(c64, f64)> { order.iter().filter_map(|i| self.laws[*i].get(k).copied()).collect() };
-        self.names
-            .iter()
-            .enumerate()
-            .map(|(k, (name, unit))| {
-                let (values, sd) = pick(k).into_iter().unzip();
-                let hz = order.iter().map(|i| self.frequency_hz[*i]).collect();
-                Law::new(name, *unit, hz, values, sd)
-            })
-            .collect()
+        let law = |(k, (name, unit)): (usize, &(&str, Unit))| {
+            let (mut hz, mut values, mut sd) = (vec![], vec![], vec![]);
+            for line in &order {
+                if let Some((value, deviation)) = self.laws[*line].get(k) {
+                    hz.push(self.frequency_hz[*line]);
+                    values.push(*value);
+                    sd.push(*deviation);
+                }
+            }
+            Law::new(name, *unit, hz, values, sd)
+        };
+        self.names.iter().enumerate().map(law).collect()
     }
 }

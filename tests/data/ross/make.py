@@ -45,6 +45,31 @@ def magnets():
     return rs.Rotor(shaft, discs, bearings, rated_w=4000.0, tag="magnets")
 
 
+def beside_magnets():
+    """Two magnets with integral action in a shaft with proportional damping, beside a seal, a ball bearing and a thrust pad."""
+    from ross.bearings.thrust_pad import thrust_pad_example
+
+    shaft = [rs.ShaftElement(L=0.06, idl=0, odl=0.05, material=STEEL, alpha=2.0, beta=1e-6) for _ in range(6)]
+    magnet = dict(g0=5e-4, i0=3.0, nw=100, kp_pid=2e4, kd_pid=20.0, ki_pid=5e4, n_f=8e3, k_amp=0.5, k_sense=2.0, frequency=[1.0, 1e2, 1e3])
+    pad = thrust_pad_example()
+    pad.n = 3
+    bearings = [
+        rs.MagneticBearingElement(n=1, ag=3e-4, **magnet),
+        rs.MagneticBearingElement(n=5, ag=1.5e-4, **magnet),
+        rs.SealElement(n=4, kxx=1e5, cxx=10.0),
+        rs.BallBearingElement(n=2, n_balls=8, d_balls=0.03, fs=500.0, alpha=0.5),
+        pad,
+    ]
+    return rs.Rotor(shaft, [rs.DiskElement(n=3, m=1.0, Id=1e-3, Ip=2e-3)], bearings, tag="beside magnets")
+
+
+def support_with_mass():
+    """A bearing on a support with mass, and one on ground."""
+    shaft = [rs.ShaftElement(L=0.1, idl=0, odl=0.05, material=STEEL) for _ in range(4)]
+    bearings = [rs.BearingElement(n=0, kxx=1e6, cxx=0, n_link=5), rs.BearingElement(n=5, kxx=1e7, cxx=0), rs.BearingElement(n=4, kxx=1e6, cxx=0)]
+    return rs.Rotor(shaft, [], bearings, [rs.PointMass(n=5, m=2.0)], tag="support with mass")
+
+
 def frequencies(rotor, rpm):
     """Undamped whirl frequencies, Hz, of the shaft and its discs alone, with +1 forward and -1 backward, from ROSS's matrices."""
     free = rs.Rotor(rotor.shaft_elements, rotor.disk_elements)
@@ -84,6 +109,11 @@ def main():
         modal = np.sort(free.run_modal(0, num_modes=400, sparse=False).wn) / (2 * np.pi)
         for hz, _ in speeds[0]["modes"]:
             assert np.min(np.abs(modal / hz - 1)) < 1e-5, (name, hz, modal)
+    for file, rotor in (("beside_magnets.toml", beside_magnets()), ("support_with_mass.toml", support_with_mass())):
+        path = os.path.join(here, file)
+        if os.path.exists(path):
+            os.remove(path)
+        rotor.save(path)
     with open(os.path.join(here, "frequencies.json"), "w", encoding="utf-8") as out:
         json.dump(answer, out, indent=1)
         out.write("\n")

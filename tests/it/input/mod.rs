@@ -8,3 +8,4 @@ mod mutated_files;
 mod plausible_values;
 mod ross;
 mod uff;
+mod uff_units;

@@ -262,3 +262,87 @@ fn the_command_writes_a_rotor_turned_round() {
     other.reverse();
     assert_eq!(one, other);
 }
+
+fn written(file: &str, name: &str, place: &Path) -> Value {
+    let path = data().join(file).display().to_string();
+    let (code, text, told) = muspin(&["ross", &path, "--out", name], place);
+    assert_eq!(code, 0, "{told}");
+    serde_json::from_str(&text).unwrap()
+}
+
+fn notes(answer: &Value) -> Vec<&str> {
+    answer["notes"].as_array().unwrap().iter().map(|v| v.as_str().unwrap()).collect()
+}
+
+#[test]
+fn seals_and_thrust_pads_beside_two_magnets_are_named_and_are_no_magnets() {
+    let place = tempfile::tempdir().unwrap();
+    let answer = written("beside_magnets.toml", "o", place.path());
+    let asked = answer["to_be_given"].as_array().unwrap();
+    let none = |key: &str| !asked.iter().any(|a| a == key);
+    assert!(none("bearings.front.ki_n_per_a") && none("bearings.rear.gap_m") && none("planes.rear_actuator_m"));
+    let told = notes(&answer);
+    for words in ["SealElement", "ThrustPad", "Ball Bearing", "sensors_axis_rotation"] {
+        assert_eq!(told.iter().filter(|n| n.contains(words)).count(), 1, "{words}: {told:?}");
+    }
+    // Six elements have both kinds of damping: one note each.
+    for key in ["alpha: mass", "beta: stiffness"] {
+        let of: Vec<&&str> = told.iter().filter(|n| n.contains(key)).collect();
+        assert!(of.len() == 1 && of[0].contains("6 elements"), "{told:?}");
+    }
+}
+
+#[test]
+fn the_pid_of_the_magnets_becomes_a_controller() {
+    let place = tempfile::tempdir().unwrap();
+    written("beside_magnets.toml", "o", place.path());
+    let path = place.path().join("o/controller.json");
+    let controller = muspin::input::load_controller(path.to_str().unwrap()).unwrap();
+    let muspin::controller::ControlLaw::Continuous(law) = controller.law else {
+        panic!("in continuous time");
+    };
+    for hz in [0.1, 30.0, 2000.0] {
+        let s = muspin::linalg::c64::new(0.0, hz * TAU);
+        let found = law.transfer(s);
+        // Amplifier and sensor gain multiply to one.
+        let pid = 2e4 + 5e4 / s + 20.0 * s / (1.0 + s / 8e3);
+        for (i, j) in (0..4).flat_map(|i| (0..4).map(move |j| (i, j))) {
+            let expected = if i == j { -pid } else { 0.0.into() };
+            assert!((found[(i, j)] - expected).norm() < 1e-12 * pid.norm(), "{hz} Hz, {i}, {j}");
+        }
+    }
+}
+
+#[test]
+fn supports_with_mass_and_unequal_axes_are_said() {
+    let place = tempfile::tempdir().unwrap();
+    let answer = written("support_with_mass.toml", "o", place.path());
+    let told = notes(&answer);
+    for words in ["n_link", "a mass of 2 kg that is not on the shaft", "a support of node 5"] {
+        assert!(told.iter().any(|n| n.contains(words)), "{words}: {told:?}");
+    }
+    let text = std::fs::read_to_string(data().join("beside_magnets.toml")).unwrap();
+    let changed = |from: &str, to: &str| {
+        assert!(text.contains(from), "{from}");
+        read_ross("rotor.toml", &text.replacen(from, to, 1)).unwrap()
+    };
+    let said = |rotor: &RossRotor, words: &str| rotor.left_out.iter().any(|n| n.contains(words));
+    let unequal = changed("i0 = 3.0", "i0 = [3.0, 2.5]");
+    assert!(said(&unequal, "i0: bias currents of 3 A in x and 2.5 A in y"), "{:?}", unequal.left_out);
+    let damped = changed("[parameters]", "[parameters]\nalpha = 3.0\nmodel = 2");
+    assert!(said(&damped, "parameters.alpha: mass-proportional damping") && said(&damped, "parameters.model"));
+    let seal = changed("SealElement_Seal", "LabyrinthSeal_Seal");
+    assert!(said(&seal, "LabyrinthSeal") && seal.magnet_pair().is_some());
+    let unknown = changed("SealElement_Seal", "Whisker_Seal");
+    assert!(said(&unknown, "the class Whisker is not known") && unknown.bearings.len() == 3, "{:?}", unknown.left_out);
+}
+
+#[test]
+fn a_seal_beside_one_bearing_does_not_become_the_rear_magnet() {
+    let text = std::fs::read_to_string(data().join("two_discs.toml")).unwrap();
+    let second = "BearingElement_Bearing 1";
+    assert!(text.contains(second));
+    let rotor = read_ross("rotor.toml", &text.replacen(second, "LabyrinthSeal_laby", 1)).unwrap();
+    assert!(rotor.magnet_pair().is_none() && rotor.bearings.len() == 1);
+    assert!(rotor.left_out.iter().any(|n| n.contains("LabyrinthSeal_laby")), "{:?}", rotor.left_out);
+}

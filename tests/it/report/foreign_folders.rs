@@ -167,17 +167,16 @@ fn a_folder_is_meant_where_its_dots_lead() {
 #[test]
 #[cfg(target_os = "linux")]
 fn a_folder_that_is_a_mount_point_is_written() {
-    let data = here().join("tests/data/diagnosis/c01");
-    for place in ["run", "run/plots"] {
+    for place in ["run", "run/variants"] {
         let folder = tempfile::tempdir().unwrap();
-        let mounted = folder.path().join(place);
+        let (mounted, run) = (folder.path().join(place), folder.path().join("run"));
         std::fs::create_dir_all(&mounted).unwrap();
-        let script = "mount -t tmpfs none \"$1\" || exit 99\nfor k in 1 2; do\n\"$0\" identify --measurement \"$2\" \
-            --out \"$3\" --quiet || exit 1\ndone\ntest -s \"$3/plausibility.json\" && test -z \"$(ls -A \"$3\" | grep \
-            '^\\.')\"";
+        let script = "mount -t tmpfs none \"$1\" || exit 99\nfor tool in paper-tool endmill-16; do\n\"$0\" batch --tools \
+            $tool --plan \"$2\" --quiet || exit 1\ngrep -q $tool \"$2/commands.txt\" && test -s \
+            \"$2/variants/$tool/tool.yaml\" || exit 2\ndone\ntest -z \"$(ls -A \"$2\" | grep '^\\.')\"";
         let mut command = Command::new("unshare");
         command.args(["--user", "--map-root-user", "--mount", "sh", "-c", script, env!("CARGO_BIN_EXE_muspin")]);
-        let Ok(run) = command.arg(&mounted).arg(&data).arg(folder.path().join("run")).output() else {
+        let Ok(run) = command.arg(&mounted).arg(&run).output() else {
             return;
         };
         let said = String::from_utf8_lossy(&run.stderr).into_owned();

@@ -53,7 +53,7 @@ fn identify(record: &str, folder: &Path) {
     assert_eq!(code, 0, "{err}");
 }
 
-/// Starts the command and kills it `delay` after its working folder has appeared; true when it was still running then.
+/// Starts the command and kills it `delay` after it has begun to fill its working folder; true when it was still running then.
 fn killed(record: &str, folder: &Path, delay: Duration) -> bool {
     let mut child = Command::new(env!("CARGO_BIN_EXE_muspin"))
         .args(["identify", "--measurement", record, "--out", "out"])
@@ -64,8 +64,10 @@ fn killed(record: &str, folder: &Path, delay: Duration) -> bool {
         .unwrap();
     let writes = || {
         let entries = std::fs::read_dir(folder).unwrap();
-        let name = |e: std::io::Result<std::fs::DirEntry>| e.unwrap().file_name();
-        entries.map(name).any(|n| n.to_string_lossy().starts_with(".muspin-"))
+        let mut working =
+            entries.map(Result::unwrap).filter(|e| e.file_name().to_string_lossy().starts_with(".muspin-"));
+        // Before the run starts, a working folder is made and removed to see that it can be.
+        working.any(|e| e.path().join("new").exists())
     };
     let start = Instant::now();
     while !writes() && child.try_wait().unwrap().is_none() {

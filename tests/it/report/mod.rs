@@ -1,5 +1,6 @@
 //! Results folder, page and pictures.
 
+mod diagnosis_page;
 mod foreign_folders;
 mod interrupted_writes;
 mod plots;
