@@ -89,7 +89,7 @@ pub fn read_controller(file: &str, text: &str) -> Result<Controller, InputError>
 /// As [`read_controller`].
 pub(crate) fn read_tagged_controller(file: &str, text: &str) -> Result<TaggedController, InputError> {
     let mut errors = ErrorList::new(file, text);
-    let read = match json::parse(text) {
+    let read = match json::parse::<ControllerFile>(text) {
         Ok(read) => Some(read),
         Err(error) => {
             // An error without a line is about the whole text.

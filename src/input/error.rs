@@ -29,6 +29,8 @@ impl InputError {
     /// The key path that the message begins with; empty when it begins with none.
     pub(crate) fn key_path(&self) -> &str {
         let path = self.message.split_once(": ").map_or("", |(path, _)| path);
+        // Rules of a shaft say whose it is.
+        let path = path.strip_prefix("tool ").unwrap_or(path);
         if path.contains(' ') { "" } else { path }
     }
 
