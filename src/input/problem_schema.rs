@@ -143,11 +143,19 @@ impl ProblemKind {
                 ],
                 &PLANT,
             ),
-            Self::Reduce => (&[("orders", "counts", "orders to reduce to")], &SYSTEM),
+            Self::Reduce => (
+                &[
+                    ("orders", "counts?", "orders to reduce to; may be left out beside max_error"),
+                    ("max_error", "number?", "L∞ norm of the error: the smallest order within it is given, too"),
+                    ("match_dc", "flag?", "true: singular perturbation alone, which keeps the DC gain"),
+                ],
+                &SYSTEM,
+            ),
             Self::Discretise => (
                 &[
                     ("Ts", "number", "sample time, s, positive"),
                     ("w_prewarp", "number?", "frequency, rad/s, below π/Ts, at which Tustin's rule is exact"),
+                    ("input_delay_s", "number?", "delay of all inputs, s; any for zoh, whole samples for other rules"),
                 ],
                 &SYSTEM,
             ),
@@ -194,6 +202,7 @@ fn shaped(shape: &str, meaning: &str) -> Value {
             json!({ "anyOf": [matrix, parts] })
         }
         "number" => json!({ "type": "number" }),
+        "flag" => json!({ "type": "boolean" }),
         "count" => json!({ "type": "integer", "minimum": 0 }),
         "numbers" => json!({ "type": "array", "items": { "type": "number" } }),
         "counts" => json!({ "type": "array", "items": { "type": "integer", "minimum": 0 } }),
