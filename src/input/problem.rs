@@ -120,6 +120,15 @@ impl Problem {
         finite(self.value(field)?, field).map_err(|e| self.fault(e))
     }
 
+    /// True or false.
+    ///
+    /// # Errors
+    /// A missing field or something else.
+    pub(crate) fn flag(&self, field: &str) -> Result<bool, InputError> {
+        let value = self.value(field)?;
+        value.as_bool().ok_or_else(|| self.failure(field, format!("must be true or false, found {value}")))
+    }
+
     /// A non-negative whole number.
     ///
     /// # Errors

@@ -190,11 +190,19 @@ impl ProblemKind {
                 ],
                 &PLANT,
             ),
-            Self::Reduce => (&[("orders", "counts", "orders to reduce to")], &SYSTEM),
+            Self::Reduce => (
+                &[
+                    ("orders", "counts?", "orders to reduce to; may be left out beside max_error"),
+                    ("max_error", "number?", "L∞ norm of the error: the smallest order within it is given, too"),
+                    ("match_dc", "flag?", "true: singular perturbation alone, which keeps the DC gain"),
+                ],
+                &SYSTEM,
+            ),
             Self::Discretise => (
                 &[
                     ("Ts", "number", "sample time, s, positive"),
                     ("w_prewarp", "number?", "frequency, rad/s, below π/Ts, at which Tustin's rule is exact"),
+                    ("input_delay_s", "number?", "delay of all inputs, s; any for zoh, whole samples for other rules"),
                 ],
                 &SYSTEM,
             ),
@@ -250,6 +258,7 @@ fn shaped(shape: &str, meaning: &str) -> Value {
             json!({ "anyOf": [matrix, parts] })
         }
         "number" => number,
+        "flag" => json!({ "type": "boolean" }),
         "count" => count(),
         "numbers" => one_or_more(&number),
         "counts" => one_or_more(&count()),

@@ -6,6 +6,7 @@ pub mod delay;
 pub mod held;
 pub(crate) mod level_set;
 pub(crate) mod line_maximum;
+pub mod matched;
 pub mod norm;
 pub(crate) mod pole_residues;
 pub(crate) mod responder;
@@ -14,6 +15,7 @@ pub mod sample;
 pub(crate) mod scale;
 pub(crate) mod state_space;
 pub(crate) mod structure;
+pub(crate) mod zeros;
 
 pub use held::HeldResponse;
 pub use responder::FrequencyResponder;

@@ -1,8 +1,10 @@
-//! From continuous to sampled time and back: zero-order hold, Tustin's rule, Tustin with prewarping.
+//! From continuous to sampled time and back: zero-order hold, first-order hold, impulse invariance, Tustin's rule,
+//! Tustin with prewarping.
 //! Hold: [Ad Bd; 0 I] = exp([A B; 0 0]·T). Tustin: s = k(z − 1)/(z + 1), k = 2/T, or ω/tan(ωT/2) when prewarped at ω.
 //! The bilinear formulas keep H∞ norm, Hankel values and stability (Ad is the Cayley transform of A).
 
-use super::delay::hold;
+use super::connect::series;
+use super::delay::{hold, sample_with_delay};
 use super::scale::dynamics_scale;
 use super::state_space::{Continuous, Discrete, StateSpace, TimeBase};
 use crate::linalg::{Mat, NumericError, c64, eigenvalues, solve};
@@ -17,6 +19,86 @@ pub fn zoh(system: &StateSpace<Continuous>, period_s: f64) -> Result<StateSpace<
         let (a, b) = hold(&s.a, &s.b, period_s)?;
         StateSpace::new(a, b, s.c.clone(), s.d.clone(), Discrete { period_s })
     })
+}
+
+/// [`zoh`] with all inputs late by any time `delay_s` ≥ 0: whole samples as a shift register behind the states, a
+/// fraction by splitting the hold. Exact at the sample instants.
+///
+/// # Errors
+/// As [`zoh`].
+pub fn zoh_with_delay(
+    system: &StateSpace<Continuous>,
+    period_s: f64,
+    delay_s: f64,
+) -> Result<StateSpace<Discrete>, NumericError> {
+    positive(period_s, "sample period")?;
+    in_even_states(system, |s| sample_with_delay(s, s.inputs(), delay_s, period_s))
+}
+
+/// First-order hold: exact at the sample instants for inputs that run straight from sample to sample. With
+/// Γ₁ = ∫e^{As}ds B and Γ₂ = ∫(T − s)e^{As}ds B/T: Bd = Γ₁ − Γ₂ + AdΓ₂, Dd = D + CΓ₂ (Franklin, Powell and Workman,
+/// Digital Control of Dynamic Systems, section 6.3.2).
+///
+/// # Errors
+/// As [`zoh`].
+pub fn foh(system: &StateSpace<Continuous>, period_s: f64) -> Result<StateSpace<Discrete>, NumericError> {
+    positive(period_s, "sample period")?;
+    let (n, m) = (system.order(), system.inputs());
+    in_even_states(system, |s| {
+        // The input as a state that a rate drives.
+        let ramp = Mat::from_fn(n + m, n + m, |i, j| match (i < n, j < n) {
+            (true, true) => s.a[(i, j)],
+            (true, false) => s.b[(i, j - n)],
+            _ => 0.0,
+        });
+        let rate = Mat::from_fn(n + m, m, |i, j| if i == n + j { 1.0 / period_s } else { 0.0 });
+        let (state, slope) = hold(&ramp, &rate, period_s)?;
+        let part = |matrix: &Mat<f64>, column: usize, width: usize| matrix.submatrix(0, column, n, width).to_owned();
+        let (a, level, slope) = (part(&state, 0, n), part(&state, n, m), part(&slope, 0, m));
+        let b = &level - &slope + &a * &slope;
+        StateSpace::new(a, b, s.c.clone(), &s.d + &s.c * &slope, Discrete { period_s })
+    })
+}
+
+/// Impulse invariance: the impulse response is the continuous one at the sample instants times T. Bd = T e^{AT}B,
+/// Dd = T C B.
+///
+/// # Errors
+/// As [`zoh`], and a feedthrough, whose impulse has no samples.
+pub fn match_impulse(system: &StateSpace<Continuous>, period_s: f64) -> Result<StateSpace<Discrete>, NumericError> {
+    positive(period_s, "sample period")?;
+    let largest = system.d.norm_max();
+    if largest > 0.0 {
+        return Err(NumericError::Dimension {
+            what: "impulse invariance",
+            expected: "a system without feedthrough".to_owned(),
+            found: format!("D with entries up to {largest}"),
+        });
+    }
+    in_even_states(system, |s| {
+        let (a, _) = hold(&s.a, &s.b, period_s)?;
+        let b = scaled(&(&a * &s.b), period_s);
+        StateSpace::new(a, b, s.c.clone(), scaled(&(&s.c * &s.b), period_s), Discrete { period_s })
+    })
+}
+
+/// The system with its inputs late by whole samples: a shift register before its states.
+///
+/// # Errors
+/// [`NumericError`] from the connection.
+pub fn delay_inputs(system: &StateSpace<Discrete>, samples: usize) -> Result<StateSpace<Discrete>, NumericError> {
+    let (m, n) = (system.inputs(), samples * system.inputs());
+    if samples == 0 {
+        return Ok(system.clone());
+    }
+    let register = StateSpace::new(
+        Mat::from_fn(n, n, |i, j| f64::from(u8::from(i == j + m))),
+        Mat::from_fn(n, m, |i, j| f64::from(u8::from(i == j))),
+        Mat::from_fn(m, n, |i, j| f64::from(u8::from(i + n == j + m))),
+        Mat::zeros(m, m),
+        system.time,
+    )?;
+    series(&register, system)
 }
 
 /// Tustin's rule, s = (2/T)(z − 1)/(z + 1).
@@ -97,8 +179,11 @@ fn in_even_states<T: TimeBase, U: TimeBase>(
     let Some(scale) = dynamics_scale(&system.a) else {
         return map(system);
     };
-    let back: Vec<f64> = scale.iter().map(|t| t.recip()).collect();
-    Ok(map(&system.scale_states(&scale))?.scale_states(&back))
+    let mapped = map(&system.scale_states(&scale))?;
+    // States of a delay come behind and keep their scale.
+    let mut back: Vec<f64> = scale.iter().map(|t| t.recip()).collect();
+    back.resize(mapped.order(), 1.0);
+    Ok(mapped.scale_states(&back))
 }
 
 /// C M⁻¹.

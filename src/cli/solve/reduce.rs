@@ -1,23 +1,30 @@
-//! `muspin solve reduce`: A, B, C, D, orders → Hankel values, and per order the better of balanced truncation and
-//! singular perturbation with the exact L∞ norm of its error.
+//! `muspin solve reduce`: A, B, C, D, orders (or max_error) → Hankel values, and per order the better of balanced
+//! truncation and singular perturbation, or the latter alone, with the exact L∞ norm of its error.
 
 use super::answer::{number, system};
 use super::{Answer, Failure, Problem};
-use crate::lti::balance::Balancing;
+use crate::linalg::NumericError;
+use crate::lti::balance::{Balancing, Reduction};
 use serde_json::Value;
 
 /// Solves the problem of the file.
 pub(super) fn solve(problem: &Problem) -> Result<Answer, Failure> {
     let full = problem.system()?;
-    let orders = problem.counts("orders")?;
-    if let Some((k, order)) = orders.iter().enumerate().find(|(_, order)| **order > full.order()) {
+    let keeps_dc = problem.has("match_dc") && problem.flag("match_dc")?;
+    let within = problem.has("max_error");
+    let asked = if within && !problem.has("orders") { vec![] } else { problem.counts("orders")? };
+    if let Some((k, order)) = asked.iter().enumerate().find(|(_, order)| **order > full.order()) {
         return Err(problem
             .failure(&format!("orders[{k}]"), format!("is {order}, but the system has {} states", full.order()))
             .into());
     }
     let balancing = Balancing::with_check(&full)?;
     let mut answers = Answer::new();
-    for (k, order) in orders.iter().enumerate() {
+    let with = |answers: Answer, order: usize, best: &Reduction| {
+        let found = system(&best.system).with_number("error_hinf", best.error_hinf).with("method", best.method);
+        answers.with(&order.to_string(), found)
+    };
+    for (k, order) in asked.iter().enumerate() {
         if *order < balancing.kept() {
             return Err(problem
                 .failure(
@@ -27,15 +34,43 @@ pub(super) fn solve(problem: &Problem) -> Result<Answer, Failure> {
                 .with_hint("poles that are not stable are kept: ask for a larger order")
                 .into());
         }
-        let reductions = balancing.reductions(*order)?;
-        let Some(best) = reductions.first() else {
-            continue;
-        };
-        answers = answers.with(
-            &order.to_string(),
-            system(&best.system).with_number("error_hinf", best.error_hinf).with("method", best.method),
-        );
+        if let Some(best) = best_of(&balancing, *order, keeps_dc)? {
+            answers = with(answers, *order, &best);
+        }
+    }
+    let mut answer = Answer::new();
+    if within {
+        let allowed = problem.number("max_error")?;
+        if allowed <= 0.0 {
+            return Err(problem.failure("max_error", format!("must be positive, found {allowed}")).into());
+        }
+        if let Some((order, best)) = smallest_within(&balancing, full.order(), allowed, keeps_dc)? {
+            answers = with(answers, order, &best);
+            answer = answer.with("order_within_max_error", order);
+        }
     }
     let values: Vec<Value> = balancing.hankel.iter().map(|h| number(*h)).collect();
-    Ok(Answer::new().with("hsv", values).with("kept_unstable", balancing.kept()).with("orders", answers))
+    Ok(answer.with("hsv", values).with("kept_unstable", balancing.kept()).with("orders", answers))
+}
+
+/// The better reduction to `order` states, or the one that keeps the DC gain.
+fn best_of(balancing: &Balancing, order: usize, keeps_dc: bool) -> Result<Option<Reduction>, NumericError> {
+    let wanted = |r: &Reduction| !keeps_dc || r.method == "singular_perturbation";
+    Ok(balancing.reductions(order)?.into_iter().find(wanted))
+}
+
+/// The reduction of smallest order whose error is within `allowed`. No order cuts a Hankel value above the error.
+fn smallest_within(
+    balancing: &Balancing,
+    full: usize,
+    allowed: f64,
+    keeps_dc: bool,
+) -> Result<Option<(usize, Reduction)>, NumericError> {
+    let first = balancing.kept() + balancing.hankel.iter().filter(|h| **h > allowed).count();
+    for order in first..=full {
+        if let Some(best) = best_of(balancing, order, keeps_dc)?.filter(|r| r.error_hinf <= allowed) {
+            return Ok(Some((order, best)));
+        }
+    }
+    Ok(None)
 }

@@ -3,6 +3,7 @@
 mod companion;
 mod connections;
 mod hold;
+mod sampling_rules;
 mod solve_discretise;
 mod solve_hinfnorm;
 mod solve_reduce;
