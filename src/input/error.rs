@@ -137,3 +137,11 @@ pub fn nearest_key<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Opti
     let longer = known.iter().filter(goes_on).min_by_key(|key| key.len());
     longer.copied().or_else(|| nearest(&beginning, known.into_iter()))
 }
+
+/// True for a key that goes on with a unit or more words behind the name, or differs from it in a third of the letters
+/// at most: it is taken for the one that was meant.
+pub(super) fn is_meant(name: &str, key: &str) -> bool {
+    let goes_on = key.strip_prefix(&name.to_lowercase()).is_some_and(|rest| rest.starts_with('_'));
+    // The distance takes the product of the lengths; no key has this many bytes.
+    goes_on || name.len() <= 100 && 3 * strsim::damerau_levenshtein(name, key) <= name.chars().count()
+}

@@ -94,8 +94,10 @@ impl<'a> ErrorList<'a> {
         for error in self.errors.iter_mut().filter(|e| e.line.is_none() && e.file == self.file) {
             error.line = key_line(self.text, error.key_path(), 0);
         }
-        // Those of other files follow in the order in which they are named.
-        self.errors.sort_by_key(|error| if error.file == self.file { (0, error.line) } else { (1, None) });
+        // Those without a line follow, then those of other files in the order in which they are named.
+        let last = usize::MAX;
+        self.errors
+            .sort_by_key(|error| if error.file == self.file { (0, error.line.unwrap_or(last)) } else { (1, last) });
         if left_out > 0 {
             let words = format!("has {left_out} more errors");
             self.errors.push(InputError::new(self.file, words).with_hint("correct these first, then check again"));

@@ -1,10 +1,10 @@
 //! The keys and kinds of values of a file against the schema of its type: everything that does not fit, where the
 //! reader stops at the first.
 
-use super::error::{InputError, nearest_key};
+use super::error::{InputError, is_meant, nearest_key};
 use super::error_list::ErrorList;
 use super::key_line::key_line;
-use super::tree::lenient_tree;
+use super::tree::{LenientTree, lenient_tree};
 use schemars::JsonSchema;
 use schemars::generate::SchemaSettings;
 use serde_json::{Map, Value as Json, json};
@@ -13,18 +13,19 @@ use serde_yaml::{Mapping, Value};
 /// Adds what does not fit a type to the errors of a file, and gives its tree with misspelt keys set right and unknown
 /// ones left out. None for what is neither YAML nor JSON.
 pub(super) fn check_structure<T: JsonSchema>(errors: &mut ErrorList<'_>) -> Option<Value> {
-    let (mut tree, repeated) = lenient_tree(errors.text)?;
+    let LenientTree { mut value, repeated, is_json } = lenient_tree(errors.text)?;
     let settings = SchemaSettings::draft2020_12().with(|s| s.inline_subschemas = true);
     let schema = settings.into_generator().into_root_schema_for::<T>().to_value();
-    let mut walk = Walk { errors, missing: vec![] };
+    let mut walk = Walk { errors, is_json, missing: vec![] };
     walk.report_repeated(&repeated);
-    walk.check("", &schema, &mut tree);
+    walk.check("", &schema, &mut value);
     walk.report_missing();
-    Some(tree)
+    Some(value)
 }
 
 struct Walk<'e, 'a> {
     errors: &'e mut ErrorList<'a>,
+    is_json: bool,
     /// Paths of required keys that are not there.
     missing: Vec<String>,
 }
@@ -75,13 +76,17 @@ impl Walk<'_, '_> {
         if value.is_null() && kinds.contains(&"null") {
             return;
         }
+        if value.is_null() && kinds == ["object"] {
+            *value = Value::Mapping(Mapping::new());
+        }
         match (kinds.first().copied(), value) {
             (Some("object"), Value::Mapping(map)) => self.check_mapping(path, schema, map),
             (Some("array"), Value::Sequence(list)) => self.check_list(path, schema, list),
             (Some("number"), Value::Number(_)) | (Some("boolean"), Value::Bool(_)) => {}
             (Some("integer"), Value::Number(number)) if number.is_u64() => {}
-            // A plain scalar is text as well.
-            (Some("string"), value) if !value.is_mapping() && !value.is_sequence() => {}
+            (Some("string"), Value::String(_)) => {}
+            // A plain scalar of YAML is text as well.
+            (Some("string"), value) if !self.is_json && !value.is_mapping() && !value.is_sequence() => {}
             (Some(kind), value) => {
                 let is_number = kind == "integer" && value.is_number();
                 let problem = if is_number { "value" } else { "type" };
@@ -167,7 +172,8 @@ impl Walk<'_, '_> {
             error.line = key_line(self.errors.text, &at, 0);
             self.errors.add(error);
             let value = map.remove(&key).unwrap_or_default();
-            if let Some(meant) = nearest_key(name, known.iter().copied()).filter(|meant| !map.contains_key(*meant)) {
+            let meant = nearest_key(name, known.iter().copied());
+            if let Some(meant) = meant.filter(|meant| is_meant(name, meant) && !map.contains_key(*meant)) {
                 map.insert(meant.into(), value);
             }
         }

@@ -5,17 +5,25 @@ use serde_yaml::{Mapping, Value};
 use std::cell::RefCell;
 use std::fmt;
 
-/// Values of a text and the paths of keys that stand in it before; the first counts. None for what is neither YAML nor
-/// JSON.
-pub(super) fn lenient_tree(text: &str) -> Option<(Value, Vec<String>)> {
+/// What a text holds.
+pub(super) struct LenientTree {
+    pub(super) value: Value,
+    /// Paths of keys that stand in it before; the first counts.
+    pub(super) repeated: Vec<String>,
+    pub(super) is_json: bool,
+}
+
+/// The values of a text; none for what is neither YAML nor JSON.
+pub(super) fn lenient_tree(text: &str) -> Option<LenientTree> {
     let repeated = RefCell::new(vec![]);
     let tree = || Tree { path: String::new(), repeated: &repeated };
     let value = tree().deserialize(&mut serde_json::Deserializer::from_str(text)).ok();
+    let is_json = value.is_some();
     let value = value.or_else(|| {
         repeated.borrow_mut().clear();
         tree().deserialize(serde_yaml::Deserializer::from_str(text)).ok()
     })?;
-    Some((value, repeated.into_inner()))
+    Some(LenientTree { value, repeated: repeated.into_inner(), is_json })
 }
 
 /// A value at a path.

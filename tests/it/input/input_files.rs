@@ -37,7 +37,7 @@ fn refused(spindle: &str, parts: &[&str]) {
     let message = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(2), "{message}");
     assert!(output.stdout.is_empty());
-    assert_eq!(message.matches("error:").count(), 1, "{message}");
+    assert!(message.starts_with("error:"), "{message}");
     for part in parts.iter().chain(&["machine.yaml", "hint:"]) {
         assert!(message.contains(part), "no {part:?} in: {message}");
     }

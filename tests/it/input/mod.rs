@@ -1,5 +1,6 @@
 //! Files in.
 
+mod all_errors;
 mod damage;
 mod foreign_files;
 mod input_files;

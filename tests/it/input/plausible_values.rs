@@ -62,7 +62,7 @@ fn impossible_sizes_are_refused_with_the_unit_that_they_look_like() {
     ];
     for (from, to, parts) in cases {
         let message = refusal(from, to);
-        assert!(message.starts_with("s.yaml: "), "{message}");
+        assert!(message.starts_with("s.yaml:"), "{message}");
         for part in parts {
             assert!(message.contains(part), "no {part:?} in {message}");
         }
