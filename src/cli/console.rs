@@ -104,6 +104,11 @@ impl Console {
         self.form == Form::Data
     }
 
+    /// Whether the command ends with a few lines for a person.
+    pub(crate) fn writes_text(&self) -> bool {
+        self.form == Form::Text
+    }
+
     /// Whether progress may be shown.
     pub(crate) fn shows_progress(&self) -> bool {
         self.form != Form::Nothing

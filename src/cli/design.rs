@@ -11,7 +11,7 @@ use super::{Failure, Outcome};
 use crate::pipeline::PipelineError;
 use crate::pipeline::certificates::mu_words;
 use crate::pipeline::comparison::Prediction;
-use crate::pipeline::design::Design;
+use crate::pipeline::design::{Design, NO_FIRMWARE};
 use crate::pipeline::overspeed::OVERSPEED;
 use crate::pipeline::problem_set::ProblemSet;
 use crate::pipeline::settings::{DesignSettings, PolishEffort};
@@ -106,17 +106,21 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     let ended = outcome(found, [rest, speed]);
     let out = arguments.out.as_str();
     if let Some(words) = found.instability_words() {
-        return console
-            .json(&report.summary.to_json(), || shown_unstable(found, &words).file(format!("{out}/report.html")))
-            .map(|()| ended);
+        say_unstable(console, &words);
+        console.json(&report.summary.to_json(), || shown_unstable(found, &words).file(format!("{out}/report.html")))?;
+        return Ok(ended);
     }
     console.json(&report.summary.to_json(), || {
         let words = design_words(&machine, found, rest);
-        shown_design(found, ended, &words)
+        let shown = shown_design(found, ended, &words)
             .file(format!("{out}/report.html"))
             .file(format!("{out}/controller"))
-            .next(format!("muspin simulate --controller {out}/controller/discrete.json --case impulse"))
-            .next(format!("muspin export --controller {out}/controller/discrete.json --out firmware"))
+            .next(format!("muspin simulate --controller {out}/controller/discrete.json --case impulse"));
+        if found.has_firmware() {
+            shown.next(format!("muspin export --controller {out}/controller/discrete.json --out firmware"))
+        } else {
+            shown
+        }
     })?;
     Ok(ended)
 }
@@ -151,9 +155,16 @@ fn design_words(machine: &Machine, design: &Design, rest: &Prediction) -> String
         mu_words(design.largest_mu()),
         OVERSPEED * machine.spindle.max_rpm,
     );
-    match &design.specification_scale {
-        Some(scale) => format!("{words} {}", scale.sentence()),
-        None => words,
+    let scale = design.specification_scale.as_ref().map(|scale| format!(" {}", scale.sentence()));
+    let unproven =
+        (!design.has_firmware()).then(|| format!(" Its stability is not proven at every speed. {NO_FIRMWARE}"));
+    format!("{words}{}{}", scale.unwrap_or_default(), unproven.unwrap_or_default())
+}
+
+/// Says on standard error that a design is unstable, where the answer on standard output does not begin with that.
+pub(super) fn say_unstable(console: &Console, words: &str) {
+    if !console.writes_text() {
+        eprintln!("{words}");
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::console::Console;
 use super::controlled_machine::MachineArguments;
-use super::design::{outcome, shown_design, shown_unstable};
+use super::design::{outcome, say_unstable, shown_design, shown_unstable};
 use super::design_progress::told;
 use super::earlier::EarlierArgument;
 use super::machine::of_measurement;
@@ -94,6 +94,9 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     drop(progress);
     let out = arguments.out.as_str();
     let ended = outcome(&found.design, found.delivered.each_ref());
+    if found.design.instability.is_some() {
+        say_unstable(console, &words);
+    }
     console.other(
         || format!("{words}\nresults in {out}\n"),
         || report.summary.value(),

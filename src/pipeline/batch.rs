@@ -20,7 +20,8 @@ pub struct Finished {
     pub worst: Vec<Vec<WorstPrediction>>,
     /// True when the design meets its targets and the loop at rest is better than zone D.
     pub met: bool,
-    /// Largest factor on the tool's specification with µ ≤ 1, 0 where none was found; absent where it was not sought.
+    /// Largest factor on the tool's specification with µ ≤ 1, 0 where none was found; absent where it was not sought, as
+    /// for an unstable design.
     pub tightening: Option<f64>,
 }
 
@@ -46,7 +47,7 @@ pub(crate) fn one_tool(
         .collect::<Result<Vec<_>, _>>()?;
     let zone = run.delivered[0].zone();
     let met = run.design.meets_targets() && zone.is_some_and(|zone| zone < Zone::D);
-    let tightening = if met && !tightening {
+    let tightening = if (met && !tightening) || run.design.instability.is_some() {
         None
     } else {
         listen(Event::Begins("largest tightening"));

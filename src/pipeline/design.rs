@@ -51,10 +51,20 @@ pub struct Design {
     pub instability: Option<Instability>,
 }
 
+/// What is said of a controller whose loop is unstable, or not proven stable.
+pub(crate) const NO_FIRMWARE: &str =
+    "No firmware is written; with --force-unverified an export makes it all the same and says so in the files.";
+
 impl Design {
     /// True when the loop is stable at every speed from rest to the top speed, between those computed as well.
     pub fn is_stable(&self) -> bool {
         self.delivery.verification.is_proven()
+    }
+
+    /// True when the controller goes to firmware: its loop is proven stable at every speed to the top speed, and none
+    /// computed beyond is unstable.
+    pub(crate) fn has_firmware(&self) -> bool {
+        self.is_stable() && self.instability.is_none()
     }
 
     /// That the loop is unstable and why, with what was searched for one that is not; none where it is stable at every
@@ -63,7 +73,7 @@ impl Design {
         let words = self.instability.as_ref()?.words();
         let searched = self.polish.as_ref().and_then(|polish| polish.surviving.as_ref());
         let searched = searched.map(|search| format!(" {}", search.words()));
-        Some(format!("{words}{} No firmware is written.", searched.unwrap_or_default()))
+        Some(format!("{words}{} {NO_FIRMWARE}", searched.unwrap_or_default()))
     }
 
     /// Largest μ of the specification from rest to 20 % above the top speed: certified at rest, on the exact responses

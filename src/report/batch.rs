@@ -28,6 +28,9 @@ pub struct Row {
     pub failure: Option<String>,
     /// Figures.
     pub figures: Option<Figures>,
+    /// That the design is unstable, and why; its figures are left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub instability: Option<String>,
 }
 
 /// Figures of a tool.
@@ -78,27 +81,44 @@ impl Row {
         let design = &found.run.design;
         let pid = found.run.rivals.as_ref();
         let pid = pid.and_then(|r| r.tuned.as_ref().ok());
+        let instability = design.instability_words();
+        let of_stable = |figure: f64| finite(figure).filter(|_| design.instability.is_none());
         Self {
             tool: tool.to_owned(),
             inputs_sha256: inputs_sha256.to_owned(),
             failure: None,
             figures: Some(Figures {
-                mu_as_specified: finite(design.delivery.rounded.specification.upper),
-                mu_with_gyroscopic_cover: finite(design.delivery.rounded.covered.upper),
+                mu_as_specified: of_stable(design.delivery.rounded.specification.upper),
+                mu_with_gyroscopic_cover: of_stable(design.delivery.rounded.covered.upper),
                 largest_mu: finite(design.largest_mu()),
                 order: 2 * design.delivery.rounded.order,
                 stable_to_rpm: design.delivery.speed_proof.proven_to_rpm(),
                 meets_specification: found.met,
                 largest_tool_tightening: found.tightening,
-                mu: LoopFigures::of(&found.run.delivered[0], found.worst.first()),
+                mu: match &instability {
+                    None => LoopFigures::of(&found.run.delivered[0], found.worst.first()),
+                    Some(_) => LoopFigures::none(),
+                },
                 pid: pid.map(|(_, [rest, _])| LoopFigures::of(rest, found.worst.get(1))),
             }),
+            instability,
         }
     }
 
     /// The row of a tool whose run failed.
     pub(crate) fn failed(tool: &str, inputs_sha256: &str, failure: String) -> Self {
-        Self { tool: tool.to_owned(), inputs_sha256: inputs_sha256.to_owned(), failure: Some(failure), figures: None }
+        Self {
+            tool: tool.to_owned(),
+            inputs_sha256: inputs_sha256.to_owned(),
+            failure: Some(failure),
+            figures: None,
+            instability: None,
+        }
+    }
+
+    /// Why there is no stable design.
+    fn reason(&self) -> Option<&String> {
+        self.failure.as_ref().or(self.instability.as_ref())
     }
 
     /// True when the specification is met.
@@ -140,6 +160,18 @@ impl Row {
 }
 
 impl LoopFigures {
+    /// Of an unstable loop.
+    fn none() -> Self {
+        Self {
+            minimum_stiffness_n_per_m: None,
+            worst_stiffness_n_per_m: None,
+            sensitivity_db: None,
+            zone: "-".to_owned(),
+            frequency_hz: vec![],
+            stiffness_n_per_m: vec![],
+        }
+    }
+
     fn of(rest: &Prediction, worst: Option<&Vec<WorstPrediction>>) -> Self {
         let peaks = (0..4).map(|axis| rest.sensitivity.peak(axis).0);
         let db = 20.0 * peaks.fold(0.0, f64::max).log10();
@@ -160,18 +192,23 @@ pub fn verdict(rows: &[Row]) -> String {
     let met = rows.iter().filter(|r| r.met()).count();
     let failed = rows.iter().filter(|r| r.failure.is_some()).count();
     let words = format!("{met} of {} tools meet the specification", rows.len());
-    match failed {
+    let words = match failed {
         0 => words,
         _ => format!("{words}; {failed} failed"),
-    }
+    };
+    let unstable: Vec<&str> = rows.iter().filter(|r| r.instability.is_some()).map(|r| r.tool.as_str()).collect();
+    if unstable.is_empty() { words } else { format!("unstable: the design for {}; {words}", unstable.join(", ")) }
 }
 
 /// The batch in sentences.
 pub(crate) fn sentences(rows: &[Row]) -> Vec<String> {
     let mut words = vec![];
+    for row in rows {
+        words.extend(row.instability.iter().map(|why| format!("{}: {why}", row.tool)));
+    }
     let missed: Vec<String> = rows
         .iter()
-        .filter(|r| r.figures.is_some() && !r.met())
+        .filter(|r| r.figures.is_some() && r.instability.is_none() && !r.met())
         .map(|r| match r.tightening() {
             Some(0.0) => format!("{} (at no size of its tool specification)", r.tool),
             Some(t) => format!("{} (up to {t:.2} times its tool specification)", r.tool),
@@ -248,7 +285,7 @@ pub(crate) fn overview(rows: &[Row]) -> Vec<OverviewRow> {
             stable_to_rpm: figures.and_then(|f| finite(f.stable_to_rpm)),
             meets_specification: r.met(),
             largest_tool_tightening: r.tightening().and_then(finite),
-            failure: r.failure.clone(),
+            failure: r.reason().cloned(),
         }
     };
     rows.iter().map(record).collect()
@@ -291,7 +328,7 @@ pub fn table(rows: &[Row]) -> Table {
             r.met().to_string(),
             known(r.tightening()),
             known(figures.and_then(|f| f.largest_mu)),
-            r.failure.clone().unwrap_or_default(),
+            r.reason().cloned().unwrap_or_default(),
         ]);
     }
     table
@@ -313,6 +350,9 @@ pub fn figures(rows: &[Row], top_speed_hz: f64) -> Vec<(Picture, Figure)> {
         let each = rows.iter().enumerate();
         each.filter_map(|(n, r)| {
             let found = r.loop_of(k)?;
+            if found.frequency_hz.is_empty() {
+                return None;
+            }
             Some(Curve { name: &r.tool, role: Role::Other(n), x: &found.frequency_hz, y: &found.stiffness_n_per_m })
         })
         .collect()
@@ -388,6 +428,9 @@ pub(crate) fn shown_rows(rows: &[Row]) -> Vec<Vec<String>> {
             let Some(figures) = &r.figures else {
                 return vec![r.tool.clone(), "failed".to_owned()];
             };
+            if r.instability.is_some() {
+                return vec![r.tool.clone(), "unstable".to_owned()];
+            }
             let verdict = if r.met() { "met" } else { "missed" };
             vec![
                 r.tool.clone(),

@@ -6,6 +6,7 @@ use super::pictures::Picture;
 use super::plot::Role;
 use super::run::UNPOLISHED;
 use super::run_figures::{Measured, predictions, robustness};
+use super::unstable::add_instability;
 use super::variant_summary::{LimitSummary, TighteningSummary, VariantSummary};
 use super::whole::{Report, ReportError};
 use crate::augment::plane::Route;
@@ -20,14 +21,14 @@ pub(crate) fn design_report(machine: &Machine, study: &Study, route: Route) -> R
     let found = &study.design;
     let [rest, speed] = study.delivered.each_ref();
     let mut report = Report::of("design", machine);
-    let summary = &mut report.summary;
-    summary.set("weights", study.weights.name.as_str());
-    summary.set("design", DesignSummary::from(found));
-    if let Some(words) = found.instability_words() {
-        summary.set("plain_words", words);
+    report.summary.set("weights", study.weights.name.as_str());
+    report.summary.set("design", DesignSummary::from(found));
+    if add_instability(&mut report, found) {
+        report.controller(machine, found, None)?;
+        return Ok(report);
     }
     if let Some(curve) = &study.orders {
-        summary.set("design.order_curve", OrderCurveSummary::of(curve));
+        report.summary.set("design.order_curve", OrderCurveSummary::of(curve));
         report.figures([(Picture::OrderCurve, order_figure(curve))])?;
     }
     report.arithmetic(found, &study.arithmetic);

@@ -202,7 +202,7 @@ impl From<&Design> for DesignSummary {
         let speeds = delivery.verification.speeds.iter();
         let stable = speeds.filter(|s| s.growth_rate_per_s < 0.0);
         let stable: Vec<f64> = stable.map(|s| s.speed_rpm).collect();
-        Self {
+        let found = Self {
             mu_peak: full.and_then(|full| finite(full.covered.upper)),
             mu_lower_peak: full.and_then(|full| finite(full.covered.lower)),
             gamma: dk.and_then(|dk| finite(dk.gamma)),
@@ -241,11 +241,30 @@ impl From<&Design> for DesignSummary {
             mu_at_real_corners: design.real_corner_mu.and_then(finite),
             aim: AimSummary::from(design),
             polish: design.polish.as_ref().map(PolishSummary::from),
-        }
+        };
+        if design.instability.is_some() { found.without_stable_loop() } else { found }
     }
 }
 
 impl DesignSummary {
+    /// Without what only a loop that is stable from rest to the overspeed has.
+    fn without_stable_loop(self) -> Self {
+        let rounded = StageSummary { order_per_plane: self.certificates.rounded.order_per_plane, ..Default::default() };
+        Self {
+            mu_peak_discrete: None,
+            mu_peak_discrete_lower: None,
+            static_stiffness_tool_n_per_m: None,
+            static_stiffness_front_n_per_m: None,
+            static_stiffness_rear_n_per_m: None,
+            table_as_written: WrittenSummary::default(),
+            largest_mu: None,
+            specification_scale: None,
+            mu_at_real_corners: None,
+            certificates: Certificates { rounded, ..self.certificates },
+            ..self
+        }
+    }
+
     /// µ of what is delivered: of the sampled controller if there is one.
     pub(crate) fn final_mu(&self) -> Option<f64> {
         self.largest_mu.or(self.mu_peak_discrete).or(self.mu_peak_reduced).or(self.mu_peak)

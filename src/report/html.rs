@@ -72,7 +72,7 @@ pub fn report(summary: &Value, pictures: &[(String, String)]) -> Result<String, 
                 long: is_long(&rows, &grids),
                 anchor: stage.key().to_owned(),
                 title: stage.title().to_owned(),
-                lead: stage.lead().to_owned(),
+                lead: lead(stage, &read).to_owned(),
                 rows,
                 grids,
                 pictures,
@@ -98,6 +98,14 @@ pub fn report(summary: &Value, pictures: &[(String, String)]) -> Result<String, 
     // The template engine writes a slash as an entity, which only makes the source harder to read.
     let page = page.replace("&#x2f;", "/");
     Ok(with_policy(&without_direction_marks(&page)))
+}
+
+/// What the reader of a stage looks at.
+fn lead(stage: Stage, read: &PageSummary) -> &'static str {
+    match stage {
+        Stage::Design if read.is_unstable => "The loop is unstable: figures of a stable one are left out.",
+        _ => stage.lead(),
+    }
 }
 
 /// The pictures of muspin by name, in the order of the page, and those of another origin.
@@ -170,6 +178,9 @@ fn further(summary: &Value, pictures: Vec<Picture>) -> Option<Section> {
 
 /// The figures a reader asks for first.
 fn tiles(read: &PageSummary) -> Vec<Row> {
+    if read.is_unstable {
+        return vec![];
+    }
     let design = read.design.as_ref();
     let number = |x: Option<f64>| x.map(readable::four_digits);
     let softest = |s: &Option<StiffnessSummary>| {

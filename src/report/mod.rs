@@ -41,6 +41,7 @@ pub mod summary;
 pub mod tables;
 pub(crate) mod time_response;
 pub mod uff;
+mod unstable;
 pub(crate) mod updating;
 pub(crate) mod variant_summary;
 pub mod whole;

@@ -65,6 +65,8 @@ pub(crate) struct PageSummary {
     pub(crate) stiffness: Rivals<StiffnessSummary>,
     pub(crate) sensitivity: Rivals<SensitivitySummary>,
     pub(crate) diagnosis: Option<DiagnosisSummary>,
+    /// The design is unstable: its figures are not shown at the top.
+    pub(crate) is_unstable: bool,
 }
 
 /// A topic; `None` where the summary has none.
@@ -93,6 +95,7 @@ impl PageSummary {
             stiffness: topic(summary, "stiffness")?.unwrap_or_default(),
             sensitivity: topic(summary, "sensitivity")?.unwrap_or_default(),
             diagnosis: topic(summary, "diagnosis")?,
+            is_unstable: summary.get("instability").is_some_and(|found| !found.is_null()),
         })
     }
 

@@ -10,11 +10,13 @@ use super::plot::loops::{MarkedFrequency, Peak};
 use super::prediction_summary::damping_ratios;
 use super::run_figures::{open_loop, predictions, robustness, shapes};
 use super::summary::finite_all;
+use super::unstable::add_instability;
 use super::updating::{UpdatingSummary, figures as update_figures};
 use super::whole::{Report, ReportError};
 use crate::identify::Identification;
 use crate::pipeline::certificates::mu_words;
 use crate::pipeline::comparison::Prediction;
+use crate::pipeline::design::NO_FIRMWARE;
 use crate::pipeline::loop_stability::unstable_words;
 use crate::pipeline::model_curves::FreeRotor;
 use crate::pipeline::overspeed::OVERSPEED;
@@ -44,6 +46,12 @@ pub(crate) fn run_report(
     report.summary.set("weights", weights);
     add_models(&mut report, run, identification);
     report.summary.set("design", DesignSummary::from(&run.design));
+    if add_instability(&mut report, &run.design) {
+        if let Some(curves) = &run.curves {
+            add_model_pictures(&mut report, run, curves)?;
+        }
+        return Ok((report, run.design.instability_words().unwrap_or_default()));
+    }
     report.arithmetic(&run.design, &run.arithmetic);
     add_loops(&mut report, run);
     if let Some(curves) = &run.curves {
@@ -147,8 +155,8 @@ fn add_loops(report: &mut Report, run: &Run) {
     }
 }
 
-/// The pictures, from the model to the loop.
-fn add_pictures(report: &mut Report, run: &Run, curves: &Curves) -> Result<(), ReportError> {
+/// The pictures of the model.
+fn add_model_pictures(report: &mut Report, run: &Run, curves: &Curves) -> Result<(), ReportError> {
     if let Some(updating) = &run.updating {
         let fits = [("updated", &updating.gauss_newton.fit)];
         report.figures(update_figures(&run.nominal, &fits))?;
@@ -164,6 +172,12 @@ fn add_pictures(report: &mut Report, run: &Run, curves: &Curves) -> Result<(), R
         let figure = shapes(names[0], &run.machine, &run.rotors[1]);
         report.figures([(Picture::ModeShapes, figure)])?;
     }
+    Ok(())
+}
+
+/// The pictures, from the model to the loop.
+fn add_pictures(report: &mut Report, run: &Run, curves: &Curves) -> Result<(), ReportError> {
+    add_model_pictures(report, run, curves)?;
     let loops = loops(run);
     let mut shown: Vec<(Role, &Prediction)> = vec![];
     for k in 0..2 {
@@ -197,9 +211,6 @@ fn not_found_words(reason: &str) -> String {
 /// The outcome in a few sentences.
 fn plain_words(run: &Run) -> String {
     let (design, mu) = (&run.design, &run.delivered[0]);
-    if let Some(words) = design.instability_words() {
-        return words;
-    }
     let proven_rpm = design.delivery.speed_proof.proven_to_rpm();
     let stable = if design.is_stable() {
         format!("stable at every speed up to {proven_rpm:.0} rpm, proven between the speeds computed as well")
@@ -222,6 +233,7 @@ fn plain_words(run: &Run) -> String {
         Some(scale) => format!("{words} {}", scale.sentence()),
         None => words,
     };
+    let words = if design.has_firmware() { words } else { format!("{words} {NO_FIRMWARE}") };
     match (run.pid_is_better(), &design.polish) {
         (true, _) => format!("The PID is better in every figure. {words}"),
         (false, Some(polish)) => format!("{words} {}", polish.sentence),

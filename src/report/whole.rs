@@ -211,8 +211,9 @@ fn controller_files(
             tag: Some(tag),
             prefix: &c_identifier(&machine.tool.name),
         },
-        // An unstable loop gets no firmware; `export --force-unverified` makes it from `discrete.json`.
-        if design.instability.is_some() { &[Format::Json] } else { &Format::ALL },
+        // A loop that is unstable or not proven stable gets no firmware; `export --force-unverified` makes it from
+        // `discrete.json`.
+        if design.has_firmware() { &Format::ALL } else { &[Format::Json] },
     )?;
     Ok(written.files)
 }

@@ -35,6 +35,7 @@ fn finished(tool: &str, minimum_n_per_m: f64) -> Row {
             mu: loops(1.0),
             pid: Some(loops(0.5)),
         }),
+        instability: None,
     }
 }
 

@@ -6,4 +6,5 @@ mod console;
 mod design_from;
 pub mod program;
 mod start_files;
+mod unstable_designs;
 mod unstable_loops;
