@@ -20,8 +20,8 @@ pub struct Finished {
     pub worst: Vec<Vec<WorstPrediction>>,
     /// True when the design meets its targets and the loop at rest is better than zone D.
     pub met: bool,
-    /// Largest factor on the tool's specification with µ ≤ 1, 0 where none was found; absent where it was not sought, as
-    /// for an unstable design.
+    /// Largest factor on the tool's specification with µ ≤ 1, 0 where none was found; absent where it was not sought,
+    /// as for an unstable design.
     pub tightening: Option<f64>,
 }
 

@@ -87,16 +87,16 @@ impl Instability {
             GrowingMode::Flexible(mode) => {
                 let [backward, forward] = mode.at_speed_hz;
                 format!(
-                    "; flexible mode {} next to it has {:.1} Hz at rest and splits to {backward:.1} and {forward:.1} Hz \
-                     {at}, and the synthesis covered a shift of {:.1} % of it",
+                    "; flexible mode {} next to it has {:.1} Hz at rest and splits to {backward:.1} and {forward:.1} \
+                     Hz {at}, and the synthesis covered a shift of {:.1} % of it",
                     mode.number,
                     mode.at_rest_hz,
                     100.0 * mode.covered
                 )
             }
             GrowingMode::Nutation { free_hz } => format!(
-                ": the nutation of the rigid rotor, which has no frequency at rest and that of {free_hz:.1} Hz {at} when \
-                 free; the synthesis at rest covered nothing of it"
+                ": the nutation of the rigid rotor, which has no frequency at rest and that of {free_hz:.1} Hz {at} \
+                 when free; the synthesis at rest covered nothing of it"
             ),
             GrowingMode::RigidBody => {
                 ": a motion of the rigid rotor on its magnets; the synthesis at rest covered no gyroscopics of it"
