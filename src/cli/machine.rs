@@ -5,6 +5,7 @@ use crate::input::kind::FileKind;
 use crate::input::{self, Measurement, Warning};
 use crate::rotor::PlanarModes;
 use crate::spindle::Machine;
+use crate::spindle::band::modes_left_out;
 use crate::spindle::mesh_quality::{CoarseMesh, coarse_mesh};
 
 /// Warnings that are held back until it is known whether the loop is stable, because that is said in the first line.
@@ -37,7 +38,7 @@ pub(super) fn load_with_remarks(spindle: &str, tool: &str) -> Result<(Machine, R
     for (kind, file) in [(FileKind::Spindle, spindle), (FileKind::Tool, tool)] {
         remarks.0.extend(kind.warnings(file)?);
     }
-    remarks.0.extend(mesh_warning(&machine, spindle, tool)?);
+    remarks.0.extend(model_warnings(&machine, spindle, tool)?);
     Ok((machine, remarks))
 }
 
@@ -74,11 +75,34 @@ const KEPT_ERROR: f64 = 0.005;
 /// The same of a measured one that moduli do not explain: some of what two ways of reading the same peak differ by.
 const MEASURED_ERROR: f64 = 5e-4;
 
+/// What the design model does not show of its machine: modes that its elements are too long for, and modes in the band
+/// that it does not keep.
+///
+/// # Errors
+/// [`Failure`] when the modes of the shaft cannot be computed.
+pub(super) fn model_warnings(machine: &Machine, spindle: &str, tool: &str) -> Result<Vec<Warning>, Failure> {
+    let mut found: Vec<Warning> = mesh_warning(machine, spindle, tool)?.into_iter().collect();
+    found.extend(modes_left_out(machine)?.map(|modes| Warning {
+        file: spindle.to_owned(),
+        message: format!(
+            "rotor.flexible_modes: {} leaves out {} of the free shaft below {:.0} Hz, from mode {} with {:.0} Hz on, \
+             where a controller still acts; keep {}",
+            machine.spindle.flexible_modes,
+            if modes.frequency_hz.len() == 1 { "a mode".to_owned() } else { format!("{} modes", modes.frequency_hz.len()) },
+            modes.to_hz,
+            modes.first,
+            modes.frequency_hz.first().copied().unwrap_or_default(),
+            machine.spindle.flexible_modes + modes.frequency_hz.len()
+        ),
+    }));
+    Ok(found)
+}
+
 /// What the mesh does not resolve of the modes that the model keeps.
 ///
 /// # Errors
 /// [`Failure`] when the modes of the shaft cannot be computed.
-pub(super) fn mesh_warning(machine: &Machine, spindle: &str, tool: &str) -> Result<Option<Warning>, Failure> {
+fn mesh_warning(machine: &Machine, spindle: &str, tool: &str) -> Result<Option<Warning>, Failure> {
     let coarse = coarse_mesh(machine, machine.spindle.flexible_modes, KEPT_ERROR)?;
     Ok(coarse.map(|coarse| mesh_words(&coarse, spindle, tool)))
 }

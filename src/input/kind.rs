@@ -1,11 +1,14 @@
 //! What a file is, from its keys.
 
+use super::consistency;
 use super::error::InputError;
 use super::file;
 use super::keys;
 use super::plausible::{self, Warning};
 use super::shipped::{self, FREQUENCIES, SPINDLES, Shipped, TOOLS, WEIGHTS};
 use super::table::first_line;
+use super::spindle::read_spindle;
+use super::weights::read_weights;
 use super::yaml;
 use std::path::Path;
 
@@ -133,6 +136,13 @@ impl FileKind {
         };
         let text = shipped::text(source, self.name(), shipped)?;
         let value = yaml::value(source, &text)?;
-        Ok(plausible::warnings(source, groups, &value))
+        let mut found = plausible::warnings(source, groups, &value);
+        found.extend(match self {
+            Self::Spindle => consistency::of_spindle(source, &read_spindle(source, &text)?),
+            Self::Tool => consistency::of_tool(source, &value),
+            Self::Weights => consistency::of_weights(source, &read_weights(source, &text)?),
+            _ => vec![],
+        });
+        Ok(found)
     }
 }

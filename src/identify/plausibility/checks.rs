@@ -94,11 +94,11 @@ impl Measured<'_> {
         (0..below.max(LOWEST).min(self.data.frequency_hz.len())).collect()
     }
 
-    fn measured(&self, line: usize, output: usize, input: usize) -> Log {
+    pub(super) fn measured(&self, line: usize, output: usize, input: usize) -> Log {
         self.data.entries[line][output + AXES * input]
     }
 
-    fn model(&self, line: usize, output: usize, input: usize) -> Log {
+    pub(super) fn model(&self, line: usize, output: usize, input: usize) -> Log {
         self.nominal.entries[line][output + AXES * input]
     }
 

@@ -6,6 +6,7 @@
 //! `faults` names mistakes as the file format does. A record that no known mistake explains and that still
 //! contradicts the machine is said to be implausible.
 
+pub(crate) mod channels;
 pub(crate) mod checks;
 pub(crate) mod correction;
 pub(crate) mod faults;

@@ -1,6 +1,7 @@
 //! Plausibility of a sweep: its open-loop response against that of the nominal machine at the speed of the record.
 
 use super::Plausibility;
+use super::channels::slips;
 use super::checks::{Measured, checks};
 use super::hypotheses::of_sweep;
 use super::search::Comparison;
@@ -48,7 +49,9 @@ pub fn sweep_plausibility(
         first_flexible_hz: plant.flexible_rad_s().first().map(|w| w / TAU),
         controller,
     };
-    Ok(Plausibility { record: record.to_owned(), checks: checks(&measured, comparison.agreement())?, faults })
+    let mut checks = checks(&measured, comparison.agreement())?;
+    checks.extend(slips(&measured));
+    Ok(Plausibility { record: record.to_owned(), checks, faults })
 }
 
 fn measured_line(frf: &MeasuredFrf, line: usize) -> Vec<Log> {
