@@ -73,6 +73,9 @@ pub(super) fn read_magnet(table: &Table, notes: &mut GroupedNotes) -> Result<Opt
              bias current are those of x"
         );
         notes.add(table.name, words);
+    } else {
+        let words = format!("i0: ki, ks and the bias current follow from one bias current of {bias} A in x and y");
+        notes.add(table.name, words);
     }
     let turn = table.number("sensors_axis_rotation").unwrap_or(0.0);
     if turn != 0.0 {

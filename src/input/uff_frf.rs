@@ -277,8 +277,8 @@ fn check_system(function: &UffFunction, ordinate: Option<Unit>, denominator: Opt
         let gravity = unit.dimensions[..2] == [1, -2] && same(free * of_force.powi(force));
         if !same(expected) && !gravity {
             return Err(format!(
-                "the unit {:?} is not that of dataset 164, whose length is {:.6} m and whose force is {:.6} N: which of \
-                 them holds is not clear",
+                "the unit {:?} is not that of dataset 164, whose length is {:.6} m and whose force is {:.6} N: which \
+                 of them holds is not clear",
                 axis.units, system.length_m, system.force_n
             ));
         }

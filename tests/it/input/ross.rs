@@ -282,7 +282,7 @@ fn seals_and_thrust_pads_beside_two_magnets_are_named_and_are_no_magnets() {
     let none = |key: &str| !asked.iter().any(|a| a == key);
     assert!(none("bearings.front.ki_n_per_a") && none("bearings.rear.gap_m") && none("planes.rear_actuator_m"));
     let told = notes(&answer);
-    for words in ["SealElement", "ThrustPad", "Ball Bearing", "sensors_axis_rotation"] {
+    for words in ["SealElement", "ThrustPad", "Ball Bearing", "sensors_axis_rotation", "i0: "] {
         assert_eq!(told.iter().filter(|n| n.contains(words)).count(), 1, "{words}: {told:?}");
     }
     // Six elements have both kinds of damping: one note each.
