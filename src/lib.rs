@@ -126,7 +126,8 @@
 //! let signal = Array4::from_shape_fn((200, 4, 3, 4), |(k, e, p, axis)| {
 //!     response[k][(axis, e)] * (1.0 + noise(k * 48 + e * 12 + p * 4 + axis))
 //! });
-//! let sweep = SweepRecord { name: "sweep".to_owned(), speed_rpm: 0.0, frequency_hz, current, signal };
+//! let left_out = vec![];
+//! let sweep = SweepRecord { name: "sweep".to_owned(), speed_rpm: 0.0, frequency_hz, current, signal, left_out };
 //! let found = diagnose(&model, &Measurement { sweeps: vec![sweep], taps: vec![] }, &|_| {})?;
 //! assert_eq!(found.verdict, Verdict::Named);
 //! assert_eq!(found.effects[0].effect.kind, EffectKind::ToolMass);

@@ -2,7 +2,7 @@
 //! so that one call tells all that is wrong; what only looks wrong is a warning.
 
 use super::console::{Console, Shown};
-use super::machine::{mesh_warning, say};
+use super::machine::{model_warnings, say};
 use super::plausibility::Records;
 use super::reading::Reading;
 use super::{Failure, Outcome};
@@ -104,7 +104,7 @@ fn one(file: &str, kind: FileKind, with_tool: bool, partner: Partner<'_>, watch:
             let spindle = spindle.clone()?;
             let tool = load_tool(file, &spindle)?;
             let machine = join_machine(file, spindle, tool)?;
-            mesh_warning(&machine, name, file)?.iter().for_each(say);
+            model_warnings(&machine, name, file)?.iter().for_each(say);
         }
         FileKind::Weights => {
             load_weights(file)?;
@@ -139,7 +139,7 @@ fn check_alone(file: &str) -> Result<(), Failure> {
     let tool = load_tool("paper-tool", &load_spindle("reference")?)?;
     let machine = join_machine(file, load_spindle(file)?, tool)
         .map_err(|e| e.with_hint("name the tool as well if the effect sits on it"))?;
-    mesh_warning(&machine, file, "paper-tool")?.iter().for_each(say);
+    model_warnings(&machine, file, "paper-tool")?.iter().for_each(say);
     Ok(())
 }
 

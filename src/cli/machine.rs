@@ -88,7 +88,11 @@ pub(super) fn model_warnings(machine: &Machine, spindle: &str, tool: &str) -> Re
             "rotor.flexible_modes: {} leaves out {} of the free shaft below {:.0} Hz, from mode {} with {:.0} Hz on, \
              where a controller still acts; keep {}",
             machine.spindle.flexible_modes,
-            if modes.frequency_hz.len() == 1 { "a mode".to_owned() } else { format!("{} modes", modes.frequency_hz.len()) },
+            if modes.frequency_hz.len() == 1 {
+                "a mode".to_owned()
+            } else {
+                format!("{} modes", modes.frequency_hz.len())
+            },
             modes.to_hz,
             modes.first,
             modes.frequency_hz.first().copied().unwrap_or_default(),

@@ -56,8 +56,8 @@ impl TransferChange {
     }
 }
 
-/// Angles at which responses with these poles and zeros are compared, ascending: even in the logarithm, and across every
-/// resonance and corner.
+/// Angles at which responses with these poles and zeros are compared, ascending: even in the logarithm, and across
+/// every resonance and corner.
 pub(crate) fn compared_angles(roots: &[c64]) -> Vec<f64> {
     let count = POINTS_A_DECADE * -LOWEST_SHARE.log10() as i32;
     let mut angles: Vec<f64> =
@@ -84,7 +84,8 @@ pub(crate) fn count_growing(poles: &[c64]) -> usize {
     poles.iter().filter(|p| p.norm() >= 1.0 - ON_CIRCLE).count()
 }
 
-/// Largest change of an entry of the transfer matrix, relative to the entry, or to a small share of the peak of its row.
+/// Largest change of an entry of the transfer matrix, relative to the entry, or to a small share of the peak of its
+/// row.
 ///
 /// # Errors
 /// [`ControllerError::Numeric`] when the poles cannot be found.

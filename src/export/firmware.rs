@@ -27,7 +27,8 @@ const TEST_SEED: u64 = 20_000;
 /// A kind of file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Format {
-    /// `controller.h`, `controller.c`, `test_vectors.csv`; `sections.h` for a decentralised controller whose sections hold it.
+    /// `controller.h`, `controller.c`, `test_vectors.csv`; `sections.h` for a decentralised controller whose sections
+    /// hold it.
     C,
     /// `coefficients.csv`, `test_vectors.csv`.
     Csv,

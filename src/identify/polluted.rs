@@ -13,7 +13,8 @@ const NEIGHBOURS: usize = 6;
 const FEWEST: usize = 4;
 /// Rounds of gains and weights.
 const ROUNDS: usize = 3;
-/// Probability of a quiet line to count as disturbed, as −ln p: one record in a thousand has one among a thousand lines.
+/// Probability of a quiet line to count as disturbed, as −ln p: one record in a thousand has one among a thousand
+/// lines.
 const RARE: f64 = 14.0;
 /// What the medians of some eleven neighbours may be too low by.
 const MEDIAN_MARGIN: f64 = 1.5;

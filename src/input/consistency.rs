@@ -32,7 +32,8 @@ const ROD: f64 = 0.55;
 
 /// What does not go together in a spindle.
 pub(super) fn of_spindle(file: &str, spindle: &Spindle) -> Vec<Warning> {
-    let mut found: Vec<String> = Side::BOTH.into_iter().flat_map(|side| of_bearing(side, spindle.bearing(side))).collect();
+    let mut found: Vec<String> =
+        Side::BOTH.into_iter().flat_map(|side| of_bearing(side, spindle.bearing(side))).collect();
     found.extend(front_planes(spindle));
     found.extend(delay(spindle));
     found.extend(top_speed(spindle));
@@ -58,7 +59,8 @@ pub(super) fn of_tool(file: &str, tool: &Value) -> Vec<Warning> {
     let mut found = vec![];
     found.extend(plane_m.map(|plane_m| {
         format!(
-            "tool_plane_m: {plane_m} lies inside the tool, which reaches to {length_m:.6}: cutting forces act at the tip; \
+            "tool_plane_m: {plane_m} lies inside the tool, which reaches to {length_m:.6}: cutting forces act \
+             at the tip; \
              it counts from the nose face"
         )
     }));
@@ -104,7 +106,8 @@ fn of_bearing(side: Side, b: &Bearing) -> Vec<String> {
     // Zero is a part without negative stiffness, which is none of these magnets.
     if b.ks_n_per_m > 0.0 && is_outside(STIFFNESS_RATIO, b.ks_n_per_m / linear) {
         found.push(format!(
-            "bearings.{name}.ks_n_per_m: {:e} is {:.2} times ki · bias / gap ({linear:.3e} N/m), the negative stiffness \
+            "bearings.{name}.ks_n_per_m: {:e} is {:.2} times ki · bias / gap ({linear:.3e} N/m), the negative \
+             stiffness \
              of a magnet linearised about its bias: look at ki_n_per_a, bias_current_a and gap_m (radial, not of the \
              diameter)",
             b.ks_n_per_m,
@@ -129,7 +132,8 @@ fn front_planes(spindle: &Spindle) -> Option<String> {
     let (sensor, actuator) = (spindle.planes.front_sensor_m, spindle.planes.front_actuator_m);
     (sensor - actuator > actuator).then(|| {
         format!(
-            "planes.front_sensor_m: {sensor} lies further behind front_actuator_m ({actuator}) than that behind the nose \
+            "planes.front_sensor_m: {sensor} lies further behind front_actuator_m ({actuator}) than that behind \
+             the nose \
              face: bending modes have a node between planes that far apart; the two look exchanged"
         )
     })
@@ -163,7 +167,8 @@ fn top_speed(spindle: &Spindle) -> Option<String> {
     let (unit, factor) = units.into_iter().find(|(_, factor)| speed(rpm * factor) < BURST)?;
     (ratio > STIFF).then(|| {
         format!(
-            "speed.max_rpm: {rpm} moves the surface of the shaft by {:.1} m/s and lies {ratio:.0} times below its first \
+            "speed.max_rpm: {rpm} moves the surface of the shaft by {:.1} m/s and lies {ratio:.0} times below \
+             its first \
              bending mode ({first_hz:.0} Hz): {rpm} looks like {unit}: write {:.0}",
             speed(rpm),
             rpm * factor
@@ -172,12 +177,14 @@ fn top_speed(spindle: &Spindle) -> Option<String> {
 }
 
 fn discs(list: &str, discs: &[Disc]) -> Vec<String> {
-    let rods = discs.iter().enumerate().filter(|(_, d)| {
-        d.polar_inertia_kg_m2 > 0.0 && d.polar_inertia_kg_m2 < ROD * d.diametral_inertia_kg_m2
-    });
+    let rods = discs
+        .iter()
+        .enumerate()
+        .filter(|(_, d)| d.polar_inertia_kg_m2 > 0.0 && d.polar_inertia_kg_m2 < ROD * d.diametral_inertia_kg_m2);
     let words = rods.map(|(k, d)| {
         format!(
-            "{list}[{k}].polar_inertia_kg_m2: {:e} is {:.2} times diametral_inertia_kg_m2 ({:e}); a thin disc has twice \
+            "{list}[{k}].polar_inertia_kg_m2: {:e} is {:.2} times diametral_inertia_kg_m2 ({:e}); a thin disc \
+             has twice \
              as much: the two look exchanged",
             d.polar_inertia_kg_m2,
             d.polar_inertia_kg_m2 / d.diametral_inertia_kg_m2,

@@ -3,6 +3,7 @@
 //! Every function takes a path or the name of a shipped file, and either returns a domain value that keeps all rules or
 //! one [`InputError`] that says file, line or key path, rule and hint.
 
+mod consistency;
 pub mod controller;
 pub(crate) mod controller_law;
 mod curve;

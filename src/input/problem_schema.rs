@@ -192,7 +192,7 @@ impl ProblemKind {
             ),
             Self::Reduce => (
                 &[
-                    ("orders", "counts?", "orders to reduce to; may be left out beside max_error"),
+                    ("orders", "counts?", "orders to reduce to; without them the answer has the Hankel values alone"),
                     ("max_error", "number?", "L∞ norm of the error: the smallest order within it is given, too"),
                     ("match_dc", "flag?", "true: singular perturbation alone, which keeps the DC gain"),
                 ],

@@ -37,7 +37,8 @@ pub enum NumericError {
     },
     /// A map of the s plane has its pole at a pole of the system.
     #[error(
-        "{map} does not exist: the system has a pole at s = {point} rad/s, where the rule has its own; sample at another rate, or with a hold"
+        "{map} does not exist: the system has a pole at s = {point} rad/s, where the rule has its own; sample \
+         at another rate, or with a hold"
     )]
     PoleOfMap {
         /// The map.

@@ -5,8 +5,8 @@ use super::state_space::{StateSpace, TimeBase};
 use crate::linalg::Mat;
 use crate::linalg::balance::balanced;
 
-/// The norm of A may exceed what scaling by A alone leaves by this factor: three of sixteen digits. A companion form of a
-/// fast system exceeds it by tens of decades, where the sizes of B and C say nothing of the states.
+/// The norm of A may exceed what scaling by A alone leaves by this factor: three of sixteen digits. A companion form
+/// of a fast system exceeds it by tens of decades, where the sizes of B and C say nothing of the states.
 const LARGEST_EXCESS: f64 = 1e3;
 /// Rounds of sweeps on A alone; companion forms of order 26 settle in the first.
 const ROUNDS: usize = 10;

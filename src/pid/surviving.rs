@@ -75,7 +75,8 @@ impl SurvivingLaw {
         let WorstGrowth { rate_per_s, frequency_hz, speed_rpm } = self.worst;
         let came = if rate_per_s < 0.0 { "decays" } else { "grows" };
         format!(
-            "Of {} leads with a roll-off, the same in x and y, judged from rest to 1.2 times the top speed, the best {came} \
+            "Of {} leads with a roll-off, the same in x and y, judged from rest to 1.2 times the top speed, the \
+             best {came} \
              with {:.3} 1/s at {speed_rpm:.0} rpm ({frequency_hz:.1} Hz); that is a search, no proof that none exists.",
             self.evaluations,
             rate_per_s.abs()

@@ -12,31 +12,30 @@ pub(super) fn solve(problem: &Problem) -> Result<Answer, Failure> {
     let full = problem.system()?;
     let keeps_dc = problem.has("match_dc") && problem.flag("match_dc")?;
     let within = problem.has("max_error");
-    let asked = if within && !problem.has("orders") { vec![] } else { problem.counts("orders")? };
-    if let Some((k, order)) = asked.iter().enumerate().find(|(_, order)| **order > full.order()) {
-        return Err(problem
-            .failure(&format!("orders[{k}]"), format!("is {order}, but the system has {} states", full.order()))
-            .into());
-    }
+    let asked = if problem.has("orders") { problem.counts("orders")? } else { vec![] };
     let balancing = Balancing::with_check(&full)?;
     let mut answers = Answer::new();
     let with = |answers: Answer, order: usize, best: &Reduction| {
         let found = system(&best.system).with_number("error_hinf", best.error_hinf).with("method", best.method);
         answers.with(&order.to_string(), found)
     };
-    for (k, order) in asked.iter().enumerate() {
-        if *order < balancing.kept() {
-            return Err(problem
-                .failure(
-                    &format!("orders[{k}]"),
-                    format!("is {order}, but {} poles are not in the open left half plane", balancing.kept()),
-                )
-                .with_hint("poles that are not stable are kept: ask for a larger order")
-                .into());
-        }
-        if let Some(best) = best_of(&balancing, *order, keeps_dc)? {
+    let mut refused: Vec<(usize, String)> = vec![];
+    for order in &asked {
+        if *order > full.order() {
+            refused.push((*order, format!("the system has {} states", full.order())));
+        } else if *order < balancing.kept() {
+            let kept = balancing.kept();
+            refused.push((*order, format!("{kept} poles are not in the open left half plane, and are kept")));
+        } else if let Some(best) = best_of(&balancing, *order, keeps_dc)? {
             answers = with(answers, *order, &best);
         }
+    }
+    // One impossible order does not refuse the others; where none is possible, there is no answer.
+    if let Some((order, reason)) = refused.first().filter(|_| refused.len() == asked.len()) {
+        return Err(problem
+            .failure("orders", format!("{order} is not possible: {reason}"))
+            .with_hint("ask for an order between the number of unstable poles and that of the states")
+            .into());
     }
     let mut answer = Answer::new();
     if within {
@@ -48,6 +47,11 @@ pub(super) fn solve(problem: &Problem) -> Result<Answer, Failure> {
             answers = with(answers, order, &best);
             answer = answer.with("order_within_max_error", order);
         }
+    }
+    if !refused.is_empty() {
+        let of_orders =
+            |answers: Answer, (order, reason): &(usize, String)| answers.with(&order.to_string(), reason.as_str());
+        answer = answer.with("refused", refused.iter().fold(Answer::new(), of_orders));
     }
     let values: Vec<Value> = balancing.hankel.iter().map(|h| number(*h)).collect();
     Ok(answer.with("hsv", values).with("kept_unstable", balancing.kept()).with("orders", answers))

@@ -12,8 +12,8 @@ use crate::lti::{Discrete, StateSpace};
 use crate::spindle::Machine;
 
 /// Largest difference between derivative and central difference of the largest value of each group (compliance,
-/// sensitivity, high-frequency gain, noise current, specification, weak magnets, tool stiffness), relative to the norm of that derivative, for a
-/// sampled controller of one plane (m to A).
+/// sensitivity, high-frequency gain, noise current, specification, weak magnets, tool stiffness), relative to the
+/// norm of that derivative, for a sampled controller of one plane (m to A).
 ///
 /// # Errors
 /// [`VerificationError`] as [`super::Polisher::new`].

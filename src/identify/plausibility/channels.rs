@@ -72,7 +72,9 @@ fn factor_within_plane(m: &Measured<'_>) -> Option<Check> {
         let (x, y) = (2 * plane, 2 * plane + 1);
         let (far_x, far_y) = ((x + 2) % AXES, (y + 2) % AXES);
         let ratio = |first: (usize, usize), second: (usize, usize)| {
-            let each = |line: usize| m.measured(line, first.0, first.1).magnitude - m.measured(line, second.0, second.1).magnitude;
+            let each = |line: usize| {
+                m.measured(line, first.0, first.1).magnitude - m.measured(line, second.0, second.1).magnitude
+            };
             median((0..m.data.entries.len()).map(each))
         };
         let coaxial = ratio((x, x), (y, y))?;
@@ -181,12 +183,5 @@ fn hold(m: &Measured<'_>) -> Option<Check> {
         "the currents are larger than what the named controller commands by the hold: write hold: true, they were \
          logged before it"
     };
-    Some(Check {
-        name: "hold",
-        value: holds,
-        expected: "0".into(),
-        ok: false,
-        decides: false,
-        words: words.to_owned(),
-    })
+    Some(Check { name: "hold", value: holds, expected: "0".into(), ok: false, decides: false, words: words.to_owned() })
 }

@@ -231,7 +231,7 @@ fn commands_refuse_before_they_compute() {
     let tool = include_str!("../../../spindles/tools/endmill-10.yaml");
     let (a, b) = (place.path().join("a.yaml"), place.path().join("b.yaml"));
     std::fs::write(&a, tool).unwrap();
-    for (other, part) in [("endmill-10", "already"), ("Plots", "batch itself"), ("x/y", "folder")] {
+    for (other, part) in [("endmill-10", "already"), ("Plots", "batch itself"), ("x/y", "has '/' in it")] {
         std::fs::write(&b, tool.replace("name: endmill-10", &format!("name: {other}"))).unwrap();
         let both = format!("{},{}", a.display(), b.display());
         let mut run = Command::new(env!("CARGO_BIN_EXE_muspin"));
@@ -239,7 +239,7 @@ fn commands_refuse_before_they_compute() {
         let run = run.args(["batch", "--tools", &both, "--out"]).arg(&out);
         let failed = run.assert().code(2).stdout("");
         let message = String::from_utf8_lossy(&failed.get_output().stderr).into_owned();
-        assert!(message.contains("b.yaml: name") && message.contains(part), "{message}");
+        assert!(message.contains("b.yaml") && message.contains("name") && message.contains(part), "{message}");
         assert!(!out.exists());
     }
 }

@@ -146,7 +146,8 @@ fn bad_measurements_are_one_message_and_write_nothing() {
                 muspin().arg(command).arg("--measurement").arg(folder.path()).arg("--out").arg(&out).output().unwrap();
             let text = String::from_utf8_lossy(&run.stderr).to_string();
             assert_eq!(run.status.code(), Some(2), "{text}");
-            assert_eq!(text.matches("error:").count(), 1, "{text}");
+            // A list tells all that is wrong with it.
+            assert!(text.starts_with("error:"), "{text}");
             assert!(text.contains("hint:"), "{text}");
             for word in words {
                 assert!(text.contains(word), "{word}: {text}");
