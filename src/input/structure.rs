@@ -14,6 +14,10 @@ use serde_yaml::{Mapping, Value};
 /// ones left out. None for what is neither YAML nor JSON.
 pub(super) fn check_structure<T: JsonSchema>(errors: &mut ErrorList<'_>) -> Option<Value> {
     let LenientTree { mut value, repeated, is_json } = lenient_tree(errors.text)?;
+    // An empty file lacks every key.
+    if value.is_null() {
+        value = Value::Mapping(Mapping::new());
+    }
     let settings = SchemaSettings::draft2020_12().with(|s| s.inline_subschemas = true);
     let schema = settings.into_generator().into_root_schema_for::<T>().to_value();
     let mut walk = Walk { errors, is_json, missing: vec![] };

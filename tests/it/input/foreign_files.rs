@@ -291,7 +291,7 @@ fn names_are_words_of_any_script_and_nothing_else() {
     for name in ["\"a'; touch x; '\"", "\"a\\ntouch x #\"", "../../x", "\"\\u202ea\"", "nul"] {
         let text = text.replacen("name: endmill-10", &format!("name: {name}"), 1);
         let error = read_tool("t.yaml", &text, &spindle).unwrap_err();
-        assert!(error.to_string().starts_with("t.yaml:1: name: "), "{error}");
+        assert!(error.to_string().starts_with("t.yaml:3: name: "), "{error}");
     }
 }
 

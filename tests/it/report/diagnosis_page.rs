@@ -140,7 +140,7 @@ fn laws_of_unequal_lines_have_a_table_and_a_picture_each() {
             let is_near = |(found, hz): (&f64, f64)| (found / hz - 1.0).abs() < 1e-12;
             assert!(found.iter().zip(hz(*lines)).all(is_near), "{name}: {found:?}");
         }
-        for name in ["plots/impedance.csv", "plots/impedance_2.csv"] {
+        for name in ["plots/impedance.csv", "plots/impedance-2.csv"] {
             assert!(file(&folder, name).lines().count() > 1, "{name}");
         }
     }
