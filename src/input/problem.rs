@@ -72,7 +72,10 @@ impl Problem {
     pub(super) fn failure_at_key(&self, key: &str, message: impl std::fmt::Display) -> InputError {
         let quoted = Value::from(key).to_string();
         let line = self.text.lines().position(|line| line.contains(&quoted));
-        InputError { line: line.map(|k| k + 1), ..InputError::new(&self.file.display().to_string(), message.to_string()) }
+        InputError {
+            line: line.map(|k| k + 1),
+            ..InputError::new(&self.file.display().to_string(), message.to_string())
+        }
     }
 
     /// An error about a field of this file.
@@ -156,9 +159,9 @@ impl Problem {
     /// A missing field, ragged rows, an entry that is not a finite number, and another shape.
     pub(crate) fn matrix_of(&self, field: &str, rows: usize, cols: usize) -> Result<Mat<f64>, InputError> {
         let entries = self.entries(field)?;
-        entries.sized(rows, cols).ok_or_else(|| {
-            self.failure(field, format!("expected a {rows} x {cols} matrix, found {}", entries.words()))
-        })
+        entries
+            .sized(rows, cols)
+            .ok_or_else(|| self.failure(field, format!("expected a {rows} x {cols} matrix, found {}", entries.words())))
     }
 
     /// A square real matrix.
@@ -322,7 +325,9 @@ impl Problem {
             }
         };
         let (block, sizes): (_, &[&str]) = match value.get("type").and_then(Value::as_str) {
-            Some("complex_full") => (Block::ComplexFull { rows: size("rows")?, cols: size("cols")? }, &["rows", "cols"]),
+            Some("complex_full") => {
+                (Block::ComplexFull { rows: size("rows")?, cols: size("cols")? }, &["rows", "cols"])
+            }
             Some("complex_scalar") => (Block::ComplexScalar { n: size("n")? }, &["n"]),
             Some("real_scalar") => (Block::RealScalar { n: size("n")? }, &["n"]),
             other => {

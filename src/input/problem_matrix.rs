@@ -87,17 +87,11 @@ fn rows(list: &[Value], path: &str) -> Result<Mat<f64>, Fault> {
         let Value::Array(row) = row else {
             return Err(Fault {
                 hint: Some("real matrices are row-major nested lists, also 1 x n and n x 1"),
-                ..Fault::new(
-                    format!("{path}[{i}]"),
-                    format!("expected a row (list of numbers), found {}", kind(row)),
-                )
+                ..Fault::new(format!("{path}[{i}]"), format!("expected a row (list of numbers), found {}", kind(row)))
             });
         };
-        let row: Vec<f64> = row
-            .iter()
-            .enumerate()
-            .map(|(j, v)| finite(v, &format!("{path}[{i}][{j}]")))
-            .collect::<Result<_, _>>()?;
+        let row: Vec<f64> =
+            row.iter().enumerate().map(|(j, v)| finite(v, &format!("{path}[{i}][{j}]"))).collect::<Result<_, _>>()?;
         if let Some(first) = entries.first()
             && first.len() != row.len()
         {

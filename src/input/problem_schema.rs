@@ -163,7 +163,10 @@ impl ProblemKind {
             ),
             Self::Mu => (&[("M", "complex", "Σ cols x Σ rows of the blocks"), BLOCKS], &[]),
             Self::Musys => (
-                &[BLOCKS, ("w_range", "numbers?", "a range of interest, rad/s; the peak is over all frequencies anyhow")],
+                &[
+                    BLOCKS,
+                    ("w_range", "numbers?", "a range of interest, rad/s; the peak is over all frequencies anyhow"),
+                ],
                 &SYSTEM,
             ),
             Self::Dfit => (

@@ -33,7 +33,9 @@ fn sample_time(problem: &Problem) -> Result<Option<f64>, Failure> {
         let period = problem.number(field)?;
         if period < 0.0 {
             let failure = problem.failure(field, format!("must be positive, or 0 for continuous time, found {period}"));
-            return Err(failure.with_hint("a sample time that is not said (-1) gives no frequency; say it in s").into());
+            return Err(failure
+                .with_hint("a sample time that is not said (-1) gives no frequency; say it in s")
+                .into());
         }
         match found {
             Some((other, same)) if same != period => {
