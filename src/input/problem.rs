@@ -1,5 +1,5 @@
-//! The problem file of `muspin solve`: JSON fields in `data` (or at the top level), read with shape checks.
-//! Real matrices are lists of rows, vectors also plain lists; complex ones `{"re": rows, "im": rows}`. Every error names
+//! The problem file of `muspin solve`: JSON fields in `data` (or at the top level), read with shape checks. Real
+//! matrices are lists of rows, vectors also plain lists; complex ones `{"re": rows, "im": rows}`. Every error names
 //! file and field.
 
 use super::error::InputError;
@@ -212,8 +212,8 @@ impl Problem {
         Ok(Mat::from_fn(re.nrows(), re.ncols(), |i, j| c64::new(re[(i, j)], im[(i, j)])))
     }
 
-    /// Numbers of outputs and inputs of a system of `order` states: those of D, of which a list of numbers is a row or a
-    /// column as B and C say.
+    /// Numbers of outputs and inputs of a system of `order` states: those of D, of which a list of numbers is a row
+    /// or a column as B and C say.
     fn channels(&self, order: usize) -> Result<[usize; 2], InputError> {
         let d = self.entries("D")?;
         let sizes = d.sizes();

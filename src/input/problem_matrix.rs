@@ -1,5 +1,5 @@
-//! Entries of a real matrix in a problem file: rows, or a number or one list of numbers, as MATLAB's `jsonencode` writes
-//! 1×1, 1×n and n×1. Such a list is a row or a column by the sizes that the other fields give.
+//! Entries of a real matrix in a problem file: rows, or a number or one list of numbers, as MATLAB's `jsonencode`
+//! writes 1×1, 1×n and n×1. Such a list is a row or a column by the sizes that the other fields give.
 
 use crate::linalg::Mat;
 use serde_json::Value;

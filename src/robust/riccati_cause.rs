@@ -3,8 +3,8 @@
 use super::hinf::assumptions::unreachable_modes;
 use crate::linalg::{Mat, NumericError, c64};
 
-/// An eigenvalue this close to the imaginary axis, relative to the size of A, may lie on it: a double one (a rigid body)
-/// comes out of an eigenvalue iteration with the root of the rounding error.
+/// An eigenvalue this close to the imaginary axis, relative to the size of A, may lie on it: a double one (a rigid
+/// body) comes out of an eigenvalue iteration with the root of the rounding error.
 const ON_AXIS: f64 = 1e-7;
 
 /// The conditions on (A, G, Q) that fail, each with a mode, and what to do; none when both hold.

@@ -1,5 +1,5 @@
-//! `muspin solve hinfsyn`: a generalized plant → γ_opt, a controller slightly above it, and its verified norm. A singular
-//! plant is enlarged by small channels, which the answer states.
+//! `muspin solve hinfsyn`: a generalized plant → γ_opt, a controller slightly above it, and its verified norm. A
+//! singular plant is enlarged by small channels, which the answer states.
 
 use super::answer::{number, system};
 use super::{Answer, Failure, Problem};

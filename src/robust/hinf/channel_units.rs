@@ -1,6 +1,6 @@
-//! Sizes of channels and states that do not depend on units: what a control does to the errors, what the disturbances do
-//! to a measurement, how far inputs move a state and how far a state shows. Gains are the largest on s = ω e^{jπ/3}, a
-//! ray away from undamped poles, over the frequencies of the poles.
+//! Sizes of channels and states that do not depend on units: what a control does to the errors, what the disturbances
+//! do to a measurement, how far inputs move a state and how far a state shows. Gains are the largest on s = ω
+//! e^{jπ/3}, a ray away from undamped poles, over the frequencies of the poles.
 
 use crate::augment::GeneralizedPlant;
 use crate::linalg::{Mat, c64, max_singular_value_complex};

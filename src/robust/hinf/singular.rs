@@ -1,8 +1,9 @@
-//! Singular H∞ problems: D12 or D21 without full rank, or a zero of P12 or P21 on the imaginary axis, where the infimum
-//! is in general not attained and the Riccati equations do not exist. The plant is enlarged by small channels: errors
-//! ε u, disturbances ε at the measurements, and, against zeros on the axis, errors δ x and disturbances δ on the states.
-//! The loop of the given plant is a part of the enlarged one, so the level of the enlarged one bounds its norm. The share
-//! ε falls by decades until the level settles; the norm is computed on the plant as given.
+//! Singular H∞ problems: D12 or D21 without full rank, or a zero of P12 or P21 on the imaginary axis, where the
+//! infimum is in general not attained and the Riccati equations do not exist. The plant is enlarged by small
+//! channels: errors ε u, disturbances ε at the measurements, and, against zeros on the axis, errors δ x and
+//! disturbances δ on the states. The loop of the given plant is a part of the enlarged one, so the level of the
+//! enlarged one bounds its norm. The share ε falls by decades until the level settles; the norm is computed on the
+//! plant as given.
 
 use super::channel_units::ChannelUnits;
 use super::regularise::{Needs, Regularisation, enlarged_by};
@@ -38,9 +39,9 @@ pub struct Perturbation {
     pub enlarged_norm: f64,
 }
 
-/// Synthesis for any plant: the regular problem as [`synthesise`] solves it, else the nearest regular one. The levels are
-/// then those of the enlarged plant, upper bounds for the given one; the norm and its frequency are those of the given
-/// one. The perturbation is none for a regular problem.
+/// Synthesis for any plant: the regular problem as [`synthesise`] solves it, else the nearest regular one. The levels
+/// are then those of the enlarged plant, upper bounds for the given one; the norm and its frequency are those of the
+/// given one. The perturbation is none for a regular problem.
 ///
 /// # Errors
 /// As [`synthesise`]; for a singular problem that of the last enlarged one when none has a solution.

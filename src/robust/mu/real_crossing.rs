@@ -64,8 +64,8 @@ impl MuSystem {
         Ok(place)
     }
 
-    /// The first frequency on one side at which the eigenvalue of ΔM(jω) that starts as `from` is real and positive, and
-    /// the perturbation there.
+    /// The first frequency on one side at which the eigenvalue of ΔM(jω) that starts as `from` is real and positive,
+    /// and the perturbation there.
     fn crossing(&self, delta: &Mat<c64>, from: (f64, c64), side: f64) -> Option<(f64, WorstCase)> {
         let (start, mut near) = from;
         let follow = |omega: f64, near: c64| {

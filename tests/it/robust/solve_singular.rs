@@ -60,8 +60,8 @@ fn a_control_without_cost_comes_close_to_the_infimum_in_any_units() {
 
 #[test]
 fn an_undamped_mode_that_no_error_sees_is_no_obstacle() {
-    // The first state as the integrator of [`optimum_of_an_integrator_is_root_two`]; beside it an oscillator that its own
-    // control and measurement damp, and that no error and no disturbance knows of.
+    // The first state as the integrator of [`optimum_of_an_integrator_is_root_two`]; beside it an oscillator that its
+    // own control and measurement damp, and that no error and no disturbance knows of.
     let plant = json!({
         "A": [[0, 0, 0], [0, 0, 5], [0, -5, 0]],
         "B": [[1, 0, 0, 1, 0], [0, 0, 0, 0, 0], [0, 0, 0, 0, 1]],
