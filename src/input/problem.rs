@@ -1,6 +1,6 @@
-//! The problem file of `muspin solve`: JSON fields in `data` (or at the top level), read with shape checks.
-//! Real matrices are lists of rows, vectors also plain lists; complex ones `{"re": rows, "im": rows}`. Every error
-//! names file and field.
+//! The problem file of `muspin solve`: JSON fields in `data` (or at the top level), read with shape checks. Real
+//! matrices are lists of rows, vectors also plain lists; complex ones `{"re": rows, "im": rows}`. Every error names
+//! file and field.
 
 use super::error::InputError;
 use super::file as files;

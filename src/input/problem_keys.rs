@@ -19,8 +19,7 @@ const FOREIGN: [Foreign; 10] = [
         names: &["E"],
         kinds: &ProblemKind::ALL,
         is_neutral: is_identity,
-        hint: "descriptor systems E x' = A x + B u are not taken; multiply A and B by the inverse of E if it is \
-         regular",
+        hint: "descriptor systems E x' = A x + B u are not taken; multiply A and B by inv(E) if E is regular",
     },
     Foreign {
         names: &["sample_time", "sampling_time", "dt", "fs", "sample_time_s"],
@@ -32,9 +31,8 @@ const FOREIGN: [Foreign; 10] = [
         names: &["Ts", "sample_time_s", "sample_time", "sampling_time", "dt", "fs"],
         kinds: &ProblemKind::ALL,
         is_neutral: |v| v.as_f64() == Some(0.0),
-        hint: "the matrices are read in continuous time; bring a sampled system there by z = (1 + s Ts/2)/(1 - \
-         s Ts/2), \
-               which keeps norms and mu",
+        hint: "the matrices are read in continuous time; bring a sampled system there by \
+               z = (1 + s Ts/2)/(1 - s Ts/2), which keeps norms and mu",
     },
     Foreign {
         names: &["InputDelay", "OutputDelay", "IODelay", "ioDelay", "InternalDelay", "delay", "delay_s"],
@@ -46,9 +44,8 @@ const FOREIGN: [Foreign; 10] = [
         names: &["B", "R", "S", "N"],
         kinds: &[ProblemKind::Care],
         is_neutral: |_| false,
-        hint: "the equation is A'X + XA - XGX + Q = 0: give G = B inv(R) B', and with a cross term S A - B \
-         inv(R) S' in \
-               place of A and Q - S inv(R) S' in place of Q",
+        hint: "the equation is A'X + XA - XGX + Q = 0: give G = B inv(R) B', and with a cross term S: \
+               A - B inv(R) S' in place of A and Q - S inv(R) S' in place of Q",
     },
     Foreign {
         names: &["nmeas", "ny", "nmeasurements", "measurements"],

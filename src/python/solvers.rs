@@ -13,6 +13,7 @@ use crate::lti::sample::{tustin, tustin_prewarped, zoh};
 use crate::lti::{Discrete, StateSpace};
 use crate::robust::dk::{DkError, DkSettings, iterate};
 use crate::robust::hinf::regularise::{Regularisation, regularised};
+use crate::robust::riccati_cause::find_cause;
 use crate::robust::{HinfSettings, SynthesisError, mu, synthesise};
 use numpy::{Complex64, PyArray2, PyReadonlyArray2};
 use pyo3::prelude::*;
@@ -35,7 +36,12 @@ pub(super) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
 #[pyfunction(name = "care")]
 fn care_of<'py>(python: Python<'py>, a: Real<'py>, g: Real<'py>, q: Real<'py>) -> PyResult<(RealOut<'py>, f64, f64)> {
     let (a, g, q) = (matrix(&a, "A")?, matrix(&g, "G")?, matrix(&q, "Q")?);
-    let found = compute(python, move |_| care(&a, &g, &q).map_err(|e| format!("Riccati equation: {e}")))?;
+    let found = compute(python, move |_| {
+        care(&a, &g, &q).map_err(|e| match find_cause(&a, &g, &q) {
+            Ok(Some(cause)) => format!("Riccati equation: {e}\n\nhint: {cause}"),
+            _ => format!("Riccati equation: {e}"),
+        })
+    })?;
     Ok((array(python, &found.x), found.residual, found.closed_loop_max_real))
 }
 
@@ -61,6 +67,15 @@ fn hinfnorm(python: Python<'_>, p: Matrices<'_>, period: f64) -> PyResult<(f64, 
 
 fn plant(p: &Matrices<'_>, measurements: usize, controls: usize, blocks: Vec<Block>) -> PyResult<GeneralizedPlant> {
     let system = continuous(p)?;
+    let lacks = [
+        (system.inputs() == controls, "no disturbance inputs w"),
+        (system.outputs() == measurements, "no error outputs z"),
+    ];
+    let lacks: Vec<&str> = lacks.iter().filter(|(is_so, _)| *is_so).map(|(_, words)| *words).collect();
+    if !lacks.is_empty() {
+        let words = lacks.join(" and ");
+        return Err(refused(format!("the plant has {words}: the gain from w to z is what is made small")));
+    }
     let fits = |name: &str, part: usize, whole: usize| {
         if part > 0 && part < whole {
             Ok(())

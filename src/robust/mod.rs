@@ -9,6 +9,7 @@ pub mod hinf;
 pub mod minimax;
 pub mod mu;
 pub mod prescale;
+pub mod riccati_cause;
 pub mod structure;
 
 pub use error::{Condition, SynthesisError};

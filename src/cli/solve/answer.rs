@@ -8,6 +8,7 @@ use serde_json::{Map, Value, json};
 #[derive(Default)]
 pub(crate) struct Answer {
     fields: Map<String, Value>,
+    remarks: Vec<String>,
 }
 
 impl Answer {
@@ -30,6 +31,17 @@ impl Answer {
     /// Adds a real matrix.
     pub(crate) fn with_matrix(self, field: &str, value: &Mat<f64>) -> Self {
         self.with(field, matrix(value))
+    }
+
+    /// Adds a sentence for the person who reads the answer on a terminal.
+    pub(crate) fn with_remark(mut self, words: impl Into<String>) -> Self {
+        self.remarks.push(words.into());
+        self
+    }
+
+    /// What is to be said besides the numbers.
+    pub(crate) fn remarks(&self) -> &[String] {
+        &self.remarks
     }
 
     /// The object as text, one field a line.

@@ -1,8 +1,11 @@
-//! `muspin solve hinfsyn`: a generalized plant → γ_opt, a controller slightly above it, and its verified norm.
+//! `muspin solve hinfsyn`: a generalized plant → γ_opt, a controller slightly above it, and its verified norm. A
+//! singular plant is enlarged by small channels, which the answer states.
 
-use super::answer::system;
+use super::answer::{number, system};
 use super::{Answer, Failure, Problem};
-use crate::robust::{HinfSettings, Limit, SynthesisError, synthesise};
+use crate::robust::hinf::singular::{Perturbation, synthesise_perturbed};
+use crate::robust::{HinfSettings, Limit, SynthesisError};
+use serde_json::Value;
 
 /// Solves the problem of the file; `gamma` in the file asks for the central controller at that level.
 pub(super) fn solve(problem: &Problem) -> Result<Answer, Failure> {
@@ -11,7 +14,7 @@ pub(super) fn solve(problem: &Problem) -> Result<Answer, Failure> {
     if problem.has("gamma") {
         settings.gamma = Some(problem.number("gamma")?);
     }
-    let found = synthesise(&plant, &settings)?;
+    let (found, perturbation) = synthesise_perturbed(&plant, &settings)?;
     let c = &found.certificate;
     let mut certificate = Answer::new();
     if let Some(limit) = c.limit {
@@ -38,11 +41,48 @@ pub(super) fn solve(problem: &Problem) -> Result<Answer, Failure> {
         .with("riccati_pairs", c.pairs);
     let answer =
         if settings.gamma.is_none() { Answer::new().with_number("gamma_opt", found.gamma_opt) } else { Answer::new() };
-    Ok(answer
+    let answer = answer
         .with_number("gamma", found.gamma)
         .with_number("closed_loop_norm", found.closed_loop_norm)
         .with("controller", system(&found.controller))
-        .with("certificate", certificate))
+        .with("certificate", certificate);
+    Ok(match perturbation {
+        None => answer,
+        Some(p) => {
+            let words = remark(&p);
+            answer.with("regularisation", regularisation(&p)).with_remark(words)
+        }
+    })
+}
+
+/// What was added to a singular plant, and what it changes.
+fn regularisation(p: &Perturbation) -> Answer {
+    let list = |sizes: &[f64]| sizes.iter().map(|size| number(*size)).collect::<Vec<Value>>();
+    let parts = [
+        ("controls", &p.added.d12),
+        ("measurements", &p.added.d21),
+        ("state_errors", &p.added.c1),
+        ("state_disturbances", &p.added.b1),
+    ];
+    let start = Answer::new().with("reason", p.reason.to_string()).with_number("share", p.share);
+    let sizes = parts.into_iter().filter(|(_, sizes)| !sizes.is_empty());
+    sizes
+        .fold(start, |answer, (name, sizes)| answer.with(name, list(sizes)))
+        .with_number("gamma_change", p.level_change)
+        .with("settled", p.is_settled)
+        .with_number("perturbed_norm", p.enlarged_norm)
+}
+
+fn remark(p: &Perturbation) -> String {
+    let change = match (p.is_settled, p.level_change.is_nan()) {
+        (true, _) => "the level has settled".to_owned(),
+        (false, true) => "the level is an upper bound, no limit was taken".to_owned(),
+        (false, false) => format!(
+            "the level has not settled: it fell by {:.1e} of itself when ten times less was added",
+            p.level_change
+        ),
+    };
+    format!("the plant is singular ({}); channels of {:.0e} of its gains were added, {change}", p.reason, p.share)
 }
 
 impl From<SynthesisError> for Failure {

@@ -58,7 +58,10 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     }?;
     let text = answer.text();
     console.json(&text, || {
-        let words = format!("{}: the matrices are in --json", arguments.file.display());
+        let mut words = format!("{}: the matrices are in --json", arguments.file.display());
+        for remark in answer.remarks() {
+            words.push_str(&format!("; {remark}"));
+        }
         Shown::done(words).rows(answer.numbers())
     })?;
     Ok(Outcome::Done)

@@ -15,6 +15,7 @@ pub(super) fn solve(problem: &Problem) -> Result<Answer, Failure> {
     Ok(Answer::new()
         .with_number("peak_upper", peak.upper)
         .with_number("peak_lower", peak.bounds.lower)
+        .with_number("lower_freq_rad_s", peak.lower_omega_rad_s)
         .with_number("peak_freq_rad_s", peak.omega_rad_s)
         .with_number("attained_upper", peak.attained))
 }

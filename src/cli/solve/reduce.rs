@@ -5,7 +5,7 @@ use super::answer::{number, system};
 use super::{Answer, Failure, Problem};
 use crate::linalg::NumericError;
 use crate::lti::balance::{Balancing, Reduction};
-use serde_json::Value;
+use serde_json::{Map, Value};
 
 /// Solves the problem of the file.
 pub(super) fn solve(problem: &Problem) -> Result<Answer, Failure> {
@@ -19,22 +19,25 @@ pub(super) fn solve(problem: &Problem) -> Result<Answer, Failure> {
         let found = system(&best.system).with_number("error_hinf", best.error_hinf).with("method", best.method);
         answers.with(&order.to_string(), found)
     };
-    let mut refused: Vec<(usize, String)> = vec![];
-    for order in &asked {
-        if *order > full.order() {
-            refused.push((*order, format!("the system has {} states", full.order())));
+    let mut left_out: Vec<(usize, usize, String)> = vec![];
+    for (k, order) in asked.iter().enumerate() {
+        let reason = if *order > full.order() {
+            format!("the system has {} states", full.order())
         } else if *order < balancing.kept() {
-            let kept = balancing.kept();
-            refused.push((*order, format!("{kept} poles are not in the open left half plane, and are kept")));
-        } else if let Some(best) = best_of(&balancing, *order, keeps_dc)? {
-            answers = with(answers, *order, &best);
-        }
+            format!("{} poles are not in the open left half plane and are kept", balancing.kept())
+        } else {
+            if let Some(best) = best_of(&balancing, *order, keeps_dc)? {
+                answers = with(answers, *order, &best);
+            }
+            continue;
+        };
+        left_out.push((k, *order, reason));
     }
     // One impossible order does not refuse the others; where none is possible, there is no answer.
-    if let Some((order, reason)) = refused.first().filter(|_| refused.len() == asked.len()) {
+    if let (Some((k, order, reason)), true) = (left_out.first(), left_out.len() == asked.len()) {
         return Err(problem
-            .failure("orders", format!("{order} is not possible: {reason}"))
-            .with_hint("ask for an order between the number of unstable poles and that of the states")
+            .failure(&format!("orders[{k}]"), format!("is {order}, but {reason}"))
+            .with_hint(format!("ask for {} to {} states", balancing.kept(), full.order()))
             .into());
     }
     let mut answer = Answer::new();
@@ -48,10 +51,12 @@ pub(super) fn solve(problem: &Problem) -> Result<Answer, Failure> {
             answer = answer.with("order_within_max_error", order);
         }
     }
-    if !refused.is_empty() {
-        let of_orders =
-            |answers: Answer, (order, reason): &(usize, String)| answers.with(&order.to_string(), reason.as_str());
-        answer = answer.with("refused", refused.iter().fold(Answer::new(), of_orders));
+    if !left_out.is_empty() {
+        let reasons = left_out.iter().map(|(_, order, reason)| (order.to_string(), Value::from(reason.as_str())));
+        answer = answer.with("left_out", reasons.collect::<Map<_, _>>());
+    }
+    for (_, order, reason) in left_out {
+        answer = answer.with_remark(format!("order {order} is left out: {reason}"));
     }
     let values: Vec<Value> = balancing.hankel.iter().map(|h| number(*h)).collect();
     Ok(answer.with("hsv", values).with("kept_unstable", balancing.kept()).with("orders", answers))

@@ -146,6 +146,11 @@ def _array(value: ArrayLike, name: str, complex_values: bool = False) -> NDArray
 
 def _matrices(sys: SystemLike) -> tuple[_Matrices, float]:
     """((A, B, C, D), dt) of anything that is a system."""
+    e = getattr(sys, "E", None)
+    if e is not None and not callable(e) and np.size(e) > 0:
+        e = np.atleast_2d(np.asarray(e, dtype=float))
+        if e.shape[0] != e.shape[1] or not np.array_equal(e, np.eye(e.shape[0])):
+            raise ValueError("a descriptor system (E is not the identity) is not taken: multiply A and B by the inverse of E")
     if hasattr(sys, "A") and hasattr(sys, "dt"):
         parts: Sequence[Any] = (sys.A, sys.B, sys.C, sys.D)
         dt = sys.dt
@@ -153,6 +158,8 @@ def _matrices(sys: SystemLike) -> tuple[_Matrices, float]:
         parts, dt = sys[:4], (sys[4] if len(sys) == 5 else 0)
     else:
         raise ValueError("a system is a StateSpace or a tuple (A, B, C, D) or (A, B, C, D, dt)")
+    if dt is not None and np.ndim(dt) != 0:
+        raise ValueError("the fifth entry of a system is its sample time in seconds, found a matrix")
     if dt is True:
         raise ValueError("the sample time of the system is not said; give dt in seconds")
     a, b, c, d = (_array(part, name) for part, name in zip(parts, "ABCD"))

@@ -14,21 +14,26 @@ const RANK: f64 = 1e-12;
 /// # Errors
 /// [`NumericError`] when eigenvalues fail.
 pub(crate) fn unreachable_mode(a: &Mat<f64>, b: &Mat<f64>) -> Result<Option<c64>, NumericError> {
+    Ok(unreachable_modes(a, b)?.into_iter().next())
+}
+
+/// All of them.
+///
+/// # Errors
+/// [`NumericError`] when eigenvalues fail.
+pub(crate) fn unreachable_modes(a: &Mat<f64>, b: &Mat<f64>) -> Result<Vec<c64>, NumericError> {
     let (n, size) = (a.nrows(), a.norm_l2());
-    for value in eigenvalues(a)? {
-        // Modes on the axis come out of the QR iteration at rounding level on either side.
-        if value.re < -1e-13 * size {
-            continue;
-        }
+    // Modes on the axis come out of the QR iteration at rounding level on either side.
+    let modes = eigenvalues(a)?.into_iter().filter(|value| value.re >= -1e-13 * size);
+    let is_unreached = |value: &c64| {
+        let value = *value;
         let pencil = Mat::from_fn(n, n + b.ncols(), |i, j| match j.checked_sub(n) {
             None => shifted(a, value, i, j),
             Some(j) => c64::new(b[(i, j)], 0.0),
         });
-        if is_deficient(pencil, size) {
-            return Ok(Some(value));
-        }
-    }
-    Ok(None)
+        is_deficient(pencil, size)
+    };
+    Ok(modes.filter(is_unreached).collect())
 }
 
 /// Zero of P12 on the imaginary axis: a frequency at which [A − jωI, B2; C1, D12] has no full column rank. Candidates

@@ -105,10 +105,17 @@ pub(super) fn direct_share(system: &StateSpace<Continuous>, damping: f64) -> Opt
             }
         }
     }
-    let smallest =
-        |d: &Mat<f64>| if d.nrows() < d.ncols() { Some(0.0) } else { svd(d).ok().and_then(|f| f.s.last().copied()) };
-    let share =
-        Mat::from_fn(system.outputs(), system.inputs(), |i, j| system.d[(i, j)] / gains[j].max(f64::MIN_POSITIVE));
-    let (smallest, relative) = (smallest(&system.d)?, smallest(&share)?);
+    let smallest = smallest_singular_value(&system.d)?;
+    let relative = smallest_share(&system.d, &gains)?;
     Some(DirectShare { gains, smallest, relative })
+}
+
+/// Smallest singular value of D with its columns divided by their gains; 0 where D has fewer rows than columns.
+pub(super) fn smallest_share(d: &Mat<f64>, gains: &[f64]) -> Option<f64> {
+    let share = Mat::from_fn(d.nrows(), d.ncols(), |i, j| d[(i, j)] / gains[j].max(f64::MIN_POSITIVE));
+    smallest_singular_value(&share)
+}
+
+fn smallest_singular_value(d: &Mat<f64>) -> Option<f64> {
+    if d.nrows() < d.ncols() { Some(0.0) } else { svd(d).ok().and_then(|f| f.s.last().copied()) }
 }

@@ -6,6 +6,7 @@
 //! the loop and computing its norm.
 
 pub(crate) mod assumptions;
+mod channel_units;
 pub(crate) mod controller;
 mod coupling_root;
 pub(crate) mod couplings;
@@ -20,6 +21,7 @@ mod riccati_pair;
 mod search;
 pub(crate) mod settings;
 pub(crate) mod side;
+pub mod singular;
 pub(crate) mod slope;
 
 use crate::augment::GeneralizedPlant;

@@ -53,6 +53,13 @@ impl NormalForm {
                 s.outputs()
             )));
         }
+        let (lacks_w, lacks_z) = (s.inputs() == m2, s.outputs() == p2);
+        if lacks_w || lacks_z {
+            let (w, z) = ("no disturbance inputs w", "no error outputs z");
+            let words =
+                if lacks_w && lacks_z { format!("{w} and {z}") } else { [z, w][usize::from(lacks_w)].to_owned() };
+            return Err(SynthesisError::Partition(format!("{words}: the gain from w to z is what is made small")));
+        }
         if ![&s.a, &s.b, &s.c, &s.d].iter().all(|m| m.is_all_finite()) {
             return Err(NumericError::NotFinite { what: "generalized plant" }.into());
         }

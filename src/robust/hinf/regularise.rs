@@ -3,7 +3,8 @@
 //! (measurement) reaches in the plant, so that it does not depend on units. The loop of the given plant is a part of
 //! the enlarged loop: a norm or a μ of the enlarged one bounds that of the given one.
 
-use super::feedthrough::{direct_share, parts};
+use super::channel_units::ChannelUnits;
+use super::feedthrough::{direct_share, parts, smallest_share};
 use crate::augment::{Block, GeneralizedPlant};
 use crate::linalg::Mat;
 use crate::lti::{Continuous, StateSpace};
@@ -23,6 +24,44 @@ pub struct Regularisation {
     pub d12: Vec<f64>,
     /// ε of each measurement: extra columns of D21.
     pub d21: Vec<f64>,
+    /// δ of each state: extra rows of C1.
+    pub c1: Vec<f64>,
+    /// δ of each state: extra columns of B1.
+    pub b1: Vec<f64>,
+}
+
+/// Channels of states that zeros on the imaginary axis ask for.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Needs {
+    /// Errors δ x, for zeros of P12.
+    pub state_errors: bool,
+    /// Disturbances δ on the states, for zeros of P21.
+    pub state_disturbances: bool,
+}
+
+/// The plant with an error for each control where D12 falls below `share` of the units, a disturbance for each
+/// measurement where D21 does, and the channels of states that are needed.
+pub(super) fn enlarged_by(
+    plant: &GeneralizedPlant,
+    units: &ChannelUnits,
+    share: f64,
+    needs: Needs,
+) -> (GeneralizedPlant, Regularisation) {
+    let (control, sensing) = parts(plant);
+    let missing = |part: &StateSpace<Continuous>, sizes: &[f64]| -> Vec<f64> {
+        match smallest_share(&part.d, sizes) {
+            Some(found) if found >= share => vec![],
+            _ => sizes.iter().map(|size| share * size).collect(),
+        }
+    };
+    let of_states = |sizes: &[f64]| sizes.iter().map(|size| share * units.errors / size).collect();
+    let added = Regularisation {
+        d12: missing(&control, &units.controls),
+        d21: missing(&sensing, &units.measurements),
+        c1: if needs.state_errors { of_states(&units.reached) } else { vec![] },
+        b1: if needs.state_disturbances { of_states(&units.seen) } else { vec![] },
+    };
+    (enlarge(plant, &added), added)
 }
 
 /// The plant with an error for each control where D12 falls below `share` of the gains, and a disturbance for each
@@ -39,7 +78,7 @@ pub fn regularised(plant: &GeneralizedPlant, share: f64) -> Option<(GeneralizedP
         let sizes: Vec<f64> = found.gains.iter().map(|gain| share * gain).collect();
         sizes.iter().all(|e| e.is_finite() && *e > 0.0).then_some(sizes)
     };
-    let added = Regularisation { d12: missing(&control)?, d21: missing(&sensing)? };
+    let added = Regularisation { d12: missing(&control)?, d21: missing(&sensing)?, ..Regularisation::default() };
     let enlarged = enlarge(plant, &added);
     Some((enlarged, added))
 }
@@ -47,7 +86,8 @@ pub fn regularised(plant: &GeneralizedPlant, share: f64) -> Option<(GeneralizedP
 fn enlarge(plant: &GeneralizedPlant, added: &Regularisation) -> GeneralizedPlant {
     let s = &plant.system;
     let (m1, p1, n) = (plant.disturbances(), plant.errors(), s.order());
-    let (more_w, more_z) = (added.d21.len(), added.d12.len());
+    let (noises, costs) = (added.d21.len(), added.d12.len());
+    let (more_w, more_z) = (noises + added.b1.len(), costs + added.c1.len());
     // Where an old channel stands in the enlarged plant: the new ones come after the old w and z, before u and y.
     let input = |j: usize| if j < m1 { j } else { j + more_w };
     let output = |i: usize| if i < p1 { i } else { i + more_z };
@@ -72,6 +112,12 @@ fn enlarge(plant: &GeneralizedPlant, added: &Regularisation) -> GeneralizedPlant
     }
     for (k, size) in added.d21.iter().enumerate() {
         d[(output(p1 + k), m1 + k)] = *size;
+    }
+    for (k, size) in added.c1.iter().enumerate() {
+        c[(p1 + costs + k, k)] = *size;
+    }
+    for (k, size) in added.b1.iter().enumerate() {
+        b[(k, m1 + noises + k)] = *size;
     }
     GeneralizedPlant {
         system: StateSpace { a: s.a.clone(), b, c, d, time: Continuous },

@@ -51,12 +51,15 @@ pub(crate) fn search(m: &Mat<c64>, structure: &Structure, scaling: &Scaling, upp
         return best;
     }
     let problem = Problem { m: &scaled, structure, real: structure.has_real() };
+    if problem.is_one_real_parameter() {
+        return problem.largest_real_eigenvalue().unwrap_or(best);
+    }
     let mut random = ChaCha8Rng::seed_from_u64(7);
     for start in 0..STARTS[usize::from(problem.real)] {
         let Some(delta) = problem.start(start, &mut random) else {
             continue;
         };
-        for choice in 0..if problem.real { 3 } else { 1 } {
+        for choice in 0..if problem.real { BRANCHES } else { 1 } {
             let found = problem.ascend(delta.clone(), choice);
             if let Some(found) = found.filter(|f| f.value > best.value) {
                 best = found;
@@ -68,6 +71,37 @@ pub(crate) fn search(m: &Mat<c64>, structure: &Structure, scaling: &Scaling, upp
     }
     best
 }
+
+/// Perturbations of size one with an eigenvalue of ΔM that is large, though not real: what a search over frequency goes
+/// on with.
+pub(super) fn unrestored(m: &Mat<c64>, structure: &Structure, scaling: &Scaling) -> Vec<(Mat<c64>, c64)> {
+    let scaled = scaling.apply(m);
+    if !scaled.is_all_finite() || scaled.norm_max() == 0.0 {
+        return vec![];
+    }
+    let problem = Problem { m: &scaled, structure, real: true };
+    let mut random = ChaCha8Rng::seed_from_u64(7);
+    let mut found = vec![];
+    for number in 0..STARTS[0] {
+        let Some(start) = problem.start(number, &mut random) else {
+            continue;
+        };
+        for choice in 0..BRANCHES {
+            let eigenvalue = problem.eigenvalue(&start, choice).map(|lambda| (start.clone(), lambda));
+            found.extend(eigenvalue);
+            found.extend(problem.climb(start.clone(), choice));
+        }
+    }
+    found
+}
+
+/// Δ scaled to make the loop singular, checked; none where it is not singular, λ being the eigenvalue of ΔM.
+pub(super) fn singular(m: &Mat<c64>, structure: &Structure, delta: &Mat<c64>, lambda: c64) -> Option<WorstCase> {
+    Problem { m, structure, real: true }.finish(delta, lambda)
+}
+
+/// Eigenvalues that are followed from each start.
+const BRANCHES: usize = 3;
 
 struct Problem<'a> {
     m: &'a Mat<c64>,
@@ -194,7 +228,32 @@ impl Problem<'_> {
         Some(Model { a, b: self.m * x })
     }
 
-    fn ascend(&self, mut delta: Mat<c64>, choice: usize) -> Option<WorstCase> {
+    fn is_one_real_parameter(&self) -> bool {
+        matches!(self.structure.spans.as_slice(), [span] if span.is_real())
+    }
+
+    /// Δ = I/λ at the largest real eigenvalue λ of M: μ of one real parameter, exactly.
+    fn largest_real_eigenvalue(&self) -> Option<WorstCase> {
+        let values = eigenvalues_complex(self.m).ok()?;
+        let n = self.m.nrows();
+        let singular = values.into_iter().filter_map(|lambda| {
+            let sign = c64::new(lambda.re.signum(), 0.0);
+            let delta = Mat::from_fn(n, n, |i, j| if i == j { sign } else { c64::new(0.0, 0.0) });
+            self.finish(&delta, lambda * sign)
+        });
+        singular.max_by(|x, y| x.value.total_cmp(&y.value))
+    }
+
+    fn ascend(&self, delta: Mat<c64>, choice: usize) -> Option<WorstCase> {
+        let (mut delta, mut lambda) = self.climb(delta, choice)?;
+        if self.real {
+            (delta, lambda) = self.restore(delta, lambda)?;
+        }
+        self.finish(&delta, lambda)
+    }
+
+    /// Raises the merit of an eigenvalue until it settles.
+    fn climb(&self, mut delta: Mat<c64>, choice: usize) -> Option<(Mat<c64>, c64)> {
         let mut lambda = self.eigenvalue(&delta, choice)?;
         // Linear convergence: 60 steps settle what is going to settle.
         for _ in 0..60 {
@@ -216,10 +275,7 @@ impl Problem<'_> {
                 break;
             }
         }
-        if self.real {
-            (delta, lambda) = self.restore(delta, lambda)?;
-        }
-        self.finish(&delta, lambda)
+        Some((delta, lambda))
     }
 
     /// Moves Δ until Im λ = 0, towards the vertex that changes Im λ most.

@@ -13,6 +13,7 @@ pub mod lmi;
 pub mod lower;
 pub mod mixed;
 pub mod peak;
+mod real_crossing;
 pub(crate) mod reduction;
 mod search;
 pub mod system;

@@ -18,8 +18,10 @@ pub struct MuPeak {
     pub attained: f64,
     /// Its frequency, rad/s; infinity for s = ∞.
     pub omega_rad_s: f64,
-    /// Bounds at that frequency: the lower bound and its perturbation.
+    /// Bounds at that frequency; with real parameters the lower bound and its perturbation may be those of another one.
     pub bounds: MuBounds,
+    /// Frequency of the lower bound, rad/s.
+    pub lower_omega_rad_s: f64,
     /// Frozen scalings used by the certificate.
     pub scalings: usize,
 }
@@ -70,12 +72,14 @@ impl MuSystem {
                 other => break other?,
             }
         };
-        let bounds = self.bounds(end.omega_rad_s)?;
+        let mut bounds = self.bounds(end.omega_rad_s)?;
+        let lower_omega_rad_s = self.raise_lower(&mut bounds, end.omega_rad_s)?;
         Ok(MuPeak {
             upper: end.upper * (1.0 + slack),
             attained: end.upper,
             omega_rad_s: end.omega_rad_s,
             bounds,
+            lower_omega_rad_s,
             scalings,
         })
     }

@@ -10,3 +10,5 @@ mod mu_system;
 mod regularise;
 pub mod solve_cases;
 mod solve_hinfsyn;
+pub mod solve_keys;
+mod solve_singular;

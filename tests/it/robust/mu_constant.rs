@@ -273,3 +273,20 @@ fn a_settled_scale_is_as_good_as_a_proven_one_to_what_it_says() {
         }
     }
 }
+
+#[test]
+fn mu_of_one_real_parameter_is_its_largest_real_eigenvalue() {
+    let real = |rows: &[&[f64]]| Mat::from_fn(rows.len(), rows.len(), |i, j| c64::new(rows[i][j], 0.0));
+    for (m, exact) in [
+        (real(&[&[3.0, 1.0], &[0.0, -4.0]]), 4.0),
+        // A double eigenvalue without a second eigenvector.
+        (real(&[&[2.0, 1e3], &[0.0, 2.0]]), 2.0),
+        // Eigenvalues ±2j and 1/2: only the last is real.
+        (real(&[&[0.0, 2.0, 0.0], &[-2.0, 0.0, 0.0], &[1.0, 1.0, 0.5]]), 0.5),
+        (real(&[&[0.0, 2.0], &[-2.0, 0.0]]), 0.0),
+    ] {
+        let found = mu::bounds(&m, &[Block::RealScalar { n: m.nrows() }]).unwrap();
+        assert!((found.lower - exact).abs() < 1e-6, "{} {exact}", found.lower);
+        assert!(found.upper >= exact * (1.0 - 1e-9), "{} {exact}", found.upper);
+    }
+}

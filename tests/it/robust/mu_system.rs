@@ -1,6 +1,9 @@
 //! Peak of μ over frequency against the dense reference sweeps.
 
 use crate::robust::control_cases::{Case, block_list, system};
+use muspin::augment::Block;
+use muspin::linalg::Mat;
+use muspin::lti::{Continuous, Response, StateSpace};
 use muspin::robust::mu::peak::CERTIFICATE_SLACK;
 use muspin::robust::mu::system::MuSystem;
 
@@ -49,9 +52,6 @@ fn branch_and_bound_finds_the_peak_of_the_full_sweep() {
 
 #[test]
 fn the_margin_of_a_spring_with_uncertain_stiffness_is_its_closed_form() {
-    use muspin::augment::Block;
-    use muspin::linalg::Mat;
-    use muspin::lti::{Continuous, Response, StateSpace};
     // q'' + 2ζ q' + q = −δ q is unstable first for δ = −1 (real); a complex δ of size 2ζ√(1 − ζ²) is enough.
     for damping in [1e-4, 1e-2, 0.3] {
         let a = Mat::from_fn(2, 2, |i, j| [[0.0, 1.0], [-1.0, -2.0 * damping]][i][j]);
@@ -74,4 +74,48 @@ fn the_margin_of_a_spring_with_uncertain_stiffness_is_its_closed_form() {
         assert!(below <= 1.0 + 1e-9 && below > 1.0 - 2e-4, "{below}");
         assert!((above - 1.0).abs() < 1e-6, "{above}");
     }
+}
+
+/// Modes s²+2ζωs+ω² with a gain g at their damping: each is g·s/(s²+2ζωs+ω²), real at ω alone, where it is g/(2ζω).
+fn dampers(modes: &[(f64, f64, f64)]) -> StateSpace<Continuous> {
+    let n = modes.len();
+    let at = |i: usize, j: usize, mode: (f64, f64, f64)| match (i % 2, j % 2) {
+        (0, 1) => 1.0,
+        (1, 0) => -mode.0 * mode.0,
+        (1, 1) => -2.0 * mode.1 * mode.0,
+        _ => 0.0,
+    };
+    StateSpace::new(
+        Mat::from_fn(2 * n, 2 * n, |i, j| if i / 2 == j / 2 { at(i, j, modes[i / 2]) } else { 0.0 }),
+        Mat::from_fn(2 * n, n, |i, j| f64::from(u8::from(i == 2 * j + 1))),
+        Mat::from_fn(n, 2 * n, |i, j| if j == 2 * i + 1 { modes[i].2 } else { 0.0 }),
+        Mat::zeros(n, n),
+        Continuous,
+    )
+    .unwrap()
+}
+
+#[test]
+fn a_real_parameter_meets_its_bound_at_the_one_frequency_where_the_loop_is_real() {
+    for (omega, damping) in [(1.0, 1e-3), (137.0, 1e-5), (1e4, 0.2)] {
+        // 25 at the resonance.
+        let mode = (omega, damping, 25.0 * 2.0 * damping * omega);
+        let one = MuSystem::new(&dampers(&[mode]), &[Block::RealScalar { n: 1 }]).unwrap();
+        let peak = one.peak(CERTIFICATE_SLACK).unwrap();
+        assert!(peak.upper >= 25.0 && peak.upper < 25.0 * 1.01, "{omega}: {}", peak.upper);
+        assert!((peak.bounds.lower / 25.0 - 1.0).abs() < 1e-6, "{omega}: {}", peak.bounds.lower);
+        assert!((peak.lower_omega_rad_s / omega - 1.0).abs() < 1e-6, "{omega}: {}", peak.lower_omega_rad_s);
+        // The perturbation does what it says.
+        let loop_gain = peak.bounds.delta[(0, 0)] * one.response(peak.lower_omega_rad_s)[(0, 0)];
+        assert!((loop_gain - 1.0).norm() < 1e-6, "{omega}: {loop_gain}");
+    }
+}
+
+#[test]
+fn a_repeated_real_parameter_meets_the_larger_of_two_resonances() {
+    let damping = 1e-4;
+    let modes = [(3.0, damping, 2.0 * damping * 3.0 * 8.0), (40.0, damping, 2.0 * damping * 40.0 * 5.0)];
+    let repeated = MuSystem::new(&dampers(&modes), &[Block::RealScalar { n: 2 }]).unwrap();
+    let peak = repeated.peak(CERTIFICATE_SLACK).unwrap();
+    assert!((peak.bounds.lower / 8.0 - 1.0).abs() < 1e-6, "{}", peak.bounds.lower);
 }
