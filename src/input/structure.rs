@@ -13,8 +13,9 @@ use serde_yaml::{Mapping, Value};
 /// Adds what does not fit a type to the errors of a file, and gives its tree with misspelt keys set right and unknown
 /// ones left out. None for what is neither YAML nor JSON.
 pub(super) fn check_structure<T: JsonSchema>(errors: &mut ErrorList<'_>) -> Option<Value> {
-    let LenientTree { mut value, repeated, is_json } = lenient_tree(errors.text)?;
     // An empty file lacks every key.
+    let text = if errors.text.trim().is_empty() { "{}" } else { errors.text };
+    let LenientTree { mut value, repeated, is_json } = lenient_tree(text)?;
     if value.is_null() {
         value = Value::Mapping(Mapping::new());
     }
