@@ -271,7 +271,8 @@ mod long {
         assert!(enough.dk.is_none() && enough.meets_targets());
         for (plane, suffices) in [(faint, true), (plane, false)] {
             let found = from(plane, suffices);
-            assert_eq!(starts(&found), ["earlier design", "D-K iteration"]);
+            // Where the tuned PID is stiffer in some place, the best is polished once more.
+            assert_eq!(starts(&found)[..2], ["earlier design", "D-K iteration"]);
             assert!(found.dk.is_some() && found.meets_targets());
         }
     }
