@@ -1,11 +1,12 @@
-//! Real parameters over frequency. A real Δ makes the loop singular only at frequencies where an eigenvalue of ΔM(jω) is
-//! real: with one parameter these are single points, beside which μ is zero, and a grid of frequencies misses them. They
-//! are found by the sign of the imaginary part on a grid that is dense round the poles, and are points of the search for
-//! the peak. From there and from the peak eigenvalues are followed for a lower bound.
+//! Real parameters over frequency. A real Δ makes the loop singular only at frequencies where an eigenvalue of ΔM(jω)
+//! is real: with one parameter these are single points, beside which μ is zero, and a grid of frequencies misses them.
+//! They are found by the sign of the imaginary part on a grid that is dense round the poles, and are points of the
+//! search for the peak. From there and from the peak eigenvalues are followed for a lower bound.
 
 use super::MuBounds;
 use super::lower::{WorstCase, singular, unrestored};
 use super::system::{MuPoint, MuSystem};
+use super::vertex_crossing::RealCrossing;
 use crate::linalg::{Mat, c64, eigenvalues_complex};
 use crate::robust::structure::{MuError, Scaling, Structure};
 
@@ -26,17 +27,6 @@ const MOST_TOGETHER: usize = 5;
 /// crossing by a width; smaller ones lie between the poles, where the grid of the system is.
 const WIDTH_DECADES: [i32; 2] = [-2, 4];
 const PER_DECADE: i32 = 8;
-
-/// A frequency where an eigenvalue of ΔM(jω) is real for Δ at a vertex of the real parameters.
-#[derive(Clone, Debug)]
-pub(super) struct RealCrossing {
-    /// rad/s.
-    pub omega_rad_s: f64,
-    /// ±1 for real parameters, 0 elsewhere, w×z.
-    delta: Mat<c64>,
-    /// The eigenvalue.
-    value: c64,
-}
 
 impl MuSystem {
     /// Crossings of the vertices of the real parameters, one by one and all together.

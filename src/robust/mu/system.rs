@@ -3,7 +3,7 @@
 //! Grid: DC, infinity, a log grid over and beyond the poles, and points packed round every lightly damped pole, where
 //! peaks hide between the points of a log grid. The largest value over all frequencies: [`crate::robust::mu::peak`].
 
-use super::real_crossing::RealCrossing;
+use super::vertex_crossing::RealCrossing;
 use super::{MuBounds, bounds, upper_bound_for_system};
 use crate::augment::Block;
 use crate::linalg::{Mat, c64};
