@@ -24,6 +24,11 @@ const MAX_SCALINGS: usize = 1500;
 /// Distance from the axis, relative to the modulus, below which an eigenvalue counts as a possible crossing.
 const NEAR_AXIS: f64 = 1e-3;
 
+/// A crossing of the real line so close ahead of where the sweep stands is what stops it.
+const NEAR: f64 = 1e-3;
+/// Share of the level up to which a bound is as good as a lower one, where a smaller G reaches further.
+const ENOUGH: f64 = 0.9;
+
 /// Covers all frequencies with scalings whose bound is below (1 + slack) times the largest value met; that value grows
 /// when the sweep meets a larger one. Crossings are eigenvalues of `form`. Returns the point of that value and the
 /// number of scalings.
@@ -54,7 +59,7 @@ pub(super) fn certify(
             best = trial;
             continue;
         }
-        let reach = sweep.reach(&trial.scaling, covered, level)?;
+        let reach = sweep.reach(&sweep.moderate(&trial, level), covered, level)?;
         if let Some(end) = reach.filter(|e| *e > covered * (1.0 + 1e-9)) {
             if covered > 0.0 && end.is_finite() {
                 ahead = (2.0 * ahead).min(0.6 * (end / covered).ln()).max(1e-6);
@@ -78,6 +83,12 @@ pub(super) fn certify(
         for point in sweep.points.iter().filter(|p| p.omega_rad_s > covered).take(12) {
             if end <= covered * (1.0 + 1e-9) {
                 end = sweep.reach(&point.scaling, covered, level)?.unwrap_or(covered);
+            }
+        }
+        // Where a real parameter makes the loop real the bound of any other frequency jumps.
+        for crossing in system.crossings.iter().filter(|c| c.omega_rad_s >= covered * (1.0 - 1e-6)) {
+            if end <= covered * (1.0 + 1e-9) && crossing.omega_rad_s <= covered * (1.0 + NEAR) {
+                end = sweep.reach(&system.scaling_across(crossing)?.scaling, covered, level)?.unwrap_or(covered);
             }
         }
         if end <= covered * (1.0 + 1e-9) {
@@ -112,6 +123,28 @@ impl Sweep<'_> {
         }
     }
 
+    /// The scaling of a point with the smallest G, in steps of a decade, that keeps its bound well below the level: the
+    /// bound changes less over frequency.
+    fn moderate(&self, point: &MuPoint, level: f64) -> Scaling {
+        let mut scaling = point.scaling.clone();
+        if scaling.skew.norm_max() == 0.0 {
+            return scaling;
+        }
+        let response = self.system.response(point.omega_rad_s);
+        for _ in 0..8 {
+            let smaller = Scaling {
+                skew: Mat::from_fn(scaling.skew.nrows(), scaling.skew.ncols(), |i, j| scaling.skew[(i, j)] * 0.1),
+                ..scaling.clone()
+            };
+            if smaller.bound(&response) < ENOUGH * level {
+                scaling = smaller;
+            } else {
+                break;
+            }
+        }
+        scaling
+    }
+
     /// End of the interval from `from` on in which the scaling keeps the bound below the level; `None` when it is not
     /// below at `from`.
     fn reach(&self, scaling: &Scaling, from: f64, level: f64) -> Result<Option<f64>, MuError> {
@@ -124,10 +157,15 @@ impl Sweep<'_> {
         let crossings = crossings(self.form, scaling, level)?;
         let mut end = from;
         for crossing in crossings.into_iter().filter(|w| *w > from) {
-            if !below(0.5 * (end + crossing)) {
+            let middle = 0.5 * (end + crossing);
+            if !below(middle) {
                 return Ok(Some(end));
             }
             end = crossing;
+            if !below(crossing) && scaling.skew.norm_max() > 0.0 {
+                // With G the bound is steep, and the eigenvalue less exact than the place where the bound fails.
+                return Ok(Some(last_below(&below, middle, crossing)));
+            }
             if !below(crossing) {
                 // The crossing itself is at the level: stop short of it by more than its error.
                 let short = crossing - 1e-6 * (crossing - from);
@@ -138,6 +176,17 @@ impl Sweep<'_> {
             return Ok(Some(f64::INFINITY));
         }
         Ok(Some(end))
+    }
+}
+
+/// The last frequency, to rounding, at which the bound is below, between one where it is and one where it is not.
+fn last_below(below: &impl Fn(f64) -> bool, mut lo: f64, mut hi: f64) -> f64 {
+    loop {
+        let middle = 0.5 * (lo + hi);
+        if middle <= lo || middle >= hi {
+            return lo;
+        }
+        *(if below(middle) { &mut lo } else { &mut hi }) = middle;
     }
 }
 

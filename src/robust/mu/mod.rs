@@ -17,6 +17,7 @@ mod real_crossing;
 pub(crate) mod reduction;
 mod search;
 pub mod system;
+mod vertex_crossing;
 
 use crate::augment::Block;
 use crate::linalg::{Mat, c64, max_singular_value_complex};

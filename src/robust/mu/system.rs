@@ -3,6 +3,7 @@
 //! Grid: DC, infinity, a log grid over and beyond the poles, and points packed round every lightly damped pole, where
 //! peaks hide between the points of a log grid. The largest value over all frequencies: [`crate::robust::mu::peak`].
 
+use super::vertex_crossing::RealCrossing;
 use super::{MuBounds, bounds, upper_bound_for_system};
 use crate::augment::Block;
 use crate::linalg::{Mat, c64};
@@ -31,7 +32,9 @@ pub struct MuSystem {
     pub(super) structure: Structure,
     blocks: Vec<Block>,
     responder: FrequencyResponder<Continuous>,
-    poles: Vec<c64>,
+    pub(super) poles: Vec<c64>,
+    /// Frequencies where the loop with real parameters is real; none without such parameters.
+    pub(super) crossings: Vec<RealCrossing>,
 }
 
 impl MuSystem {
@@ -48,13 +51,18 @@ impl MuSystem {
         if growth_rate >= 0.0 {
             return Err(MuError::Unstable { growth_rate });
         }
-        Ok(Self {
+        let mut prepared = Self {
             responder: FrequencyResponder::new(system),
             system: system.clone(),
             structure,
             blocks: blocks.to_vec(),
             poles,
-        })
+            crossings: vec![],
+        };
+        if prepared.structure.has_real() {
+            prepared.crossings = prepared.find_real_crossings();
+        }
+        Ok(prepared)
     }
 
     /// N(jω); ω may be infinite.
@@ -105,6 +113,7 @@ impl MuSystem {
                 }
             }
         }
+        list.extend(self.crossings.iter().map(|crossing| crossing.omega_rad_s));
         list.push(0.0);
         list.push(f64::INFINITY);
         list.retain(|w| *w >= 0.0);

@@ -119,3 +119,25 @@ fn a_repeated_real_parameter_meets_the_larger_of_two_resonances() {
     let peak = repeated.peak(CERTIFICATE_SLACK).unwrap();
     assert!((peak.bounds.lower / 8.0 - 1.0).abs() < 1e-6, "{}", peak.bounds.lower);
 }
+
+#[test]
+fn a_peak_between_the_poles_is_not_missed() {
+    // m = (αs + β)/(s² + 2ζωs + ω²) is real at w² = ω² − 2ζωβ/α, where it is α/(2ζω); beside it μ is zero, and the value at
+    // rest is far below.
+    for (omega, damping, beta) in [(1.0, 1e-3, 0.3), (300.0, 2e-5, -40.0), (2.5, 6e-5, 1.7), (40.0, 1e-2, 9.0)] {
+        let (alpha, width): (f64, f64) = (0.7, 2.0 * damping * omega);
+        let one = StateSpace::new(
+            Mat::from_fn(2, 2, |i, j| [[0.0, 1.0], [-omega * omega, -width]][i][j]),
+            Mat::from_fn(2, 1, |i, _| [0.0, 1.0][i]),
+            Mat::from_fn(1, 2, |_, j| [beta, alpha][j]),
+            Mat::zeros(1, 1),
+            Continuous,
+        )
+        .unwrap();
+        let peak = MuSystem::new(&one, &[Block::RealScalar { n: 1 }]).unwrap().peak(CERTIFICATE_SLACK).unwrap();
+        let (exact, place) = (alpha / width, (omega * omega - width * beta / alpha).sqrt());
+        assert!(peak.upper >= exact * (1.0 - 1e-9) && peak.upper < exact * 1.001, "{omega}: {} {exact}", peak.upper);
+        assert!((peak.bounds.lower / exact - 1.0).abs() < 1e-6, "{omega}: {} {exact}", peak.bounds.lower);
+        assert!((peak.lower_omega_rad_s / place - 1.0).abs() < 1e-8, "{omega}: {}", peak.lower_omega_rad_s);
+    }
+}
