@@ -1,6 +1,7 @@
 //! Files in.
 
 mod all_errors;
+mod consistent_values;
 mod damage;
 mod foreign_files;
 mod input_files;
