@@ -119,7 +119,7 @@ impl Judged {
         let stiffer = self.tool_stiffness().is_some_and(|own| own.least_ratio_to(rival) > 1.0);
         let (own, others) = (self.met(machine, None), other.met(machine, None));
         let meets = own.iter().zip(others).all(|(own, other)| *own || !other);
-        stiffer && meets && self.zones <= other.zones
+        stiffer && meets && !(0..2).any(|k| self.is_in_a_worse_zone(other, k))
     }
 
     /// Which of [`GOALS`] are met; `rival` are the smallest tool stiffnesses of a tuned PID, if there is one.
@@ -136,6 +136,12 @@ impl Judged {
         ]
     }
 
+    /// True where the zone at rest (0) or at top speed (1) is worse; an unstable loop has the worst.
+    fn is_in_a_worse_zone(&self, other: &Self, k: usize) -> bool {
+        let rank = |zone: Option<Zone>| zone.map_or(usize::MAX, |zone| zone as usize);
+        rank(self.zones[k]) > rank(other.zones[k])
+    }
+
     /// Why this controller is not delivered in place of `other`; empty when it is. The controller that misses the later
     /// goal is the better one; of two that miss the same the stiffer one in no worse a zone, at a μ that is no worse.
     pub(super) fn objections(&self, other: &Self, machine: &Machine, rival: Option<[f64; 2]>) -> Vec<&'static str> {
@@ -143,8 +149,6 @@ impl Judged {
         if let Some(goal) = (0..GOALS.len()).find(|k| own[*k] != others[*k]) {
             return if own[goal] { vec![] } else { vec![GOALS[goal]] };
         }
-        let rank = |z: Option<Zone>| z.map_or(usize::MAX, |z| z as usize);
-        let worse_zone = |k: usize| rank(self.zones[k]) > rank(other.zones[k]);
         let softer = |k: usize| {
             let now = self.stiffness_n_per_m[k];
             now.is_nan() || now <= other.stiffness_n_per_m[k]
@@ -152,7 +156,7 @@ impl Judged {
         let list = [
             (self.mu.is_nan() || self.mu > other.mu.max(1.0), "µ of the whole machine is larger"),
             (self.proven_to_rpm < other.proven_to_rpm, "stability is proven to a lower speed"),
-            (worse_zone(0) || worse_zone(1), "its zone of ISO 14839-3 is worse"),
+            ((0..2).any(|k| self.is_in_a_worse_zone(other, k)), "its zone of ISO 14839-3 is worse"),
             (softer(0) || softer(1), "its tool is not stiffer both at rest and at top speed"),
         ];
         list.into_iter().filter_map(|(holds, words)| holds.then_some(words)).collect()

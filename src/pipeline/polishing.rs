@@ -186,7 +186,7 @@ impl<'a> Contest<'a> {
 
 /// Multiples of the PID's stiffness that are tried as floors, the first that leads to a stiffer tool everywhere: lines
 /// and the rival of a whole run, which is held to other limits, take off some per cent.
-const AHEAD: [f64; 2] = [1.2, 1.05];
+const FLOOR_MULTIPLES: [f64; 2] = [1.2, 1.05];
 const SURVIVING: &str = "law that survives at speed";
 const SURVIVING_AS_FOUND: &str = "law that survives at speed, as found";
 const OUTDOING: &str = "best controller, with floors above the stiffness of the tuned PID,";
@@ -222,13 +222,13 @@ impl Contest<'_> {
     /// comes back from the backup bearings as before.
     fn outdo(&mut self, rival: &ToolStiffness) -> Result<(), PipelineError> {
         let machine = self.job.machine;
-        let is_behind = |own: ToolStiffness| own.least_ratio_to(rival) < AHEAD[1];
+        let is_behind = |own: ToolStiffness| own.least_ratio_to(rival) < FLOOR_MULTIPLES[1];
         if !self.judged.tool_stiffness().is_some_and(is_behind) {
             return Ok(());
         }
         let within = if self.judged.zones == [Some(Zone::A); 2] { ZONE_A } else { ZONE_B };
         let (limits, plane) = (limits(machine, within)?, plane_of_law(machine, &self.judged.controller)?);
-        for multiple in AHEAD {
+        for multiple in FLOOR_MULTIPLES {
             let floors = [self.job.floors, &rival.floors(machine, multiple)].concat();
             let job = PolishJob { floors: &floors, ..self.job };
             let attempt = match polished_from(&job, limits, &plane) {
