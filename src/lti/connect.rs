@@ -42,6 +42,13 @@ pub fn append<T: TimeBase>(first: &StateSpace<T>, second: &StateSpace<T>) -> Sta
     }
 }
 
+/// Two equal systems of one plane (channels front, rear) as one with the channels front_x, front_y, rear_x, rear_y.
+pub fn both_planes<T: TimeBase>(plane: &StateSpace<T>) -> StateSpace<T> {
+    // Of front_x, rear_x, front_y, rear_y.
+    let order = [0, 2, 1, 3];
+    append(plane, plane).select(&order, &order)
+}
+
 /// Sum of two systems with equal channel counts.
 ///
 /// # Errors

@@ -5,10 +5,11 @@
 //! T = P_zw + P_zu K (I − P_yu K)⁻¹ P_yw.
 
 use crate::linalg::{Mat, NumericError, c64, solve_complex};
-use crate::lti::connect::{block2, check_sample_times, lower_lft};
+use crate::lti::connect::{check_sample_times, lower_lft};
 use crate::lti::held::{closed_response, return_difference};
-use crate::lti::{Discrete, HeldResponse, Response, StateSpace, TimeBase};
+use crate::lti::{Discrete, HeldResponse, Response, StateSpace};
 
+pub use crate::lti::connect::both_planes;
 pub use crate::spindle::plant::AXES;
 
 /// Closed-loop response from the forces to the displacements (the channels after the four control channels)
@@ -56,24 +57,4 @@ pub fn close(
     let all_in: Vec<usize> = (AXES..plant.inputs()).chain(0..AXES).collect();
     let all_out: Vec<usize> = (AXES..plant.outputs()).chain(0..AXES).collect();
     lower_lft(&plant.select(&all_out, &all_in), controller)
-}
-
-/// Two equal one-plane controllers (channels front, rear) as one controller for front_x, front_y, rear_x, rear_y.
-pub fn both_planes<T: TimeBase>(plane: &StateSpace<T>) -> StateSpace<T> {
-    let n = plane.order();
-    let zero = Mat::zeros(n, n);
-    let spread = |axis: usize| 2 * axis;
-    let b =
-        Mat::from_fn(2 * n, AXES, |i, j| if (i < n) == (j % 2 == 0) { plane.b[(i % n.max(1), j / 2)] } else { 0.0 });
-    let c =
-        Mat::from_fn(AXES, 2 * n, |i, j| if (j < n) == (i % 2 == 0) { plane.c[(i / 2, j % n.max(1))] } else { 0.0 });
-    let mut d = Mat::zeros(AXES, AXES);
-    for i in 0..2 {
-        for j in 0..2 {
-            for plane_index in 0..2 {
-                d[(spread(i) + plane_index, spread(j) + plane_index)] = plane.d[(i, j)];
-            }
-        }
-    }
-    StateSpace { a: block2(&plane.a, &zero, &zero, &plane.a), b, c, d, time: plane.time }
 }

@@ -17,7 +17,7 @@ use crate::augment::split::{ModeSplit, gyroscopic_split};
 use crate::controller::verification_error::VerificationError;
 use crate::controller::{ControllerError, in_step};
 use crate::linalg::{Mat, c64};
-use crate::lti::connect::append;
+use crate::lti::connect::both_planes;
 use crate::lti::{Discrete, StateSpace, TimeBase};
 use crate::spindle::Machine;
 use crate::spindle::plant::AXES;
@@ -321,10 +321,7 @@ impl<'a> Polisher<'a> {
     /// Lines and figures of the loop as it is, round its poles, and its stability.
     fn renew(&mut self, apart: f64) -> Result<(), VerificationError> {
         let plane = self.plane()?;
-        // Signals front_x, rear_x, front_y, rear_y back in the order of the plant.
-        let order = [0usize, 2, 1, 3];
-        let law = append(&plane, &plane).select(&order, &order);
-        let found = self.sampled.loop_poles(&law).map_err(in_step(LOOP))?;
+        let found = self.sampled.loop_poles(&both_planes(&plane)).map_err(in_step(LOOP))?;
         let is_stable = |poles: &[c64]| plane.time.largest_growth_rate(poles) < 0.0;
         let stable = found.iter().map(|(_, poles)| is_stable(poles)).collect();
         let mut poles = oscillating(all(&found), plane.time.period_s);
