@@ -12,7 +12,7 @@ use crate::augment::plane::isotropic;
 use crate::controller::in_step;
 use crate::controller::verification_error::VerificationError;
 use crate::linalg::{Mat, NumericError};
-use crate::lti::connect::append;
+use crate::lti::connect::{append, both_planes};
 use crate::lti::sample::tustin;
 use crate::lti::{Continuous, Discrete, StateSpace};
 use crate::rotor::PlanarModes;
@@ -23,6 +23,7 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Starts drawn, and how many of them are improved on few speeds, then on more.
 const STARTS: usize = 320;
@@ -67,6 +68,8 @@ pub struct SurvivingLaw {
     pub worst: WorstGrowth,
     /// Laws judged.
     pub evaluations: usize,
+    /// Last speed, rpm.
+    pub to_rpm: f64,
 }
 
 impl SurvivingLaw {
@@ -75,10 +78,10 @@ impl SurvivingLaw {
         let WorstGrowth { rate_per_s, frequency_hz, speed_rpm } = self.worst;
         let came = if rate_per_s < 0.0 { "decays" } else { "grows" };
         format!(
-            "Of {} leads with a roll-off, the same in x and y, judged from rest to 1.2 times the top speed, the \
-             best {came} \
-             with {:.3} 1/s at {speed_rpm:.0} rpm ({frequency_hz:.1} Hz); that is a search, no proof that none exists.",
+            "Of {} leads with a roll-off, the same in x and y, searched from rest to {:.0} rpm, the best {came} with \
+             {:.3} 1/s at {speed_rpm:.0} rpm ({frequency_hz:.1} Hz); that is a search, no proof that none exists.",
             self.evaluations,
+            self.to_rpm,
             rate_per_s.abs()
         )
     }
@@ -96,16 +99,20 @@ pub fn find_surviving_law(machine: &Machine, to_rpm: f64) -> Result<SurvivingLaw
     let rule = LeadRule { bearings: rigid_bearings(machine, bending)?, nyquist_rad_s: nyquist };
     let flexible = machine.spindle.flexible_modes + FURTHER_MODES;
     let detail = ModelDetail::Modes { flexible, static_residual: false };
+    let count = AtomicUsize::new(0);
     let few = SampledSpeeds::of(machine, detail, (to_rpm, FEW_SPEEDS))?;
     let mut random = ChaCha8Rng::seed_from_u64(SEED);
     let drawn: Vec<Vec<f64>> = (0..STARTS).map(|_| rule.draw(&mut random)).collect();
     let mut starts: Vec<(f64, Vec<f64>)> = drawn.into_par_iter().map(|x| (few.growth(&rule, &x), x)).collect();
+    count.fetch_add(STARTS, Ordering::Relaxed);
     starts.sort_by(|a, b| a.0.total_cmp(&b.0));
     starts.truncate(TRIED);
-    let mut tried = improve(&few, &rule, starts, TRIED_STEPS);
+    let improve =
+        |speeds: &SampledSpeeds, starts, steps| improve(Growth { speeds, rule: &rule, count: &count }, starts, steps);
+    let mut tried = improve(&few, starts, TRIED_STEPS);
     tried.truncate(KEPT);
     let all = SampledSpeeds::of(machine, detail, (to_rpm, SPEEDS))?;
-    let ends = improve(&all, &rule, tried, KEPT_STEPS);
+    let ends = improve(&all, tried, KEPT_STEPS);
     let judged = SampledSpeeds::of(machine, ModelDetail::Full, (to_rpm, JUDGED_SPEEDS))?;
     let judge = |x: &Vec<f64>| {
         let plane = rule.plane(x).map_err(in_step("law that survives"))?;
@@ -113,38 +120,37 @@ pub fn find_surviving_law(machine: &Machine, to_rpm: f64) -> Result<SurvivingLaw
         Ok::<_, VerificationError>((plane, worst))
     };
     let laws: Vec<_> = ends.par_iter().map(|(_, x)| judge(x)).collect::<Result<_, _>>()?;
-    let evaluations = STARTS + TRIED * TRIED_STEPS as usize + KEPT * KEPT_STEPS as usize;
     let best = laws.into_iter().min_by(|a, b| a.1.rate_per_s.total_cmp(&b.1.rate_per_s));
     let none = || SpindleError::Numeric(NumericError::NotFinite { what: "starts of a law that survives" });
     let (plane, worst) = best.ok_or_else(none)?;
-    Ok(SurvivingLaw { plane, worst, evaluations })
+    Ok(SurvivingLaw { plane, worst, evaluations: count.load(Ordering::Relaxed), to_rpm })
 }
 
 /// Improves each start by a simplex; the best first.
-fn improve(speeds: &SampledSpeeds, rule: &LeadRule, starts: Vec<(f64, Vec<f64>)>, steps: u64) -> Vec<(f64, Vec<f64>)> {
-    let one = |(growth, x): (f64, Vec<f64>)| {
+fn improve(growth: Growth<'_>, starts: Vec<(f64, Vec<f64>)>, steps: u64) -> Vec<(f64, Vec<f64>)> {
+    let one = |(before, x): (f64, Vec<f64>)| {
         let vertex = |k: usize| {
             let mut moved = x.clone();
             moved[k] += EDGE;
             moved
         };
         let simplex = std::iter::once(x.clone()).chain((0..x.len()).map(vertex)).collect();
-        let run = Executor::new(Growth { speeds, rule }, NelderMead::new(simplex))
-            .configure(|state| state.max_iters(steps))
-            .run();
+        let run = Executor::new(growth, NelderMead::new(simplex)).configure(|state| state.max_iters(steps)).run();
         // A simplex that cannot start leaves its start.
         let found = run.ok().and_then(|end| Some((end.state.get_best_cost(), end.state.get_best_param()?.clone())));
-        found.filter(|(end, _)| *end < growth).unwrap_or((growth, x))
+        found.filter(|(end, _)| *end < before).unwrap_or((before, x))
     };
     let mut ends: Vec<(f64, Vec<f64>)> = starts.into_par_iter().map(one).collect();
     ends.sort_by(|a, b| a.0.total_cmp(&b.0));
     ends
 }
 
-/// Largest growth rate as an objective.
+/// Largest growth rate as an objective, counted.
+#[derive(Clone, Copy)]
 struct Growth<'a> {
     speeds: &'a SampledSpeeds,
     rule: &'a LeadRule,
+    count: &'a AtomicUsize,
 }
 
 impl CostFunction for Growth<'_> {
@@ -152,6 +158,7 @@ impl CostFunction for Growth<'_> {
     type Output = f64;
 
     fn cost(&self, x: &Self::Param) -> Result<f64, argmin::core::Error> {
+        self.count.fetch_add(1, Ordering::Relaxed);
         Ok(self.speeds.growth(self.rule, x))
     }
 }
@@ -174,9 +181,7 @@ impl SampledSpeeds {
 
     /// Where the loop with a controller of one plane is worst.
     fn worst(&self, plane: &StateSpace<Discrete>) -> Result<WorstGrowth, NumericError> {
-        // Signals front_x, rear_x, front_y, rear_y back in the order of the plant.
-        let order = [0usize, 2, 1, 3];
-        let law = append(plane, plane).select(&order, &order);
+        let law = both_planes(plane);
         let mut worst = WorstGrowth { rate_per_s: f64::NEG_INFINITY, frequency_hz: 0.0, speed_rpm: 0.0 };
         for (speed_rpm, plant, sampled) in &self.0 {
             let time = &sampled.time;
