@@ -9,6 +9,7 @@ pub mod peaks;
 pub mod plausibility;
 pub mod polluted;
 pub(crate) mod rehearsal;
+pub(crate) mod repeat_scatter;
 
 pub use free_free::{Identification, Reading, identify};
 pub use frf::{MeasuredFrf, SweepRecord, open_loop};

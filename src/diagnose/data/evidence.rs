@@ -11,6 +11,7 @@ use super::super::DiagnoseError;
 use super::common_error::Known;
 use super::covariance::cholesky;
 use super::measurement::{Axis, Measurement};
+use crate::identify::repeat_scatter::RepeatScatter;
 use crate::identify::{MeasuredFrf, SweepRecord, open_loop};
 use crate::linalg::c64;
 use crate::linalg::small::eliminate;
@@ -193,59 +194,6 @@ fn pooled(values: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// Gain errors of the axes in every repeat, and the noise of every line and axis (zero with one repeat), from what
-/// repeats differ by.
-fn scatter_of_repeats(record: &SweepRecord, frf: &MeasuredFrf) -> (Vec<[f64; 4]>, Vec<[f64; 4]>) {
-    let (lines, experiments, repeats, _) = record.current.dim();
-    let g = |k: usize, i: usize, j: usize| frf.response[(k, i, j)];
-    // y of a repeat and what Ĝ makes of its u: [line][experiment][repeat][axis].
-    let predicted = |k: usize, e: usize, p: usize, i: usize| {
-        (0..4).fold(ZERO, |sum, j| sum + g(k, i, j) * record.current[(k, e, p, j)])
-    };
-    let mut gains = vec![[0.0; 4]; repeats];
-    let mut noise: Vec<[f64; 4]> = vec![[0.0; 4]; lines];
-    let freedom = (experiments * repeats.saturating_sub(1)).max(1) as f64;
-    if repeats > 1 {
-        // Three rounds: noise weights and gains depend on each other only weakly.
-        for _ in 0..3 {
-            for i in 0..4 {
-                let raw: Vec<f64> = (0..lines)
-                    .map(|k| {
-                        let mut sum = 0.0;
-                        for e in 0..experiments {
-                            for (p, gain) in gains.iter().enumerate() {
-                                let v = record.signal[(k, e, p, i)] - predicted(k, e, p, i) * (1.0 + gain[i]);
-                                sum += v.norm_sqr();
-                            }
-                        }
-                        sum / freedom
-                    })
-                    .collect();
-                for (k, s) in pooled(&raw).into_iter().enumerate() {
-                    noise[k][i] = s;
-                }
-                for (p, gain) in gains.iter_mut().enumerate() {
-                    let (mut top, mut bottom) = (0.0, f64::MIN_POSITIVE);
-                    for k in 0..lines {
-                        let weight = noise[k][i].max(f64::MIN_POSITIVE).recip();
-                        for e in 0..experiments {
-                            let y = predicted(k, e, p, i);
-                            top += weight * (y.conj() * (record.signal[(k, e, p, i)] - y)).re;
-                            bottom += weight * y.norm_sqr();
-                        }
-                    }
-                    gain[i] = top / bottom;
-                }
-                let mean = gains.iter().map(|g| g[i]).sum::<f64>() / repeats as f64;
-                for gain in &mut gains {
-                    gain[i] -= mean;
-                }
-            }
-        }
-    }
-    (gains, noise)
-}
-
 /// Noise of every line and axis of a single repeat: what a line differs by from the mean of its neighbours, in the
 /// experiment of the other plane of axes, where there is hardly any response that could differ.
 fn scatter_of_neighbours(frf: &MeasuredFrf) -> Vec<[f64; 4]> {
@@ -293,7 +241,7 @@ fn sweep(record: &SweepRecord) -> Result<SweepEvidence, DiagnoseError> {
     let frf: MeasuredFrf = open_loop(record)?;
     let (lines, _, repeats, _) = record.current.dim();
     let g = |k: usize, i: usize, j: usize| frf.response[(k, i, j)];
-    let (gains, mut noise) = scatter_of_repeats(record, &frf);
+    let RepeatScatter { gains, smooth: mut noise, .. } = RepeatScatter::of(record, &frf, &pooled);
     let axis_gain_sd = std::array::from_fn(|i| {
         let square: f64 = gains.iter().map(|g| g[i] * g[i]).sum();
         let of_one = square / repeats.saturating_sub(1).max(1) as f64;

@@ -57,7 +57,7 @@ fn without_polluted_lines<'a>(
 ) -> Result<(Vec<PollutedLines>, Measurement<'a>), DiagnoseError> {
     let (mut polluted, mut quiet) = (vec![], measurement.clone());
     for (sweep, record) in measurement.sweeps.iter().enumerate() {
-        let (own, without) = polluted::without_polluted_lines((sweep, record), &open_loop(record)?);
+        let (own, without) = polluted::without_polluted_lines(sweep, record, &open_loop(record)?);
         polluted.extend(own);
         quiet.sweeps[sweep] = without;
     }

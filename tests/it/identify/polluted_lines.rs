@@ -17,7 +17,7 @@ fn sweeps(case: &str) -> Vec<SweepRecord> {
 }
 
 fn polluted(record: &SweepRecord) -> (Vec<PollutedLines>, SweepRecord) {
-    without_polluted_lines((0, record), &open_loop(record).unwrap())
+    without_polluted_lines(0, record, &open_loop(record).unwrap())
 }
 
 /// The line nearest to a frequency.
@@ -68,6 +68,18 @@ fn a_disturbed_line_is_found_and_left_out_alone() {
         assert!(own.factor > 3.0, "{case}: {own:?}");
         let others: Vec<f64> = record.frequency_hz.iter().copied().filter(|hz| *hz != own.hz[0]).collect();
         assert_eq!(rest.frequency_hz, others, "{case}");
+    }
+}
+
+#[test]
+fn a_single_repeat_does_not_tell() {
+    let whole = sweeps("c01").swap_remove(0);
+    let first = ndarray::s![.., .., 0..1, ..];
+    let (current, signal) = (whole.current.slice(first).to_owned(), whole.signal.slice(first).to_owned());
+    let record = SweepRecord { current, signal, ..whole };
+    let disturbed = disturbed(&record, nearest(&record, 1480.0));
+    for own in [record, disturbed] {
+        assert_eq!(polluted(&own), (vec![], own));
     }
 }
 
