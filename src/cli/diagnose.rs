@@ -19,12 +19,11 @@ use crate::report::corrected_records::record_faults;
 use crate::report::diagnosis::stage;
 use crate::report::diagnosis_summary::DiagnosisSummary;
 use crate::report::diagnosis_words::sentence;
-use crate::report::identification::PlausibilitySummary;
+use crate::report::identification::{PlausibilitySummary, file_name};
 use crate::report::results::ResultsFolder;
 use crate::report::summary::Summary;
 use crate::report::whole::Report;
 use serde::Serialize;
-use std::path::Path;
 
 /// Arguments of `muspin diagnose`.
 #[derive(clap::Args, Debug, Default)]
@@ -148,7 +147,7 @@ impl LeftOut {
 pub(super) fn without_unknown_controllers(loaded: &mut Loaded) -> Vec<LeftOut> {
     let unknown = loaded.hammers.iter().filter(|h| h.controller.is_none());
     let left_out = unknown.map(|h| LeftOut {
-        record: file_name(&h.name),
+        record: file_name(&h.name).to_owned(),
         reason:
             "its controller is unknown, and the levitated compliance depends on it; name the controller that levitated \
                  the rotor in `controller:`"
@@ -163,14 +162,9 @@ pub(super) fn without_unknown_controllers(loaded: &mut Loaded) -> Vec<LeftOut> {
 pub(super) fn unused_rows(loaded: &Loaded) -> Vec<LeftOut> {
     let notes = loaded.sweeps.iter().flat_map(|sweep| {
         let record = file_name(&sweep.record.name);
-        sweep.record.left_out.iter().map(move |note| LeftOut { record: record.clone(), reason: note.clone() })
+        sweep.record.left_out.iter().map(move |note| LeftOut { record: record.to_owned(), reason: note.clone() })
     });
     notes.collect()
-}
-
-/// A file without its folder.
-fn file_name(path: &str) -> String {
-    Path::new(path).file_name().map_or_else(|| path.to_owned(), |name| name.to_string_lossy().into_owned())
 }
 
 /// The records as the diagnosis takes them.

@@ -185,7 +185,7 @@ impl From<&RecordFault> for FaultFields {
 }
 
 /// The file without its folder, as `measurement.yaml` names it.
-fn file_name(record: &str) -> &str {
+pub(crate) fn file_name(record: &str) -> &str {
     record.rsplit(['/', '\\']).next().unwrap_or(record)
 }
 

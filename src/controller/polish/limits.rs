@@ -21,7 +21,7 @@ pub struct LoopLimits {
     pub noise_current_a: f64,
     /// Largest μ of the specification; without effect when there is no specification.
     pub mu: f64,
-    /// Part of the floors of the tool's stiffness that is given up: 1 holds them as asked.
+    /// Factor on the compliance that the floors of the tool's stiffness allow; 1 holds them as asked.
     pub tool_softness: f64,
 }
 
