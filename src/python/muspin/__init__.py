@@ -133,10 +133,21 @@ class BalredResult(NamedTuple):
     hsv: NDArray[Any]
 
 
+def _is_masked(value: Any) -> bool:
+    """Whether an entry is masked, in an array or in a list of arrays; numpy drops such a mask without a word."""
+    return bool(np.ma.is_masked(value)) or (isinstance(value, (list, tuple)) and any(map(_is_masked, value)))
+
+
 def _array(value: ArrayLike, name: str, complex_values: bool = False) -> NDArray[Any]:
-    kind: type = complex if complex_values else float
+    if _is_masked(value):
+        raise ValueError(f"{name} has masked entries: fill them or leave their rows and columns out")
     try:
-        found: NDArray[Any] = np.array(value, dtype=kind, ndmin=2, order="C")
+        found: NDArray[Any] = np.array(value, ndmin=2, order="C")
+        if np.iscomplexobj(found) and not complex_values:
+            if np.any(found.imag != 0.0):
+                raise ValueError("real numbers are expected, found an imaginary part that is not zero")
+            found = found.real
+        found = np.array(found, dtype=complex if complex_values else float, order="C")
     except (TypeError, ValueError) as error:
         raise ValueError(f"{name} must be a matrix of numbers: {error}") from error
     if found.ndim != 2:
@@ -148,7 +159,7 @@ def _matrices(sys: SystemLike) -> tuple[_Matrices, float]:
     """((A, B, C, D), dt) of anything that is a system."""
     e = getattr(sys, "E", None)
     if e is not None and not callable(e) and np.size(e) > 0:
-        e = np.atleast_2d(np.asarray(e, dtype=float))
+        e = _array(e, "E")
         if e.shape[0] != e.shape[1] or not np.array_equal(e, np.eye(e.shape[0])):
             raise ValueError("a descriptor system (E is not the identity) is not taken: multiply A and B by the inverse of E")
     if hasattr(sys, "A") and hasattr(sys, "dt"):
