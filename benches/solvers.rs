@@ -4,7 +4,7 @@
 use criterion::{Criterion, criterion_group, criterion_main};
 use muspin::augment::GeneralizedPlant;
 use muspin::linalg::Mat;
-use muspin::linalg::riccati::{Effort, care_with};
+use muspin::linalg::riccati::{RiccatiEffort, care_with};
 use muspin::lti::norm::hinf_norm;
 use muspin::lti::{Continuous, StateSpace};
 use muspin::robust::{HinfSettings, synthesise};
@@ -65,10 +65,10 @@ fn solvers(c: &mut Criterion) {
         let (b, q) = (spread(n, 3, 0.3), spread(3, n, 0.7));
         let (a, g, q) = (rotor(n, true), &b * b.transpose(), q.transpose() * &q);
         c.bench_function(&format!("care exact n={n}"), |bench| {
-            bench.iter(|| black_box(care_with(&a, &g, &q, Effort::Full)));
+            bench.iter(|| black_box(care_with(&a, &g, &q, RiccatiEffort::Full)));
         });
         c.bench_function(&format!("care fast n={n}"), |bench| {
-            bench.iter(|| black_box(care_with(&a, &g, &q, Effort::Fast)));
+            bench.iter(|| black_box(care_with(&a, &g, &q, RiccatiEffort::Fast)));
         });
     }
     for n in [20, 60] {

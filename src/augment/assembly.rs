@@ -52,7 +52,7 @@ pub fn generalized_plane(
     let with_errors = expose_errors(plane, modes.len(), &round.channels, weights)?;
     let weighted = series(&series(&round.input, &with_errors)?, &round.output)?;
     let performance = (LOADS + LOOPS, weighted.outputs() - LOOPS - nv);
-    let blocks = problem_blocks(modes.len(), &round.channels, performance);
+    let blocks = problem_blocks(modes.len(), &round.channels, performance.0, performance.1);
     Ok(GeneralizedPlant { system: weighted, controls: LOOPS, measurements: LOOPS, blocks })
 }
 

@@ -20,7 +20,7 @@
 use super::plane::{LOADS, LOOPS};
 use super::shape::Shape;
 use super::uncertainty::Block;
-use super::weighting::Section;
+use super::weighting::WeightSection;
 use super::weights::Weights;
 use crate::linalg::{Mat, NumericError};
 
@@ -121,7 +121,7 @@ pub(crate) fn channels(weights: &Weights) -> Result<Vec<Channel>, NumericError> 
     if uncertainty.delay_s > 0.0 {
         let (tau, high) = (uncertainty.delay_s, 12f64.sqrt());
         // τ s/(1 + τ s/√12), not quite zero at zero frequency.
-        let cover = Section { b0: DELAY_AT_REST * high, b1: tau, a0: 1.0, a1: tau / high };
+        let cover = WeightSection { b0: DELAY_AT_REST * high, b1: tau, a0: 1.0, a1: tau / high };
         let cover = Shape::section(cover);
         let weight = [0; LOOPS].map(|_| over_frequency(&cover, 1.0 / current));
         both(ChannelKind::Delay, weight, [current; LOOPS]);
@@ -138,7 +138,7 @@ pub(crate) fn channel_names(weights: &Weights) -> Vec<String> {
 
 /// The blocks of a problem: modes, channels, performance of `rows` × `cols`. Real parameters stand there as complex
 /// ones, whose μ is not below theirs.
-pub(crate) fn problem_blocks(modes: usize, channels: &[Channel], (rows, cols): (usize, usize)) -> Vec<Block> {
+pub(crate) fn problem_blocks(modes: usize, channels: &[Channel], rows: usize, cols: usize) -> Vec<Block> {
     let mut blocks = vec![Block::ComplexScalar { n: 1 }; modes + channels.len()];
     blocks.push(Block::ComplexFull { rows, cols });
     blocks

@@ -4,7 +4,7 @@
 //! A specification that states every level is the same for every machine, so that μ of two machines can be compared.
 //! With `defaults: machine` the same is asked of each machine relative to its own hardware.
 
-use super::weights::{Quantity, Weights};
+use super::weights::{FreeQuantity, Weights};
 use crate::rotor::{PlanarModes, Rotor};
 use crate::spindle::{Machine, Spindle, SpindleError};
 use std::f64::consts::TAU;
@@ -51,23 +51,23 @@ impl Weights {
         let unstable_hz = unstable_hz(spindle, &rotor, &modes_hz);
         for quantity in filled.open.drain(..).collect::<Vec<_>>() {
             match quantity {
-                Quantity::LoadCrossover(place) => {
+                FreeQuantity::LoadCrossover(place) => {
                     filled.load_crossover_hz[place] = LOAD_CROSSOVER * unstable_hz;
                 }
-                Quantity::DisplacementCrossover(place) => {
+                FreeQuantity::DisplacementCrossover(place) => {
                     let factor = match place {
                         0 => TOOL_CROSSOVER,
                         _ => BEARING_CROSSOVER,
                     };
                     filled.displacement_crossover_hz[place] = factor * unstable_hz;
                 }
-                Quantity::CurrentLimit => filled.current_limit_a = current_limit_a(spindle),
-                Quantity::CurrentRolloff => {
+                FreeQuantity::CurrentLimit => filled.current_limit_a = current_limit_a(spindle),
+                FreeQuantity::CurrentRolloff => {
                     let last = self.mode_uncertainty.len().min(modes_hz.len());
                     let named = last.checked_sub(1).map_or(0.0, |k| modes_hz[k]);
                     filled.current_rolloff_hz = rolloff_hz(spindle, named);
                 }
-                Quantity::SensorNoise => filled.sensor_noise_m = noise_m(spindle),
+                FreeQuantity::SensorNoise => filled.sensor_noise_m = noise_m(spindle),
             }
         }
         Ok(filled)

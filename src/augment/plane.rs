@@ -90,7 +90,7 @@ pub fn x_plane<T: TimeBase>(axes: &StateSpace<T>) -> StateSpace<T> {
 pub fn connected_part<T: TimeBase>(system: &StateSpace<T>) -> StateSpace<T> {
     let inputs: Vec<usize> = (0..system.inputs()).collect();
     let outputs: Vec<usize> = (0..system.outputs()).collect();
-    let driven = structure::driven(system, &inputs);
-    let seen = structure::seen(system, &outputs);
+    let driven = structure::driven_states(system, &inputs);
+    let seen = structure::observed_states(system, &outputs);
     system.keep_states(|i| driven[i] && seen[i])
 }

@@ -43,7 +43,7 @@ impl SecondOrder {
 
     /// The factor with `stretch` s in the place of s.
     #[must_use]
-    fn stretched(&self, stretch: f64) -> Self {
+    fn stretch_frequencies(&self, stretch: f64) -> Self {
         let own = |c: [f64; 3]| [c[0], c[1] * stretch, c[2] * stretch.powi(2)];
         Self { b: own(self.b), a: own(self.a) }
     }
@@ -63,7 +63,7 @@ impl SecondOrder {
         match self.corner() {
             Some((omega, _)) if 0.5 * omega * period_s < LAST_CORNER => {
                 let theta = 0.5 * omega * period_s;
-                self.stretched(theta / theta.tan())
+                self.stretch_frequencies(theta / theta.tan())
             }
             _ => *self,
         }

@@ -6,7 +6,7 @@
 
 use super::root::Root;
 use super::second_order::{LAST_CORNER, SecondOrder};
-use super::shape::{Shape, Stage};
+use super::shape::{Shape, WeightStage};
 use super::warp::{APPROXIMANTS, Approximant, FittedWeight, base_points, ratio_range_over};
 use crate::linalg::{NumericError, c64, polynomial_roots};
 
@@ -15,7 +15,7 @@ impl SecondOrder {
     ///
     /// # Errors
     /// [`NumericError`] when a coefficient is not finite, or the eigenvalues of a polynomial are not found.
-    pub(super) fn fitted(&self, period_s: f64, tolerance: f64) -> Result<FittedWeight, NumericError> {
+    pub(super) fn fit_sampled(&self, period_s: f64, tolerance: f64) -> Result<FittedWeight, NumericError> {
         let k = 2.0 / period_s;
         let written = |theta: f64| self.magnitude(k * theta);
         let lines = self.lines(period_s);
@@ -23,12 +23,13 @@ impl SecondOrder {
             let range = ratio_range_over(&lines, &|x| fit.magnitude(k * x.sqrt()), &written);
             (fit.clone(), range)
         };
-        let plain = Shape { gain: 1.0, stages: vec![Stage::Second(self.at_corner(period_s))], excess_over_points: 0.0 };
+        let plain =
+            Shape { gain: 1.0, stages: vec![WeightStage::Second(self.at_corner(period_s))], excess_over_points: 0.0 };
         let mut candidates = vec![judged(&plain)];
         if candidates[0].1.1 > tolerance {
             let exact_at = self.corner().map(|(omega, _)| omega / k);
             for approximant in &APPROXIMANTS {
-                let fit = self.substituted(approximant, k, exact_at)?;
+                let fit = self.substitute_frequency(approximant, k, exact_at)?;
                 candidates.push(judged(&fit));
                 if candidates.last().is_some_and(|c| c.1.1 <= tolerance) {
                     break;
@@ -38,15 +39,21 @@ impl SecondOrder {
         // The one within the tolerance is the last; without one the closest is taken.
         let best = candidates.into_iter().min_by(|x, y| x.1.1.total_cmp(&y.1.1));
         match best {
-            Some((fit, (least, excess))) if excess.is_finite() && least > 0.0 => {
-                Ok(FittedWeight { system: fit.times(least.recip()).in_series(Stage::system)?, largest_excess: excess })
-            }
+            Some((fit, (least, excess))) if excess.is_finite() && least > 0.0 => Ok(FittedWeight {
+                system: fit.times(least.recip()).in_series(WeightStage::system)?,
+                largest_excess: excess,
+            }),
             _ => Err(NumericError::NotFinite { what: "second-order weight fitted in the w plane" }),
         }
     }
 
     /// ω² replaced by the approximant, exact at θ = `exact_at`.
-    fn substituted(&self, approximant: &Approximant, k: f64, exact_at: Option<f64>) -> Result<Shape, NumericError> {
+    fn substitute_frequency(
+        &self,
+        approximant: &Approximant,
+        k: f64,
+        exact_at: Option<f64>,
+    ) -> Result<Shape, NumericError> {
         let correction = exact_at
             .filter(|theta| *theta < LAST_CORNER)
             .map_or(1.0, |theta| theta.powi(2) / approximant.value(theta.tan().powi(2)));

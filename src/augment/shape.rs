@@ -6,21 +6,21 @@
 
 use super::root::Root;
 use super::second_order::SecondOrder;
-use super::weighting::Section;
+use super::weighting::WeightSection;
 use crate::linalg::{Mat, NumericError};
 use crate::lti::connect::series;
 use crate::lti::{Continuous, StateSpace};
 
 /// One factor of a weight.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Stage {
+pub enum WeightStage {
     /// (b₁ s + b₀)/(a₁ s + a₀).
-    First(Section),
+    First(WeightSection),
     /// (b₂ s² + b₁ s + b₀)/(a₂ s² + a₁ s + a₀).
     Second(SecondOrder),
 }
 
-impl Stage {
+impl WeightStage {
     /// |W(jω)|.
     pub fn magnitude(&self, omega_rad_s: f64) -> f64 {
         match self {
@@ -47,23 +47,23 @@ pub struct Shape {
     /// Factor before the stages.
     pub gain: f64,
     /// At least one.
-    pub stages: Vec<Stage>,
+    pub stages: Vec<WeightStage>,
     /// How far it may lie above the points that it was fitted to, relative; zero of one that was written as it is.
     pub excess_over_points: f64,
 }
 
 impl Shape {
     /// One stage of first order.
-    pub fn section(section: Section) -> Self {
-        Self { gain: 1.0, stages: vec![Stage::First(section)], excess_over_points: 0.0 }
+    pub fn section(section: WeightSection) -> Self {
+        Self { gain: 1.0, stages: vec![WeightStage::First(section)], excess_over_points: 0.0 }
     }
 
     /// One that goes from `low` to `high` and is their geometric mean at `crossover_hz`.
     ///
     /// # Errors
-    /// As [`Section::level_change`].
+    /// As [`WeightSection::level_change`].
     pub fn level_change(low: f64, high: f64, crossover_hz: f64) -> Result<Self, NumericError> {
-        Ok(Self::section(Section::level_change(low, high, crossover_hz)?))
+        Ok(Self::section(WeightSection::level_change(low, high, crossover_hz)?))
     }
 
     /// The shape with value `gain` at zero frequency and these roots.
@@ -79,16 +79,16 @@ impl Shape {
         let (mut zeros, mut poles) = (Roots::of(zeros), Roots::of(poles));
         while !zeros.pairs.is_empty() || !poles.pairs.is_empty() {
             let over = zeros.second_order();
-            stages.push(Stage::Second(SecondOrder { b: over, a: poles.second_order() }));
+            stages.push(WeightStage::Second(SecondOrder { b: over, a: poles.second_order() }));
         }
         while let Some(pole) = poles.single() {
             let over = zeros.single().map_or([1.0, 0.0, 0.0], |z| z.coefficients());
             let under = pole.coefficients();
-            stages.push(Stage::First(Section { b0: over[0], b1: over[1], a0: under[0], a1: under[1] }));
+            stages.push(WeightStage::First(WeightSection { b0: over[0], b1: over[1], a0: under[0], a1: under[1] }));
         }
         if stages.is_empty() {
             // No roots: a constant.
-            stages.push(Stage::First(Section { b0: 1.0, b1: 1.0, a0: 1.0, a1: 1.0 }));
+            stages.push(WeightStage::First(WeightSection { b0: 1.0, b1: 1.0, a0: 1.0, a1: 1.0 }));
         }
         Ok(Self { gain, stages, excess_over_points: 0.0 })
     }
@@ -99,7 +99,7 @@ impl Shape {
         let mut scaled = self.clone();
         match scaled.stages.as_mut_slice() {
             // The factor goes into a lone section, so that its states are scaled with it.
-            [Stage::First(section)] => *section = section.times(factor),
+            [WeightStage::First(section)] => *section = section.times(factor),
             _ => scaled.gain *= factor,
         }
         scaled
@@ -117,7 +117,7 @@ impl Shape {
     /// Those of the function, and [`NumericError`] when a coefficient is not finite.
     pub(super) fn in_series(
         &self,
-        mut own: impl FnMut(&Stage) -> Result<StateSpace<Continuous>, NumericError>,
+        mut own: impl FnMut(&WeightStage) -> Result<StateSpace<Continuous>, NumericError>,
     ) -> Result<StateSpace<Continuous>, NumericError> {
         let mut all: Option<StateSpace<Continuous>> = None;
         for stage in &self.stages {

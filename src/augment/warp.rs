@@ -9,7 +9,7 @@
 //! written.
 //! The same approximant gives the inverse of the hold, 1/sinc² = θ²(1 + X)/X.
 
-use super::weighting::Section;
+use super::weighting::WeightSection;
 use crate::linalg::{Mat, NumericError};
 use crate::lti::connect::series;
 use crate::lti::{Continuous, StateSpace};
@@ -55,13 +55,13 @@ const DECADES: (i32, i32) = (-10, 16);
 const BETWEEN_POINTS: f64 = 1e-5;
 
 /// Zeros and poles of |W|² in −X, and |W| at X = 0.
-struct Factors {
+struct SquaredFactors {
     gain: f64,
     zeros: Vec<f64>,
     poles: Vec<f64>,
 }
 
-impl Factors {
+impl SquaredFactors {
     fn magnitude(&self, x: f64) -> f64 {
         let pairs = self.zeros.iter().zip(&self.poles);
         let ratio: f64 = pairs.map(|(z, p)| (1.0 + x / z) / (1.0 + x / p)).product();
@@ -74,7 +74,7 @@ impl Factors {
         let one = Mat::from_fn(1, 1, |_, _| self.gain * gain);
         let mut all = StateSpace::gain(one, Continuous);
         for (zero, pole) in self.zeros.iter().map(to_v).zip(self.poles.iter().map(to_v)) {
-            let stage = Section { b0: pole, b1: pole / zero, a0: pole, a1: 1.0 };
+            let stage = WeightSection { b0: pole, b1: pole / zero, a0: pole, a1: 1.0 };
             all = series(&all, &stage.system()?)?;
         }
         Ok(all)
@@ -85,7 +85,11 @@ impl Factors {
 ///
 /// # Errors
 /// [`NumericError`] when the section or the period is not positive.
-pub fn fitted(section: &Section, period_s: f64, tolerance: f64) -> Result<FittedWeight, NumericError> {
+pub fn fit_sampled_weight(
+    section: &WeightSection,
+    period_s: f64,
+    tolerance: f64,
+) -> Result<FittedWeight, NumericError> {
     let plain = |x: f64| section.magnitude(2.0 / period_s * x.sqrt());
     let written = |theta: f64| section.magnitude(2.0 / period_s * theta);
     let (least, excess) = ratio_range(&plain, &written);
@@ -95,7 +99,7 @@ pub fn fitted(section: &Section, period_s: f64, tolerance: f64) -> Result<Fitted
     }
     lowest(period_s, tolerance, &written, |approximant| {
         let k = 2.0 / period_s;
-        Factors {
+        SquaredFactors {
             gain: section.b0 / section.a0,
             zeros: approximant.roots(section.b0.powi(2), (k * section.b1).powi(2)),
             poles: approximant.roots(section.a0.powi(2), (k * section.a1).powi(2)),
@@ -106,14 +110,14 @@ pub fn fitted(section: &Section, period_s: f64, tolerance: f64) -> Result<Fitted
 /// 1/sinc(ωT/2) in the w plane: what an input that acts between the samples has more than one that is held.
 ///
 /// # Errors
-/// As [`fitted`].
+/// As [`fit_sampled_weight`].
 pub fn inverse_hold(period_s: f64, tolerance: f64) -> Result<FittedWeight, NumericError> {
     let written = |theta: f64| theta / theta.sin();
     lowest(period_s, tolerance, &written, |approximant| {
         let mut zeros = approximant.zeros.to_vec();
         zeros.push(1.0);
         zeros.sort_by(f64::total_cmp);
-        Factors { gain: approximant.gain.sqrt(), zeros, poles: approximant.poles.to_vec() }
+        SquaredFactors { gain: approximant.gain.sqrt(), zeros, poles: approximant.poles.to_vec() }
     })
 }
 
@@ -121,7 +125,7 @@ fn lowest(
     period_s: f64,
     tolerance: f64,
     written: &dyn Fn(f64) -> f64,
-    factors: impl Fn(&Approximant) -> Factors,
+    factors: impl Fn(&Approximant) -> SquaredFactors,
 ) -> Result<FittedWeight, NumericError> {
     let mut last = None;
     for approximant in &APPROXIMANTS {

@@ -7,8 +7,8 @@
 //! carry a fitted 1/sinc(ωT/2), so that their magnitude is that of the continuous response; in synthesis the modal
 //! inputs carry its value at their natural frequency.
 
-use super::shape::{Shape, Stage};
-use super::warp::{FittedWeight, fitted, inverse_hold};
+use super::shape::{Shape, WeightStage};
+use super::warp::{FittedWeight, fit_sampled_weight, inverse_hold};
 use super::weight_shapes::WeightShapes;
 use super::weights::Weights;
 use crate::linalg::{Mat, NumericError};
@@ -52,18 +52,20 @@ impl WeightPlane {
         Ok(FittedWeight { system, largest_excess: ratio - 1.0 })
     }
 
-    fn stage(&self, stage: &Stage) -> Result<FittedWeight, NumericError> {
+    fn stage(&self, stage: &WeightStage) -> Result<FittedWeight, NumericError> {
         match (*self, stage) {
             (Self::Laplace, _) => Ok(FittedWeight { system: stage.system()?, largest_excess: 0.0 }),
-            (Self::Synthesis { period_s }, Stage::First(_)) => {
+            (Self::Synthesis { period_s }, WeightStage::First(_)) => {
                 Ok(FittedWeight { system: stage.system()?, largest_excess: warped_excess(stage, stage, period_s) })
             }
-            (Self::Synthesis { period_s }, Stage::Second(second)) => {
-                let placed = Stage::Second(second.at_corner(period_s));
+            (Self::Synthesis { period_s }, WeightStage::Second(second)) => {
+                let placed = WeightStage::Second(second.at_corner(period_s));
                 Ok(FittedWeight { system: placed.system()?, largest_excess: warped_excess(&placed, stage, period_s) })
             }
-            (Self::Analysis { period_s }, Stage::First(section)) => fitted(section, period_s, ANALYSIS_EXCESS),
-            (Self::Analysis { period_s }, Stage::Second(second)) => second.fitted(period_s, ANALYSIS_EXCESS),
+            (Self::Analysis { period_s }, WeightStage::First(section)) => {
+                fit_sampled_weight(section, period_s, ANALYSIS_EXCESS)
+            }
+            (Self::Analysis { period_s }, WeightStage::Second(second)) => second.fit_sampled(period_s, ANALYSIS_EXCESS),
         }
     }
 
@@ -93,7 +95,7 @@ const LINES: usize = 2000;
 
 /// Largest relative excess over true frequency of a stage that reads v in the place of ω over the one as written; none
 /// where it falls.
-fn warped_excess(read: &Stage, written: &Stage, period_s: f64) -> f64 {
+fn warped_excess(read: &WeightStage, written: &WeightStage, period_s: f64) -> f64 {
     let nyquist_rad_s = std::f64::consts::PI / period_s;
     let excess = |k: usize| {
         let omega = nyquist_rad_s * k as f64 / (LINES + 1) as f64;

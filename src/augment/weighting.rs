@@ -10,7 +10,7 @@ use std::f64::consts::TAU;
 
 /// W(s) = (b₁ s + b₀)/(a₁ s + a₀); b₀, a₀, a₁ positive, b₁ not negative.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Section {
+pub struct WeightSection {
     /// Numerator at s = 0.
     pub b0: f64,
     /// Coefficient of s in the numerator.
@@ -21,7 +21,7 @@ pub struct Section {
     pub a1: f64,
 }
 
-impl Section {
+impl WeightSection {
     /// Section with DC value `dc`, high-frequency value `hf` and geometric-mean crossing at `crossover_hz`.
     ///
     /// # Errors
@@ -37,7 +37,7 @@ impl Section {
     /// Leaky integrator: DC value `dc`, falling with 1/s above `leak_hz`.
     ///
     /// # Errors
-    /// As [`Section::level_change`].
+    /// As [`WeightSection::level_change`].
     pub fn leaky_integrator(dc: f64, leak_hz: f64) -> Result<Self, NumericError> {
         if ![dc, leak_hz].iter().all(|v| v.is_finite() && *v > 0.0) {
             return Err(NumericError::NotFinite { what: "integral weight (gain and corner must be positive)" });
@@ -49,7 +49,7 @@ impl Section {
     /// One of the two equal stages of the control weight, without the limit.
     ///
     /// # Errors
-    /// As [`Section::level_change`].
+    /// As [`WeightSection::level_change`].
     pub fn roll_on_stage(corner_hz: f64, ratio: f64) -> Result<Self, NumericError> {
         Self::level_change(1.0, ratio, corner_hz * ratio.sqrt())
     }
@@ -85,7 +85,7 @@ const INTEGRAL_RISE: f64 = 1e3;
 /// Integral weight of a signal that may be displaced by `allowed_m` at DC.
 ///
 /// # Errors
-/// As [`Section::leaky_integrator`].
-pub(crate) fn integral_section(allowed_m: f64, corner_hz: f64) -> Result<Section, NumericError> {
-    Section::leaky_integrator(INTEGRAL_RISE / allowed_m, corner_hz / INTEGRAL_RISE)
+/// As [`WeightSection::leaky_integrator`].
+pub(crate) fn integral_section(allowed_m: f64, corner_hz: f64) -> Result<WeightSection, NumericError> {
+    WeightSection::leaky_integrator(INTEGRAL_RISE / allowed_m, corner_hz / INTEGRAL_RISE)
 }

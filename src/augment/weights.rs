@@ -1,8 +1,8 @@
 //! The specification a designer writes: Table 2 of the paper, and what the table leaves open.
 
 use super::hardware::Uncertainty;
-use super::shape::{Shape, Stage};
-use super::weighting::Section;
+use super::shape::{Shape, WeightStage};
+use super::weighting::WeightSection;
 use crate::linalg::NumericError;
 
 /// Limits at one place: loads that must be borne and displacements they may cause, at DC and at high frequency.
@@ -20,7 +20,7 @@ pub struct Limits {
 
 /// A level or corner that a specification may leave to the machine. Places: 0 tool, 1 front, 2 rear.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Quantity {
+pub enum FreeQuantity {
     /// Crossover of the load weight at a place.
     LoadCrossover(usize),
     /// Crossover of the displacement weight at a place.
@@ -69,11 +69,11 @@ pub struct Weights {
     /// Uncertainty besides that of the natural frequencies; none by default.
     pub uncertainty: Uncertainty,
     /// Weights that take the place of those that change from one level to another.
-    pub curves: Curves,
+    pub curves: GivenCurves,
     /// Bands in which the tool has to be stiff: limits of the polish, judged beside the specification.
     pub tool_stiffness: Vec<StiffnessFloor>,
     /// What the file leaves to the machine; [`Weights::on`] puts it in. Empty unless the file says `defaults: machine`.
-    pub open: Vec<Quantity>,
+    pub open: Vec<FreeQuantity>,
 }
 
 /// A floor of the tool's dynamic stiffness over a band, at rest and at top speed.
@@ -100,7 +100,7 @@ impl StiffnessFloor {
 
 /// Weights over frequency that a specification gives itself. Places: 0 tool, 1 front, 2 rear.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Curves {
+pub struct GivenCurves {
     /// Loads that must be borne, N.
     pub load: [Option<Shape>; 3],
     /// One over the displacements allowed, 1/m.
@@ -153,7 +153,11 @@ impl Weights {
         if let Some(curve) = &self.curves.current {
             return Ok(curve.clone());
         }
-        let stage = Section::roll_on_stage(self.current_rolloff_hz, self.current_rolloff_ratio)?;
-        Ok(Shape { gain: self.current_limit_a.recip(), stages: vec![Stage::First(stage); 2], excess_over_points: 0.0 })
+        let stage = WeightSection::roll_on_stage(self.current_rolloff_hz, self.current_rolloff_ratio)?;
+        Ok(Shape {
+            gain: self.current_limit_a.recip(),
+            stages: vec![WeightStage::First(stage); 2],
+            excess_over_points: 0.0,
+        })
     }
 }

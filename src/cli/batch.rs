@@ -4,9 +4,9 @@
 //! tool that fails leaves the others alone.
 
 use super::batch_arguments::Arguments;
-use super::batch_plan::{collected, plan, read_row};
+use super::batch_plan::{collect_rows, plan, read_row};
 use super::batch_variants::{Variant, variants};
-use super::console::{Console, Shown};
+use super::console::{CommandEnd, Console};
 use super::design_progress::{told, told_of};
 use super::output::{REPORT, claim};
 use super::progress::Progress;
@@ -17,7 +17,7 @@ use crate::input::load_weights;
 use crate::pipeline::batch::{Finished, one_tool};
 use crate::pipeline::run::{Extent, Task};
 use crate::pipeline::settings::{DesignSettings, EarlierDesign};
-use crate::report::batch::{ROW_FILE, Row, figures, overview, sentences, shown_rows, table, verdict};
+use crate::report::batch::{BatchRow, ROW_FILE, figures, overview, sentences, shown_rows, table, verdict};
 use crate::report::run::run_report;
 use crate::report::whole::{Report, ReportError, machine_tag};
 use crate::report::worst::worst_records;
@@ -29,7 +29,7 @@ use std::sync::{Mutex, PoisonError};
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     if let Some(folder) = &arguments.collect {
         claim(&arguments.out, &REPORT, [])?;
-        return finish(Report::default(), &collected(folder)?, f64::NAN, arguments, console);
+        return finish(Report::default(), &collect_rows(folder)?, f64::NAN, arguments, console);
     }
     let weights = load_weights(&arguments.weights)?;
     // Every file is read before the first design starts.
@@ -71,13 +71,13 @@ fn all(
     weights: &Weights,
     progress: &Progress,
     console: &Console,
-) -> Result<Vec<Row>, Failure> {
+) -> Result<Vec<BatchRow>, Failure> {
     let next = AtomicUsize::new(0);
     let found = Mutex::new(vec![]);
     let found_so_far = || found.lock().unwrap_or_else(PoisonError::into_inner);
     progress.share(0, variants.len());
     let in_turn = || {
-        while let Some((number, variant)) = numbered(variants, &next) {
+        while let Some((number, variant)) = take_next(variants, &next) {
             let row = one(arguments, variant, weights, progress, console);
             if row.is_err() {
                 // What cannot be written ends the batch.
@@ -100,7 +100,7 @@ fn all(
 }
 
 /// The next variant that nobody has taken.
-fn numbered<'a>(variants: &'a [Variant], next: &AtomicUsize) -> Option<(usize, &'a Variant)> {
+fn take_next<'a>(variants: &'a [Variant], next: &AtomicUsize) -> Option<(usize, &'a Variant)> {
     let number = next.fetch_add(1, Ordering::Relaxed);
     variants.get(number).map(|variant| (number, variant))
 }
@@ -113,14 +113,14 @@ fn one(
     weights: &Weights,
     progress: &Progress,
     console: &Console,
-) -> Result<Row, Failure> {
+) -> Result<BatchRow, Failure> {
     let out = variant.folder(&arguments.out);
     let weights = &weights.on(&variant.machine)?;
     let settings = DesignSettings {
         earlier: arguments.from.design(&variant.machine)?,
-        ..if arguments.no_polish { DesignSettings::default() } else { DesignSettings::polished() }
+        ..if arguments.no_polish { DesignSettings::default() } else { DesignSettings::with_polish() }
     };
-    let inputs = inputs_sha256(arguments, variant, (weights, &settings.earlier));
+    let inputs = inputs_sha256(arguments, variant, weights, &settings.earlier);
     if !arguments.again
         && let Some(row) = read_row(&Path::new(&out).join(ROW_FILE))
         && row.inputs_sha256 == inputs
@@ -143,15 +143,15 @@ fn one(
         if alone { told(progress, event) } else { told_of(progress, &variant.name, event) }
     });
     if alone {
-        progress.timed("report");
+        progress.start_stage("report");
     }
     let mut report = Report::default();
     let row = match found {
         Ok(found) => {
             report = own_report(&found, weights)?;
-            Row::of(&variant.name, &inputs, &found)
+            BatchRow::of(&variant.name, &inputs, &found)
         }
-        Err(error) => Row::failed(&variant.name, &inputs, error.to_string()),
+        Err(error) => BatchRow::failed_row(&variant.name, &inputs, error.to_string()),
     };
     let json = serde_json::to_string_pretty(&row).map_err(|e| Failure::new(e.to_string()))?;
     report.folder.add(ROW_FILE, json + "\n").map_err(ReportError::from)?;
@@ -182,7 +182,8 @@ fn own_report(found: &Finished, weights: &Weights) -> Result<Report, ReportError
 fn inputs_sha256(
     arguments: &Arguments,
     variant: &Variant,
-    (weights, earlier): (&Weights, &Option<EarlierDesign>),
+    weights: &Weights,
+    earlier: &Option<EarlierDesign>,
 ) -> String {
     let text = format!(
         "{} {} {:?} {:?} {:?} {} {}{}",
@@ -201,12 +202,12 @@ fn inputs_sha256(
 /// The table over all rows.
 fn finish(
     mut report: Report,
-    rows: &[Row],
+    rows: &[BatchRow],
     top_hz: f64,
     arguments: &Arguments,
     console: &Console,
 ) -> Result<Outcome, Failure> {
-    let met = rows.iter().all(Row::met);
+    let met = rows.iter().all(BatchRow::met);
     let sentence = verdict(rows);
     report.summary.set("plain_words", sentences(rows));
     report.summary.set("table", overview(rows));
@@ -232,7 +233,7 @@ fn finish(
                 "zone",
                 "stable to rpm",
             ];
-            let shown = Shown::met(met, sentence.as_str()).row(head).rows(shown_rows(rows));
+            let shown = CommandEnd::met(met, sentence.as_str()).row(head).rows(shown_rows(rows));
             if arguments.no_table {
                 shown
             } else {

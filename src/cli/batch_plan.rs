@@ -3,7 +3,7 @@
 
 use super::batch_arguments::Arguments;
 use super::batch_variants::Variant;
-use super::console::{Console, Shown};
+use super::console::{CommandEnd, Console};
 use super::output::claim;
 use super::{Failure, Outcome};
 use crate::input::file;
@@ -11,7 +11,7 @@ use crate::input::json::parse;
 use crate::input::name::check_name;
 use crate::input::shipped::{WEIGHTS, text};
 use crate::input::{spindle_yaml, tool_yaml};
-use crate::report::batch::{ROW_FILE, Row};
+use crate::report::batch::{BatchRow, ROW_FILE};
 use crate::report::results::ResultsFolder;
 use crate::report::summary::json;
 use crate::spindle::Machine;
@@ -73,7 +73,7 @@ pub(super) fn plan(
         || format!("{sentence} in {out}\n"),
         || json(&answer),
         || {
-            Shown::met(true, sentence.as_str())
+            CommandEnd::met(true, sentence.as_str())
                 .file(format!("{out}/{COMMANDS}"))
                 .file(format!("{out}/slurm.sh"))
                 .next(format!("cd {place} && parallel --jobs 2 < {COMMANDS}"))
@@ -88,7 +88,7 @@ pub(super) fn plan(
 fn command(arguments: &Arguments, name: &str) -> String {
     let quick = if arguments.quick { " --quick" } else { "" };
     let no_polish = if arguments.no_polish { " --no-polish" } else { "" };
-    let [spindle, tool] = ["spindle.yaml", "tool.yaml"].map(|file| quoted(&format!("variants/{name}/{file}")));
+    let [spindle, tool] = ["spindle.yaml", "tool.yaml"].map(|file| quote_for_shell(&format!("variants/{name}/{file}")));
     format!(
         "muspin --threads 1 batch --spindle {spindle} --tools {tool} \
          --weights weights.yaml --out {RESULTS} --no-table{quick}{no_polish}\n"
@@ -110,7 +110,7 @@ fn slurm(count: usize) -> String {
 }
 
 /// Rows of the finished variants of a plan, or of any folder of finished tools.
-pub(super) fn collected(folder: &str) -> Result<Vec<Row>, Failure> {
+pub(super) fn collect_rows(folder: &str) -> Result<Vec<BatchRow>, Failure> {
     let place = Path::new(folder);
     let list = place.join(VARIANTS);
     let planned = match file::read_text(&list, file::RESULT) {
@@ -127,13 +127,13 @@ pub(super) fn collected(folder: &str) -> Result<Vec<Row>, Failure> {
             Failure::new(format!("{folder}/{VARIANTS}: {rule}"))
                 .with_hint("write the plan again with `muspin batch --plan`")
         })?,
-        None => finished(&results)?,
+        None => list_finished(&results)?,
     };
-    let rows: Vec<Row> = names
+    let rows: Vec<BatchRow> = names
         .iter()
         .map(|name| {
             read_row(&results.join(name).join(ROW_FILE))
-                .unwrap_or_else(|| Row::failed(name, "", "not finished".to_owned()))
+                .unwrap_or_else(|| BatchRow::failed_row(name, "", "not finished".to_owned()))
         })
         .collect();
     if rows.iter().all(|r| r.figures.is_none()) {
@@ -144,7 +144,7 @@ pub(super) fn collected(folder: &str) -> Result<Vec<Row>, Failure> {
 }
 
 /// A row that was written before; none when there is no such file, or it is of another version.
-pub(super) fn read_row(path: &Path) -> Option<Row> {
+pub(super) fn read_row(path: &Path) -> Option<BatchRow> {
     parse(&file::read_text(path, file::RESULT).ok()?).ok()
 }
 
@@ -160,16 +160,16 @@ fn names(text: &str) -> Result<Vec<String>, String> {
 /// A path as it is typed: quoted where a shell would take something in it for more than a letter.
 fn shell_word(path: &str) -> String {
     let is_plain = |c: char| c.is_alphanumeric() || "/._-+".contains(c);
-    if path.chars().all(is_plain) { path.to_owned() } else { quoted(path) }
+    if path.chars().all(is_plain) { path.to_owned() } else { quote_for_shell(path) }
 }
 
 /// A word of a POSIX shell, whatever is in it.
-fn quoted(word: &str) -> String {
+fn quote_for_shell(word: &str) -> String {
     format!("'{}'", word.replace('\'', "'\\''"))
 }
 
 /// Names of the folders that hold a row, in alphabetical order.
-fn finished(folder: &Path) -> Result<Vec<String>, Failure> {
+fn list_finished(folder: &Path) -> Result<Vec<String>, Failure> {
     let entries = std::fs::read_dir(folder).map_err(|e| Failure::new(format!("{}: {e}", folder.display())))?;
     let mut names: Vec<String> = entries
         .filter_map(|e| Some(e.ok()?.path()))

@@ -1,10 +1,10 @@
 //! `muspin check`: reads and validates files, runs nothing. The kind of a file shows in its keys. Every file is read,
 //! so that one call tells all that is wrong; what only looks wrong is a warning.
 
-use super::console::{Console, Shown};
+use super::console::{CommandEnd, Console};
 use super::machine::{model_warnings, say};
 use super::plausibility::Records;
-use super::reading::Reading;
+use super::reading::ReadingProgress;
 use super::{Failure, Outcome};
 use crate::input::file::Watch;
 use crate::input::hammer::{HammerKeys, load_hammer, load_mode_shapes};
@@ -44,7 +44,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     let mut failures: Vec<Failure> = vec![];
     let mut lines: Vec<(String, &'static str, &'static str)> = vec![];
     let mut all_plausible = true;
-    let reading = Reading::start(console);
+    let reading = ReadingProgress::start(console);
     for (file, kind) in arguments.files.iter().zip(kinds) {
         let checked = kind.map_err(Failure::from).and_then(|kind| {
             let plausible = one(file, kind, with_tool, (partner_file, &partner), &|share| reading.see(share))?;
@@ -82,7 +82,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
             let rows = lines.iter().map(|(file, kind, verdict)| {
                 vec![file.clone(), (*kind).to_owned(), (*verdict).to_owned()]
             });
-            Shown::met(all_plausible, words).rows(rows)
+            CommandEnd::met(all_plausible, words).rows(rows)
         },
     )?;
     Ok(if all_plausible { Outcome::Done } else { Outcome::TargetMissed })

@@ -1,6 +1,6 @@
 //! `muspin compare`: dynamic stiffness and sensitivity of controllers, and of measured hammer tests, side by side.
 
-use super::console::{Console, Shown};
+use super::console::{CommandEnd, Console};
 use super::controlled_machine::{UsedMachine, other_machine};
 use super::design_arguments::{DesignArguments, PidArguments};
 use super::design_progress::told;
@@ -13,13 +13,13 @@ use super::{Failure, Outcome};
 use crate::augment::weights::Weights;
 use crate::controller::Controller;
 use crate::input::{load_tagged_controller, load_weights};
-use crate::pipeline::compared::{Compared, Ground, Known, compared, own_controllers};
+use crate::pipeline::compared::{Compared, Ground, KnownFigures, compare_controller, own_controllers};
 use crate::pipeline::comparison::Prediction;
 use crate::pipeline::loop_stability::unstable_words;
-use crate::predict::chatter::{Engagement, Material};
+use crate::predict::chatter::{CuttingMaterial, Engagement};
 use crate::predict::sensitivity::Zone;
 use crate::predict::stiffness::stiffness_words;
-use crate::report::compared::{Hammer, add_compared, add_own};
+use crate::report::compared::{HammerCurve, add_compared, add_own};
 use crate::report::plot::Role;
 use crate::report::whole::Report;
 use crate::rotor::modes::PlanarModes;
@@ -70,7 +70,7 @@ pub(super) struct Arguments {
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     let weights = load_weights(&arguments.machine.weights)?;
-    let (machine, mut controllers, used, remarks) = given(arguments)?;
+    let (machine, mut controllers, used, remarks) = read_inputs(arguments)?;
     let weights = weights.on(&machine)?;
     let (material, cut) = cut(arguments)?;
     let ground = Ground {
@@ -107,7 +107,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     let ended = if met { Outcome::Done } else { Outcome::TargetMissed };
     let mut flexible_hz = PlanarModes::new(&machine.rotor()?)?.flexible_hz();
     flexible_hz.truncate(LISTED_MODES);
-    let hammers = hammers.iter().map(|h| Hammer::of(&h.name, &h.frf)).collect();
+    let hammers = hammers.iter().map(|h| HammerCurve::of(&h.name, &h.frf)).collect();
     add_compared(&mut report, &ground, &flexible_hz, &list, hammers)?;
     let sentence = if met {
         "every loop is proven stable at every speed"
@@ -115,7 +115,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
         "a loop is not proven stable at every speed, is in zone D, or the design misses its specification"
     };
     report.verdict(met, sentence);
-    progress.timed("report");
+    progress.start_stage("report");
     console.writing(|| report.write(&arguments.out))?;
     arguments.timings.print(&progress.times());
     drop(progress);
@@ -125,28 +125,28 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
         }
     }
     drop(remarks);
-    console.json(&report.summary.to_json(), || shown(sentence, ended, &list, &arguments.out))?;
+    console.json(&report.summary.to_json(), || show_comparison(sentence, ended, &list, &arguments.out))?;
     Ok(ended)
 }
 
 /// All controllers compared, in their order; one at a time where the time of each is asked for.
 fn all_compared(
     ground: &Ground<'_>,
-    controllers: &[(Role, Controller, Known)],
+    controllers: &[(Role, Controller, KnownFigures)],
     progress: &Progress,
     timed: bool,
 ) -> Result<Vec<(Role, Compared)>, Failure> {
     let keys = keys(controllers);
-    let one = |(name, (role, controller, known)): (&String, &(Role, Controller, Known))| {
+    let one = |(name, (role, controller, known)): (&String, &(Role, Controller, KnownFigures))| {
         if timed {
-            progress.timed(format!("predictions for {name}"));
+            progress.start_stage(format!("predictions for {name}"));
         }
-        Ok((*role, compared(ground, name, controller, known)?))
+        Ok((*role, compare_controller(ground, name, controller, known)?))
     };
     if timed {
         return keys.iter().zip(controllers).map(one).collect();
     }
-    progress.timed("predictions");
+    progress.start_stage("predictions");
     keys.par_iter().zip(controllers).map(one).collect()
 }
 
@@ -158,24 +158,24 @@ fn is_acceptable(role: Role, each: &Compared) -> bool {
     each.verification.is_proven() && zones_hold
 }
 
-type Given = (Machine, Vec<(Role, Controller, Known)>, Option<UsedMachine>, Remarks);
+type Given = (Machine, Vec<(Role, Controller, KnownFigures)>, Option<UsedMachine>, Remarks);
 
 /// The machine, the controllers of the command line, which machine was used for them, and what looks wrong in its
 /// files.
-fn given(arguments: &Arguments) -> Result<Given, Failure> {
+fn read_inputs(arguments: &Arguments) -> Result<Given, Failure> {
     let files = &arguments.machine.machine;
     let Some((first, others)) = arguments.controller.split_first() else {
         return Ok((files.alone()?, vec![], None, Remarks::default()));
     };
     let (found, mut remarks) = files.with_controller(first)?;
     let used = found.used_machine();
-    let mut controllers = vec![(Role::Other(0), found.controller, Known::default())];
+    let mut controllers = vec![(Role::Other(0), found.controller, KnownFigures::default())];
     for file in others {
         let loaded = load_tagged_controller(file)?;
         let other = other_machine(file, loaded.machine.as_ref(), &found.used);
         remarks.0.extend(other);
         let role = Role::Other(controllers.len());
-        controllers.push((role, loaded.controller, Known::default()));
+        controllers.push((role, loaded.controller, KnownFigures::default()));
     }
     Ok((found.machine, controllers, Some(used), remarks))
 }
@@ -194,18 +194,18 @@ fn mode_uncertainty(arguments: &Arguments, weights: &Weights) -> Result<Vec<f64>
     })
 }
 
-fn cut(arguments: &Arguments) -> Result<(Material, Engagement), Failure> {
+fn cut(arguments: &Arguments) -> Result<(CuttingMaterial, Engagement), Failure> {
     let width = arguments.radial_width;
     if !(width > 0.0 && width <= 1.0) {
         return Err(Failure::new(format!("--radial-width: {width} must lie between 0 and 1"))
             .with_hint("1 is a slot, 0.5 half the diameter"));
     }
-    let material = Material { tangential_pa: arguments.tangential_pa, radial_ratio: arguments.radial_ratio };
+    let material = CuttingMaterial { tangential_pa: arguments.tangential_pa, radial_ratio: arguments.radial_ratio };
     Ok((material, Engagement::down_milling(arguments.teeth, width)))
 }
 
 /// Names of the controllers as keys: blanks become underscores, repeated names get a number.
-fn keys(controllers: &[(Role, Controller, Known)]) -> Vec<String> {
+fn keys(controllers: &[(Role, Controller, KnownFigures)]) -> Vec<String> {
     let mut names: Vec<String> = vec![];
     for (role, controller, _) in controllers {
         let base = match role {
@@ -228,7 +228,7 @@ fn speeds(arguments: &Arguments, top_rpm: f64) -> Result<Vec<f64>, Failure> {
     Ok(if arguments.speeds.is_empty() { vec![0.0, top_rpm] } else { arguments.speeds.clone() })
 }
 
-fn shown(sentence: &str, ended: Outcome, list: &[(Role, Compared)], out: &str) -> Shown {
+fn show_comparison(sentence: &str, ended: Outcome, list: &[(Role, Compared)], out: &str) -> CommandEnd {
     let head = ["controller", "rpm", "smallest stiffness", "at Hz", "zone"];
     let rows = list.iter().flat_map(|(_, c)| &c.predictions).map(|p| {
         vec![
@@ -239,5 +239,5 @@ fn shown(sentence: &str, ended: Outcome, list: &[(Role, Compared)], out: &str) -
             p.zone_word().to_owned(),
         ]
     });
-    Shown::met(ended == Outcome::Done, sentence).row(head).rows(rows).file(format!("{out}/report.html"))
+    CommandEnd::met(ended == Outcome::Done, sentence).row(head).rows(rows).file(format!("{out}/report.html"))
 }

@@ -27,7 +27,7 @@ pub(crate) struct ConsoleArguments {
 
 /// What goes to standard output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Form {
+enum OutputForm {
     Json,
     Text,
     /// The data of the command as other programs read them: JSON, CSV or lines.
@@ -38,7 +38,7 @@ enum Form {
 /// The terminal as the options and the environment make it.
 #[derive(Clone, Debug)]
 pub(crate) struct Console {
-    form: Form,
+    form: OutputForm,
     colours: bool,
     writing: Writing,
 }
@@ -80,11 +80,11 @@ impl Console {
         }
         let terminal = std::io::stdout().is_terminal();
         let form = match () {
-            () if arguments.json => Form::Json,
-            () if arguments.text => Form::Text,
-            () if arguments.quiet => Form::Nothing,
-            () if terminal => Form::Text,
-            () => Form::Data,
+            () if arguments.json => OutputForm::Json,
+            () if arguments.text => OutputForm::Text,
+            () if arguments.quiet => OutputForm::Nothing,
+            () if terminal => OutputForm::Text,
+            () => OutputForm::Data,
         };
         let plain = std::env::var_os("NO_COLOR").is_some_and(|v| !v.is_empty())
             || std::env::var_os("TERM").is_some_and(|v| v == "dumb");
@@ -96,33 +96,33 @@ impl Console {
     /// # Errors
     /// As `write`.
     pub(crate) fn writing<T, E>(&self, write: impl FnOnce() -> Result<T, E>) -> Result<T, E> {
-        self.writing.uninterrupted(write)
+        self.writing.hold_interrupts(write)
     }
 
     /// Whether the data of the command go to standard output as other programs read them.
     pub(crate) fn writes_data(&self) -> bool {
-        self.form == Form::Data
+        self.form == OutputForm::Data
     }
 
     /// Whether the command ends with a few lines for a person.
     pub(crate) fn writes_text(&self) -> bool {
-        self.form == Form::Text
+        self.form == OutputForm::Text
     }
 
     /// Whether progress may be shown.
     pub(crate) fn shows_progress(&self) -> bool {
-        self.form != Form::Nothing
+        self.form != OutputForm::Nothing
     }
 
     /// Ends a command whose data are JSON: `text` is the text of the answer, `shown` the few lines for a person.
     ///
     /// # Errors
     /// [`Failure`] when standard output cannot be written.
-    pub(crate) fn json(&self, text: &str, shown: impl FnOnce() -> Shown) -> Result<(), Failure> {
+    pub(crate) fn json(&self, text: &str, shown: impl FnOnce() -> CommandEnd) -> Result<(), Failure> {
         match self.form {
-            Form::Json | Form::Data => to_output(text),
-            Form::Text => self.show(&shown()),
-            Form::Nothing => Ok(()),
+            OutputForm::Json | OutputForm::Data => to_output(text),
+            OutputForm::Text => self.show(&shown()),
+            OutputForm::Nothing => Ok(()),
         }
     }
 
@@ -134,17 +134,17 @@ impl Console {
         &self,
         data: impl FnOnce() -> String,
         value: impl FnOnce() -> Value,
-        shown: impl FnOnce() -> Shown,
+        shown: impl FnOnce() -> CommandEnd,
     ) -> Result<(), Failure> {
         match self.form {
-            Form::Data => to_output(&data()),
-            Form::Json => to_output(&format!("{:#}\n", value())),
-            Form::Text => self.show(&shown()),
-            Form::Nothing => Ok(()),
+            OutputForm::Data => to_output(&data()),
+            OutputForm::Json => to_output(&format!("{:#}\n", value())),
+            OutputForm::Text => self.show(&shown()),
+            OutputForm::Nothing => Ok(()),
         }
     }
 
-    fn show(&self, shown: &Shown) -> Result<(), Failure> {
+    fn show(&self, shown: &CommandEnd) -> Result<(), Failure> {
         to_output(&shown.text(self.colours))
     }
 }
@@ -156,7 +156,7 @@ fn to_output(text: &str) -> Result<(), Failure> {
 
 /// The end of a command for a person: verdict, figures, where the files are, what to do next.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Shown {
+pub(crate) struct CommandEnd {
     verdict: String,
     missed: bool,
     table: Vec<Vec<String>>,
@@ -164,7 +164,7 @@ pub(crate) struct Shown {
     next: Vec<String>,
 }
 
-impl Shown {
+impl CommandEnd {
     /// A command that has done what it was asked.
     pub(crate) fn done(verdict: impl Into<String>) -> Self {
         Self { verdict: verdict.into(), ..Self::default() }
@@ -210,7 +210,7 @@ impl Shown {
         let mut text = format!("{word}: {}\n", printable_lines(&self.verdict));
         if !self.table.is_empty() {
             text.push('\n');
-            text.push_str(&printable_lines(&aligned(&self.table)));
+            text.push_str(&printable_lines(&align_columns(&self.table)));
         }
         let lists = [("files", &self.files), ("next", &self.next)];
         for (name, list) in lists.into_iter().filter(|(_, list)| !list.is_empty()) {
@@ -226,7 +226,7 @@ impl Shown {
 }
 
 /// The rows as columns that stand below each other.
-fn aligned(rows: &[Vec<String>]) -> String {
+fn align_columns(rows: &[Vec<String>]) -> String {
     let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
     let width = |k: usize| {
         let cells = rows.iter().filter_map(|row| row.get(k));

@@ -1,6 +1,6 @@
 //! `muspin design`: D-K iteration, reduction, sampling, rounding, verification, firmware tables.
 
-use super::console::{Console, Shown};
+use super::console::{CommandEnd, Console};
 use super::design_arguments::{DesignArguments, RouteArgument, tightening};
 use super::design_progress::told;
 use super::earlier::EarlierArgument;
@@ -93,7 +93,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     let study = study(&machine, &written, &settings, questions, &mut |event| {
         told(&progress, event);
     })?;
-    progress.timed("report");
+    progress.start_stage("report");
     let mut report = design_report(&machine, &study, settings.route)?;
     let found = &study.design;
     let [rest, speed] = study.delivered.each_ref();
@@ -169,15 +169,15 @@ pub(super) fn say_unstable(console: &Console, words: &str) {
 }
 
 /// An unstable design for a person: no figure of it has a meaning.
-pub(super) fn shown_unstable(design: &Design, words: &str) -> Shown {
-    Shown::met(false, words)
+pub(super) fn shown_unstable(design: &Design, words: &str) -> CommandEnd {
+    CommandEnd::met(false, words)
         .row(["proven stable to, rpm".to_owned(), format!("{:.0}", design.delivery.speed_proof.proven_to_rpm())])
 }
 
 /// The figures of a design for a person, below the sentences `words`.
-pub(super) fn shown_design(design: &Design, ended: Outcome, words: &str) -> Shown {
+pub(super) fn shown_design(design: &Design, ended: Outcome, words: &str) -> CommandEnd {
     let yes = |good: bool| if good { "yes" } else { "no" }.to_owned();
-    Shown::met(ended == Outcome::Done, words)
+    CommandEnd::met(ended == Outcome::Done, words)
         .row(["", "reached", "asked"])
         .row(["μ of the specification at rest".to_owned(), design.delivery.rounded.specification.words(), "≤ 1".into()])
         .row(["μ, largest from rest to 1.2 × top speed".to_owned(), mu_words(design.largest_mu()), "≤ 1".into()])

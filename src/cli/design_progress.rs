@@ -8,7 +8,7 @@ use crate::robust::dk::DkStep;
 pub(super) fn told(progress: &Progress, event: Event) {
     match event {
         Event::Stage(stage) => {
-            progress.ended(stage);
+            progress.end_stage(stage);
             if let Some((done, next)) = next_stage(stage) {
                 let (of, in_all) = (STAGES.len(), progress.in_all(usual_share(done)));
                 progress.stage(format!("design, {done} of {of} stages done, about {in_all} in all: {next}"));

@@ -1,7 +1,7 @@
 //! `muspin diagnose`: find where simulation and measurement disagree, name the missing effect, show the gap shrink.
 //! Writes the corrected spindle and tool, `summary.json`, the report and its pictures.
 
-use super::console::{Console, Shown};
+use super::console::{CommandEnd, Console};
 use super::machine::of_measurement;
 use super::output::{REPORT, claim};
 use super::plausibility::Records;
@@ -11,7 +11,7 @@ use super::surroundings::Surroundings;
 use super::timings::Timings;
 use super::{Failure, Outcome};
 use crate::controller::Controller;
-use crate::diagnose::data::measurement::{Axis, HammerTest, Measurement};
+use crate::diagnose::data::measurement::{ControlAxis, HammerTest, RecordSet};
 use crate::diagnose::{DiagnoseError, Verdict, diagnose_with};
 use crate::input::{Measurement as Loaded, spindle_yaml, tool_yaml};
 use crate::pipeline::loop_stability::{growth_rate_at, unstable_words};
@@ -54,7 +54,7 @@ impl From<DiagnoseError> for Failure {
 }
 
 /// A failure that names the measurement where the error itself does not name a file.
-pub(super) fn failed(measurement: &str, error: DiagnoseError) -> Failure {
+pub(super) fn name_failure(measurement: &str, error: DiagnoseError) -> Failure {
     let hint = match &error {
         DiagnoseError::NoSweep => "add a record of kind sweep to measurement.yaml",
         _ => return error.into(),
@@ -67,7 +67,7 @@ pub(super) fn failed(measurement: &str, error: DiagnoseError) -> Failure {
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     let mut loaded = load_measurement(&arguments.measurement, console)?;
     let machine = of_measurement(&loaded, arguments.spindle.as_deref(), arguments.tool.as_deref())?;
-    let known = Surroundings::of(&loaded, (arguments.spindle.as_deref(), arguments.tool.as_deref()), &machine);
+    let known = Surroundings::of(&loaded, arguments.spindle.as_deref(), arguments.tool.as_deref(), &machine);
     let named = [&arguments.spindle, &arguments.tool].into_iter().flatten();
     let read = named.chain([&arguments.measurement]);
     claim(&arguments.out, &REPORT, read.map(String::as_str))?;
@@ -79,9 +79,9 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     let measurement = evidence(&loaded, &records.controllers);
     let progress = Progress::start(console);
     let alternatives = known.alternatives();
-    let said = |what: &str| progress.timed(what);
+    let said = |what: &str| progress.start_stage(what);
     let found = diagnose_with(&machine, &measurement, &alternatives, &said)
-        .map_err(|error| failed(&arguments.measurement, error))?;
+        .map_err(|error| name_failure(&arguments.measurement, error))?;
     let mut unstable = vec![];
     for (hammer, controller) in loaded.hammers.iter().zip(&records.controllers) {
         let rpm = hammer.frf.speed_rpm;
@@ -119,7 +119,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     };
     let out = arguments.out.as_str();
     console.json(&(report.summary.to_json() + "\n"), || {
-        Shown::met(ended == Outcome::Done, format!("verdict {}", found.verdict.name()))
+        CommandEnd::met(ended == Outcome::Done, format!("verdict {}", found.verdict.name()))
             .row(["", "before", "after"])
             .row(["gap, σ".to_owned(), format!("{:.2}", found.gap_before), format!("{:.2}", found.gap_after)])
             .file(format!("{out}/report.html"))
@@ -168,8 +168,8 @@ pub(super) fn unused_rows(loaded: &Loaded) -> Vec<LeftOut> {
 }
 
 /// The records as the diagnosis takes them.
-pub(super) fn evidence<'a>(loaded: &Loaded, controllers: &'a [Controller]) -> Measurement<'a> {
-    Measurement {
+pub(super) fn evidence<'a>(loaded: &Loaded, controllers: &'a [Controller]) -> RecordSet<'a> {
+    RecordSet {
         sweeps: loaded.sweeps.iter().map(|s| s.record.clone()).collect(),
         taps: loaded
             .hammers
@@ -177,7 +177,7 @@ pub(super) fn evidence<'a>(loaded: &Loaded, controllers: &'a [Controller]) -> Me
             .zip(controllers)
             .map(|(h, k)| HammerTest {
                 frf: h.frf.clone(),
-                axis: if h.axis == 0 { Axis::X } else { Axis::Y },
+                axis: if h.axis == 0 { ControlAxis::X } else { ControlAxis::Y },
                 controller: k,
             })
             .collect(),

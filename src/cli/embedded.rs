@@ -1,7 +1,7 @@
 //! The stages of a spindle for a program that embeds muspin: what the commands do, with values instead of files.
 
 use super::Failure;
-use super::diagnose::{evidence, failed, unused_rows, without_unknown_controllers};
+use super::diagnose::{evidence, name_failure, unused_rows, without_unknown_controllers};
 use super::plausibility::{Records, controllers};
 use super::surroundings::Surroundings;
 use super::update::targets;
@@ -26,7 +26,7 @@ use serde_json::Value;
 ///
 /// # Errors
 /// [`Failure`] as `muspin update` tells it.
-pub(crate) fn updated(machine: &Machine, measurement: &str) -> Result<(Machine, Value), Failure> {
+pub(crate) fn update_machine(machine: &Machine, measurement: &str) -> Result<(Machine, Value), Failure> {
     let loaded = load_measurement(measurement)?;
     let records = Records::of(&loaded, machine)?;
     records.refuse_for_updating()?;
@@ -45,13 +45,13 @@ pub(crate) fn updated(machine: &Machine, measurement: &str) -> Result<(Machine, 
 ///
 /// # Errors
 /// [`Failure`] as `muspin design` tells it.
-pub(crate) fn designed(
+pub(crate) fn design_controller(
     machine: &Machine,
     weights: &Weights,
     polish: bool,
     progress: &(dyn Fn() + Sync),
 ) -> Result<(Design, Value), Failure> {
-    let settings = if polish { DesignSettings::polished() } else { DesignSettings::default() };
+    let settings = if polish { DesignSettings::with_polish() } else { DesignSettings::default() };
     let found = design(machine, weights, &settings, &mut |_| progress())?;
     let rest = predict(machine, &found.delivery.controller, 0.0)?;
     let mut summary = Summary::new();
@@ -65,7 +65,7 @@ pub(crate) fn designed(
 ///
 /// # Errors
 /// [`Failure`] as `muspin diagnose` tells it.
-pub(crate) fn diagnosed(
+pub(crate) fn diagnose_machine(
     machine: &Machine,
     measurement: &str,
     progress: &(dyn Fn() + Sync),
@@ -74,10 +74,10 @@ pub(crate) fn diagnosed(
     let mut left_out = without_unknown_controllers(&mut loaded);
     left_out.extend(unused_rows(&loaded));
     let controllers = controllers(&loaded)?;
-    let known = Surroundings::of(&loaded, (None, None), machine);
+    let known = Surroundings::of(&loaded, None, None, machine);
     let records = evidence(&loaded, &controllers);
     let found = diagnose_with(machine, &records, &known.alternatives(), &|_: &str| progress())
-        .map_err(|error| failed(measurement, error))?;
+        .map_err(|error| name_failure(measurement, error))?;
     let mut summary = json(DiagnosisSummary::from(&found));
     if let Value::Object(map) = &mut summary {
         let faults = record_faults(&found, &known.names);

@@ -1,18 +1,18 @@
 //! `muspin export`: firmware tables of a controller, verified first on the sampled closed loop of the full plant.
 
-use super::console::{Console, Shown};
+use super::console::{CommandEnd, Console};
 use super::controlled_machine::{ControlledMachine, MachineArguments, UsedMachine};
 use super::machine::Remarks;
 use super::output::claim;
 use super::{Failure, Outcome};
 use crate::controller::anti_windup::{AntiWindup, with_anti_windup};
-use crate::controller::discretise::discretised;
+use crate::controller::discretise::discretise_law;
 use crate::controller::fidelity::TransferChange;
 use crate::controller::realise::{Form, modal_form};
-use crate::controller::scaling::{ScaledRealisation, SignalLimits, scaled};
+use crate::controller::scaling::{ScaledRealisation, SignalLimits, scale_realisation};
 use crate::controller::sections::second_order_sections;
 use crate::controller::verification::Verification;
-use crate::controller::verification::rate_words;
+use crate::controller::verification::growth_words;
 use crate::controller::verification_error::VerificationError;
 use crate::controller::{ControlLaw, Controller, ControllerError};
 use crate::export::c::{c_identifier, is_prefix, stability_words};
@@ -217,10 +217,13 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
             let rows = &one.rows.rows;
             vec![prefix.clone(), rows.order().to_string(), rows.multiplications().to_string()]
         });
-        Shown::met(proven, prepared.iter().map(|p| stability_words(&p.verification)).collect::<Vec<_>>().join("; "))
-            .row(["controller", "states", "products a sample"])
-            .rows(rows)
-            .file(arguments.out.as_str())
+        CommandEnd::met(
+            proven,
+            prepared.iter().map(|p| stability_words(&p.verification)).collect::<Vec<_>>().join("; "),
+        )
+        .row(["controller", "states", "products a sample"])
+        .rows(rows)
+        .file(arguments.out.as_str())
     })?;
     Ok(if proven { Outcome::Done } else { Outcome::TargetMissed })
 }
@@ -241,10 +244,10 @@ fn prepare(arguments: &Arguments, file: &str, remarks: &mut Vec<Remarks>) -> Res
         FormArgument::Modal => modal_form(law)?,
         FormArgument::Sections => second_order_sections(law)?,
     };
-    let unlimited = scaled(&realisation, SignalLimits::of(machine))?;
+    let unlimited = scale_realisation(&realisation, SignalLimits::of(machine))?;
     let (rows, anti_windup) = with_anti_windup(unlimited, machine)?;
     let notes = rounding_notes(law, &rows, arguments.force_unverified)?;
-    let verification = checked(machine, &rows, arguments.force_unverified)?;
+    let verification = verify_loop(machine, &rows, arguments.force_unverified)?;
     if !verification.is_proven() && !arguments.force_unverified {
         eprintln!("{}", refusal(&verification));
         if arguments.controller.len() > 1 {
@@ -320,13 +323,13 @@ pub(super) fn ready(
         return Ok((loaded.clone(), None));
     }
     let prewarp_hz = prewarp_hz(machine)?;
-    let sampled = discretised(loaded, period, prewarp_hz)?.unwrap_or_else(|| loaded.clone());
+    let sampled = discretise_law(loaded, period, prewarp_hz)?.unwrap_or_else(|| loaded.clone());
     eprintln!("note: {file} is continuous; discretised by Tustin's rule at {period} s, exact at {prewarp_hz:.1} Hz");
     Ok((sampled, Some(loaded.clone())))
 }
 
 /// Proof of stability with the rounded coefficients; none where it fails and the export is forced.
-fn checked(machine: &Machine, rows: &ScaledRealisation, forced: bool) -> Result<Verification, Failure> {
+fn verify_loop(machine: &Machine, rows: &ScaledRealisation, forced: bool) -> Result<Verification, Failure> {
     let found = match proven_as_rounded(machine, rows) {
         Ok(found) => found,
         Err(_) if forced => Verification::none(),
@@ -376,9 +379,8 @@ fn refusal(verification: &Verification) -> String {
         exports it all the same and says so in the files";
     match verification.unstable() {
         Some(bad) => format!(
-            "unstable: the closed loop grows by {} 1/s at {} rpm ({})\n{advice}",
-            rate_words(bad.growth_rate_per_s, 2),
-            bad.speed_rpm,
+            "unstable: the closed loop {} ({})\n{advice}",
+            growth_words(bad.growth_rate_per_s, bad.speed_rpm),
             verification.conditions
         ),
         None => format!("{}\n{advice}", stability_words(verification)),

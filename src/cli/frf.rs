@@ -2,7 +2,7 @@
 //! compliance, as CSV; an unstable loop has none. Without a controller the tool compliance is that of the rotor on its
 //! magnets, currents zero.
 
-use super::console::{Console, Shown};
+use super::console::{CommandEnd, Console};
 use super::controlled_machine::MachineArguments;
 use super::machine::Remarks;
 use super::{Failure, Outcome, stdout};
@@ -82,7 +82,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
         return Ok(Outcome::Done);
     }
     let table: Vec<Vec<f64>> = frequencies.iter().map(row).collect();
-    console.other(String::new, || columns(&header, &table), || shown(&header, &table))?;
+    console.other(String::new, || columns(&header, &table), || show_table(&header, &table))?;
     Ok(Outcome::Done)
 }
 
@@ -124,8 +124,8 @@ fn columns(header: &[String], table: &[Vec<f64>]) -> Value {
 }
 
 /// The largest magnitude of the diagonal entries and where it is.
-fn shown(header: &[String], table: &[Vec<f64>]) -> Shown {
-    let mut shown = Shown::done(format!("{} lines", table.len())).row(["", "largest magnitude", "at Hz"]);
+fn show_table(header: &[String], table: &[Vec<f64>]) -> CommandEnd {
+    let mut shown = CommandEnd::done(format!("{} lines", table.len())).row(["", "largest magnitude", "at Hz"]);
     for name in ["g_11", "g_22", "g_33", "g_44", "t_xx", "t_yy"] {
         let re = format!("{name}_re");
         let Some(k) = header.iter().position(|h| *h == re) else {

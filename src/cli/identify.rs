@@ -1,10 +1,10 @@
 //! `muspin identify`: are the records plausible; measured sweeps to FRFs with covariance, resonances and antiresonances
 //! of the free-free rotor (JSON).
 
-use super::console::{Console, Shown};
+use super::console::{CommandEnd, Console};
 use super::machine::of_measurement;
 use super::output::claim;
-use super::plausibility::{Records, named};
+use super::plausibility::{Records, name_record};
 use super::reading::load_measurement;
 use super::{Failure, Outcome};
 use crate::identify::{Identification, IdentifyError, identify};
@@ -67,7 +67,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     if let Some((frf, report)) = records.standstill() {
         // Units and order of channels decide what the magnets' stiffness shifts: no peaks from an implausible record.
         if report.plausible() {
-            let peaks = identify(frf, &machine).map_err(|e| named(e, &record_at_rest(&measurement)))?;
+            let peaks = identify(frf, &machine).map_err(|e| name_record(e, &record_at_rest(&measurement)))?;
             found = Some(peaks);
         }
     } else if let Some(frf) = frfs.first() {
@@ -88,7 +88,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
         identification: found.as_ref().map(IdentificationSummary::from),
         records: files.iter().skip(1).map(|(name, _)| name.clone()).collect(),
     };
-    console.json(&format!("{:#}\n", json(&answer)), || shown(arguments, &records, found.as_ref()))?;
+    console.json(&format!("{:#}\n", json(&answer)), || show_identification(arguments, &records, found.as_ref()))?;
     Ok(if records.plausible() { Outcome::Done } else { Outcome::TargetMissed })
 }
 
@@ -109,11 +109,11 @@ pub(super) fn record_at_rest(measurement: &Measurement) -> String {
     found.map_or(String::new(), |r| r.name.clone())
 }
 
-fn shown(arguments: &Arguments, records: &Records, found: Option<&Identification>) -> Shown {
+fn show_identification(arguments: &Arguments, records: &Records, found: Option<&Identification>) -> CommandEnd {
     let mut shown = match (records.plausible(), found) {
-        (false, _) => Shown::met(false, "a record contradicts the machine; what is wrong with it stands above"),
-        (true, None) => Shown::done("the records are plausible; peaks need a sweep at rest"),
-        (true, Some(found)) => Shown::done(format!("{} resonances of the free rotor", found.resonances.len())),
+        (false, _) => CommandEnd::met(false, "a record contradicts the machine; what is wrong with it stands above"),
+        (true, None) => CommandEnd::done("the records are plausible; peaks need a sweep at rest"),
+        (true, Some(found)) => CommandEnd::done(format!("{} resonances of the free rotor", found.resonances.len())),
     };
     if let Some(found) = found {
         shown = shown.row(["", "Hz", "standard deviation, Hz"]);

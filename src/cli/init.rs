@@ -1,7 +1,7 @@
 //! `muspin init DIR`: a commented spindle, tool, weights and measurement that run as they are. `muspin example NAME`:
 //! the files of a worked case, with the guide that goes through it.
 
-use super::console::{Console, Shown};
+use super::console::{CommandEnd, Console};
 use super::output::claim;
 use super::start::{DIAGNOSE_LIST, PID, Truth, UPDATE_LIST, add_machine, add_measurement};
 use super::{Failure, Outcome};
@@ -119,7 +119,7 @@ fn write(example: Example, target: &str, console: &Console) -> Result<Outcome, F
         "files": folder.files().map(|(path, _)| path).collect::<Vec<_>>(),
     });
     console.json(&format!("{answer:#}\n"), || {
-        Shown::done("files that run as they are; change them to yours")
+        CommandEnd::done("files that run as they are; change them to yours")
             .file(target)
             .next(format!("cd {target}"))
             .next("README.md has the commands in their order")

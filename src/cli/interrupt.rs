@@ -10,13 +10,13 @@ const INTERRUPTED: i32 = 130;
 pub(crate) struct Writing(Arc<Mutex<bool>>);
 
 impl Writing {
-    fn written(&self) -> MutexGuard<'_, bool> {
+    fn lock_written(&self) -> MutexGuard<'_, bool> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Writes files without an interruption.
-    pub(crate) fn uninterrupted<T, E>(&self, write: impl FnOnce() -> Result<T, E>) -> Result<T, E> {
-        let mut written = self.written();
+    pub(crate) fn hold_interrupts<T, E>(&self, write: impl FnOnce() -> Result<T, E>) -> Result<T, E> {
+        let mut written = self.lock_written();
         let result = write();
         *written |= result.is_ok();
         result
@@ -28,7 +28,7 @@ impl Writing {
         let own = self.clone();
         let _ = ctrlc::set_handler(move || {
             // Waits for files that are being written. The guard lives until the process ends: no others are begun.
-            let written = own.written();
+            let written = own.lock_written();
             let words = if *written {
                 "interrupted: the files of this run were written"
             } else {

@@ -117,7 +117,8 @@ fn mesh_warning(machine: &Machine, spindle: &str, tool: &str) -> Result<Option<W
 /// [`Failure`] when the modes of the shaft cannot be computed.
 pub(super) fn measured_mesh_warning(
     machine: &Machine,
-    (spindle, tool): (&str, &str),
+    spindle: &str,
+    tool: &str,
     to_hz: f64,
 ) -> Result<Option<Warning>, Failure> {
     if mesh_warning(machine, spindle, tool)?.is_some() {

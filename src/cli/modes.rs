@@ -1,7 +1,7 @@
 //! `muspin modes`: natural frequencies of the free-free rotor with its tool over speed, magnets off, as JSON.
 //! At rest every mode appears twice, once a plane; at speed as its backward and forward whirl.
 
-use super::console::{Console, Shown};
+use super::console::{CommandEnd, Console};
 use super::machine::load_machine;
 use super::{Failure, Outcome};
 use crate::report::summary::json;
@@ -27,7 +27,7 @@ pub(super) struct Arguments {
 
 /// The answer.
 #[derive(Clone, Debug, Serialize)]
-struct Modes {
+struct ModesAnswer {
     spindle: String,
     tool: String,
     mass_kg: f64,
@@ -70,7 +70,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
             whirl: found.modes.iter().map(|m| m.whirl as i64).collect(),
         });
     }
-    let answer = Modes {
+    let answer = ModesAnswer {
         spindle: machine.spindle.name.clone(),
         tool: machine.tool.name.clone(),
         mass_kg: properties.mass_kg,
@@ -79,14 +79,14 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
         diametral_inertia_kg_m2: properties.diametral_inertia_kg_m2,
         speeds,
     };
-    console.json(&format!("{:#}\n", json(&answer)), || shown(&answer))?;
+    console.json(&format!("{:#}\n", json(&answer)), || show_modes(&answer))?;
     Ok(Outcome::Done)
 }
 
 /// Modes listed on a terminal: the rigid-body modes and the first bending modes.
 const LISTED: usize = 12;
 
-fn shown(answer: &Modes) -> Shown {
+fn show_modes(answer: &ModesAnswer) -> CommandEnd {
     let verdict = format!(
         "{} with {}: {:.3} kg, centre of gravity {:.1} mm from the nose face",
         answer.spindle,
@@ -107,5 +107,5 @@ fn shown(answer: &Modes) -> Shown {
         });
         rows.push(vec![format!("{:?}", speed.speed_rpm), words.collect::<Vec<_>>().join(" ")]);
     }
-    Shown::done(verdict).rows(rows).next("muspin modes --json has all modes below 10 kHz with damping ratios")
+    CommandEnd::done(verdict).rows(rows).next("muspin modes --json has all modes below 10 kHz with damping ratios")
 }

@@ -31,7 +31,7 @@ impl Records {
     pub(super) fn of(measurement: &Measurement, machine: &Machine) -> Result<Self, Failure> {
         let (mut frfs, mut reports) = (vec![], vec![]);
         for sweep in &measurement.sweeps {
-            let frf = open_loop(&sweep.record).map_err(|e| named(e, &sweep.record.name))?;
+            let frf = open_loop(&sweep.record).map_err(|e| name_record(e, &sweep.record.name))?;
             let controller = sweep.controller.as_ref().map(|path| load_controller(path));
             let controller = controller.transpose()?;
             let named = controller.as_ref().map(|k| k as &dyn HeldResponse);
@@ -91,7 +91,7 @@ impl Records {
 }
 
 /// A failure of identification with the record that it comes from.
-pub(super) fn named(error: IdentifyError, record: &str) -> Failure {
+pub(super) fn name_record(error: IdentifyError, record: &str) -> Failure {
     Failure::from(error).naming(&[record.to_owned()])
 }
 

@@ -56,7 +56,7 @@ impl Progress {
     }
 
     /// A stage begins whose time counts until the next one begins.
-    pub(crate) fn timed(&self, what: impl Into<String>) {
+    pub(crate) fn start_stage(&self, what: impl Into<String>) {
         self.end_timed();
         let what = what.into();
         self.watch().skip();
@@ -65,7 +65,7 @@ impl Progress {
     }
 
     /// A stage of a part has ended: the time counts for it, and not for the part that [`Progress::timed`] began.
-    pub(crate) fn ended(&self, stage: &str) {
+    pub(crate) fn end_stage(&self, stage: &str) {
         *self.timed.lock().unwrap_or_else(PoisonError::into_inner) = None;
         self.watch().lap(stage);
     }
@@ -87,7 +87,7 @@ impl Progress {
     /// A part of the command begins, such as a design; it is timed, as a whole or by the stages that it ends.
     pub(crate) fn part(&self, what: &str) {
         *self.part.lock().unwrap_or_else(PoisonError::into_inner) = Instant::now();
-        self.timed(what);
+        self.start_stage(what);
     }
 
     /// Time that the part will take in all when the share `done` of it has taken what it has.

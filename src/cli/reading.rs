@@ -11,12 +11,12 @@ use std::cell::OnceCell;
 const SHOWN_BYTES: u64 = 32 << 20;
 
 /// The progress of one command; it begins with the first long file.
-pub(super) struct Reading<'a> {
+pub(super) struct ReadingProgress<'a> {
     console: &'a Console,
     progress: OnceCell<Progress>,
 }
 
-impl<'a> Reading<'a> {
+impl<'a> ReadingProgress<'a> {
     pub(super) fn start(console: &'a Console) -> Self {
         Self { console, progress: OnceCell::new() }
     }
@@ -43,6 +43,6 @@ pub(super) fn show(progress: &Progress, share: ReadShare<'_>) {
 /// # Errors
 /// [`Failure`] with the file, line or key that is wrong.
 pub(super) fn load_measurement(source: &str, console: &Console) -> Result<Measurement, Failure> {
-    let reading = Reading::start(console);
+    let reading = ReadingProgress::start(console);
     Ok(load_measurement_watched(source, &|share| reading.see(share))?)
 }

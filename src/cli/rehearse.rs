@@ -1,7 +1,7 @@
 //! `muspin rehearse`: a measurement folder as the rig would give it, computed from a model with the noise of its
 //! sensors, so that identification, updating and diagnosis can be tried before anything is measured.
 
-use super::console::{Console, Shown};
+use super::console::{CommandEnd, Console};
 use super::machine::load_machine;
 use super::output::claim;
 use super::progress::Progress;
@@ -94,7 +94,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     rehearsal.seed = arguments.seed;
     rehearsal.injection_a = arguments.injection.unwrap_or(rehearsal.injection_a);
     let mut folder = ResultsFolder::new();
-    let records = records(&mut folder, "", &truth, &controller, (&rehearsal, &arguments.speeds))?;
+    let records = records(&mut folder, "", &truth, &controller, &rehearsal, &arguments.speeds)?;
     folder.add("measurement.yaml", rehearsed_list(&records))?;
     folder.add("spindle.yaml", spindle_yaml(&model.spindle))?;
     folder.add("tool.yaml", tool_yaml(&model.tool))?;
@@ -110,7 +110,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
         "seed": arguments.seed,
     });
     console.json(&format!("{answer:#}\n"), || {
-        Shown::done(format!("{} records computed, with the noise of the sensors", records.len()))
+        CommandEnd::done(format!("{} records computed, with the noise of the sensors", records.len()))
             .file(arguments.out.as_str())
             .next(format!("muspin identify --measurement {}", arguments.out))
             .next(format!("muspin diagnose --measurement {}", arguments.out))
@@ -195,7 +195,8 @@ pub(super) fn records(
     prefix: &str,
     truth: &Machine,
     controller: &Controller,
-    (rehearsal, speeds): (&Rehearsal, &[f64]),
+    rehearsal: &Rehearsal,
+    speeds: &[f64],
 ) -> Result<Vec<Listed>, Failure> {
     let truth = &refined_around_tilting(truth);
     let mut listed = vec![];

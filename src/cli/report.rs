@@ -1,6 +1,6 @@
 //! `muspin report FOLDER`: rebuilds `report.html` of a results folder from its `summary.json` and `plots/*.svg`.
 
-use super::console::{Console, Shown};
+use super::console::{CommandEnd, Console};
 use super::machine::say;
 use super::{Failure, Outcome};
 use crate::input::json::parse;
@@ -43,7 +43,11 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     own.add("report.html", page)?;
     console.writing(|| own.write_into(folder))?;
     let page = folder.join("report.html").display().to_string();
-    console.other(String::new, || json!({ "report": page }), || Shown::done("the page was rebuilt").file(&page))?;
+    console.other(
+        String::new,
+        || json!({ "report": page }),
+        || CommandEnd::done("the page was rebuilt").file(&page),
+    )?;
     Ok(Outcome::Done)
 }
 

@@ -1,7 +1,7 @@
 //! `muspin ross`: the rotor of a ROSS file as a spindle file that asks for what ROSS does not say, and the shaft of a
 //! spindle with its tool as a file that ROSS loads.
 
-use super::console::{Console, Shown};
+use super::console::{CommandEnd, Console};
 use super::machine::load_machine;
 use super::output::claim;
 use super::{Failure, Outcome};
@@ -56,7 +56,7 @@ const LISTED: usize = 4;
 
 fn import(arguments: &Arguments, file: &str, console: &Console) -> Result<Outcome, Failure> {
     let read = read_ross(file, &shipped::text(file, "ROSS", &[])?)?;
-    let rotor = if arguments.reverse { read.reversed() } else { read };
+    let rotor = if arguments.reverse { read.reverse_ends() } else { read };
     let out = arguments.out.as_str();
     claim(out, &["spindle.yaml", "controller.json"], [file])?;
     let nose_m = arguments.nose_face_m;
@@ -73,7 +73,7 @@ fn import(arguments: &Arguments, file: &str, console: &Console) -> Result<Outcom
     let stem = Path::new(file).file_stem().map(|s| s.to_string_lossy());
     let name = stem.as_deref().unwrap_or("spindle");
     let shaft = (parts.sections.as_slice(), parts.discs.as_slice());
-    let draft = spindle_draft(name, shaft, &rotor, arguments.nose_face_m);
+    let draft = spindle_draft(name, shaft.0, shaft.1, &rotor, arguments.nose_face_m);
     let mut folder = ResultsFolder::new();
     folder.add("spindle.yaml", draft.text)?;
     if let Some(tool) = &parts.tool {
@@ -102,7 +102,7 @@ fn import(arguments: &Arguments, file: &str, console: &Console) -> Result<Outcom
     });
     console.json(&format!("{answer:#}\n"), || {
         let listed: Vec<String> = hz.iter().map(|f| format!("{f:.1}")).collect();
-        Shown::done(format!(
+        CommandEnd::done(format!(
             "{} elements written, {} keys of the spindle are to be given",
             parts.sections.len(),
             draft.to_be_given.len()
@@ -150,7 +150,7 @@ fn export(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> 
     folder.write(Path::new(out))?;
     let answer = json!({ "folder": out, "elements": sections.len(), "discs": discs.len() });
     console.json(&format!("{answer:#}\n"), || {
-        Shown::done(format!(
+        CommandEnd::done(format!(
             "{} with {}: {} elements and {} discs for ROSS, without bearings",
             spindle.name,
             tool.name,

@@ -73,18 +73,18 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     let read = named.into_iter().flatten().chain([&arguments.weights]);
     claim(&arguments.out, &REPORT, read.map(String::as_str))?;
     let progress = Progress::start(console);
-    progress.timed("records");
-    let given = given(arguments, &progress)?;
+    progress.start_stage("records");
+    let given = read_inputs(arguments, &progress)?;
     let task = Task {
         nominal: &given.nominal,
         targets: given.targets.as_ref(),
         weights: &weights,
-        settings: &DesignSettings { earlier: arguments.from.design(&given.nominal)?, ..DesignSettings::polished() },
+        settings: &DesignSettings { earlier: arguments.from.design(&given.nominal)?, ..DesignSettings::with_polish() },
         pid: TuneSettings::quick(),
         extent: if arguments.quick { Extent::Controller } else { Extent::Everything },
     };
     let found = run_chain(&task, &mut |event| told(&progress, event))?;
-    progress.timed("report");
+    progress.start_stage("report");
     let identification = given.identification.as_ref();
     let (mut report, words) = run_report(&found, &weights.name, identification)?;
     let pid = found.pid().map(|p| &p.controller);
@@ -120,7 +120,7 @@ struct Given {
     identification: Option<Identification>,
 }
 
-fn given(arguments: &Arguments, progress: &Progress) -> Result<Given, Failure> {
+fn read_inputs(arguments: &Arguments, progress: &Progress) -> Result<Given, Failure> {
     let source = match (&arguments.measurement, &arguments.spindle) {
         (Some(given), _) => given.as_str(),
         (None, None) => "paper-frequencies",

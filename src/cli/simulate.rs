@@ -1,7 +1,7 @@
 //! `muspin simulate`: time response of the levitated rotor with force law, limits and clearance; figures as JSON on
 //! standard output, response and orbits as CSV and SVG in the folder.
 
-use super::console::{Console, Shown};
+use super::console::{CommandEnd, Console};
 use super::controlled_machine::MachineArguments;
 use super::export::ready;
 use super::output::{REPORT, claim};
@@ -11,10 +11,10 @@ use crate::controller::anti_windup::firmware_rows;
 use crate::controller::arithmetic::float32;
 use crate::controller::scaling::SignalLimits;
 use crate::pipeline::loop_stability::{growth_rate_at, unstable_words};
-use crate::pipeline::simulation::{Goal, Scenario, simulated};
+use crate::pipeline::simulation::{Goal, SimulationScenario, simulate_scenario};
 use crate::predict::recovery::touching_force_n;
 use crate::predict::time::{TimeError, TimeSettings};
-use crate::predict::time_cases::{Case, PUSH_S};
+use crate::predict::time_cases::{PUSH_S, StandardCase};
 use crate::report::simulation::SimulationSummary;
 use crate::report::summary::finite;
 use crate::report::time_response::add_simulation;
@@ -112,12 +112,12 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
         noise_seed: arguments.noise_seed,
         bus_voltage_v: arguments.bus_voltage,
         reference_ramp_s: match scenario.case {
-            Case::LiftOff => arguments.ramp,
+            StandardCase::LiftOff => arguments.ramp,
             _ => 0.0,
         },
         ..TimeSettings::default()
     };
-    let found = simulated(machine, &program, &scenario, &settings)?;
+    let found = simulate_scenario(machine, &program, &scenario, &settings)?;
     let mut report = Report::of("simulate", machine);
     let summary = &mut report.summary;
     summary.set("controller", discrete.name.as_str());
@@ -127,25 +127,26 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     given.add_to(summary);
     summary.set("stability.stable", found.stable);
     summary.set("stability.growth_rate_per_s", finite(growth));
-    if let Case::Impulse { force_n, .. } | Case::Step { force_n } = scenario.case {
+    if let StandardCase::Impulse { force_n, .. } | StandardCase::Step { force_n } = scenario.case {
         summary.set("force_n", finite(force_n));
     }
-    if let Case::Impulse { length_s, .. } = scenario.case {
+    if let StandardCase::Impulse { length_s, .. } = scenario.case {
         summary.set("push_s", finite(length_s));
     }
     let figures = SimulationSummary::of(machine, &found, &anti_windup);
     summary.set("simulation", figures);
-    add_simulation(&mut report, machine, (name, speed_rpm), &found)?;
+    add_simulation(&mut report, machine, name, speed_rpm, &found)?;
     console.writing(|| report.write(&arguments.out))?;
     let out = arguments.out.as_str();
     console.json(&report.summary.to_json(), || {
-        Shown::met(found.met, format!("{name} at {speed_rpm:.0} rpm: {}", found.end)).file(format!("{out}/report.html"))
+        CommandEnd::met(found.met, format!("{name} at {speed_rpm:.0} rpm: {}", found.end))
+            .file(format!("{out}/report.html"))
     })?;
     Ok(if found.met { Outcome::Done } else { Outcome::TargetMissed })
 }
 
 /// Name of the case, and what is simulated; whether the loop is stable is not known yet.
-fn scenario(arguments: &Arguments, machine: &Machine) -> Result<(&'static str, Scenario), Failure> {
+fn scenario(arguments: &Arguments, machine: &Machine) -> Result<(&'static str, SimulationScenario), Failure> {
     let positive = |name: &str, value: Option<f64>| match value {
         Some(v) if !(v.is_finite() && v > 0.0) => Err(Failure::new(format!("--{name}: {v} must be a positive number"))),
         other => Ok(other),
@@ -167,18 +168,18 @@ fn scenario(arguments: &Arguments, machine: &Machine) -> Result<(&'static str, S
     };
     let grade = positive("grade", Some(arguments.grade))?.unwrap_or(0.4);
     let (case, name, length) = match arguments.case {
-        CaseArgument::Impulse => (Case::Impulse { force_n: force.unwrap_or(50.0), length_s }, "impulse", 0.1),
+        CaseArgument::Impulse => (StandardCase::Impulse { force_n: force.unwrap_or(50.0), length_s }, "impulse", 0.1),
         CaseArgument::Contact => {
             let limit = SignalLimits::of(machine).output_a;
             let force_n = match force {
                 Some(given) => given,
                 None => touching_force_n(machine, limit, length_s)?,
             };
-            (Case::Impulse { force_n, length_s }, "contact", 0.2)
+            (StandardCase::Impulse { force_n, length_s }, "contact", 0.2)
         }
-        CaseArgument::Step => (Case::Step { force_n: force.unwrap_or(40.0) }, "step", 0.3),
-        CaseArgument::Unbalance => (Case::Unbalance { grade_m_s: 1e-3 * grade }, "unbalance", 0.2),
-        CaseArgument::LiftOff => (Case::LiftOff, "lift-off", 0.5),
+        CaseArgument::Step => (StandardCase::Step { force_n: force.unwrap_or(40.0) }, "step", 0.3),
+        CaseArgument::Unbalance => (StandardCase::Unbalance { grade_m_s: 1e-3 * grade }, "unbalance", 0.2),
+        CaseArgument::LiftOff => (StandardCase::LiftOff, "lift-off", 0.5),
     };
     let usual = match arguments.case {
         CaseArgument::Unbalance | CaseArgument::Contact => machine.spindle.max_rpm,
@@ -193,6 +194,7 @@ fn scenario(arguments: &Arguments, machine: &Machine) -> Result<(&'static str, S
         CaseArgument::Step | CaseArgument::Unbalance => Goal::StaysClear,
         CaseArgument::LiftOff => Goal::LiftsOff,
     };
-    let scenario = Scenario { case, goal, speed_rpm: speed, duration_s: duration.unwrap_or(length), stable: true };
+    let scenario =
+        SimulationScenario { case, goal, speed_rpm: speed, duration_s: duration.unwrap_or(length), stable: true };
     Ok((name, scenario))
 }

@@ -86,6 +86,6 @@ pub(super) fn add_measurement(folder: &mut ResultsFolder, list: &str, truth: Tru
     let truth = truth.of(&model)?;
     let rehearsal = Rehearsal::usual(&truth)?;
     folder.add("measurement/measurement.yaml", list)?;
-    records(folder, "measurement/", &truth, &controller, (&rehearsal, &[0.0]))?;
+    records(folder, "measurement/", &truth, &controller, &rehearsal, &[0.0])?;
     Ok(())
 }

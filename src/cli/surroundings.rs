@@ -25,7 +25,7 @@ pub(super) struct Surroundings {
 impl Surroundings {
     /// Tools beside the tool's file and those that come with the program, and controllers in the folder of the
     /// measurement; what does not fit the spindle is passed over.
-    pub(super) fn of(loaded: &Measurement, (spindle, tool): (Option<&str>, Option<&str>), machine: &Machine) -> Self {
+    pub(super) fn of(loaded: &Measurement, spindle: Option<&str>, tool: Option<&str>, machine: &Machine) -> Self {
         let spindle = spindle.unwrap_or(&loaded.spindle).to_owned();
         let tool = tool.unwrap_or(&loaded.tool).to_owned();
         let mut named: BTreeMap<String, String> = BTreeMap::new();

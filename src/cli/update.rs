@@ -1,11 +1,11 @@
 //! `muspin update`: move the element moduli until resonances and antiresonances match; writes the updated files.
 
-use super::console::{Console, Shown};
+use super::console::{CommandEnd, Console};
 use super::identify::record_at_rest;
 use super::machine::{files_of_measurement, load_machine, measured_mesh_warning, say};
 use super::output::claim;
 use super::plausibility::Records;
-use super::plausibility::named;
+use super::plausibility::name_record;
 use super::progress::Progress;
 use super::reading::load_measurement;
 use super::timings::Timings;
@@ -97,11 +97,11 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     let read = given.chain([&arguments.measurement]);
     claim(&arguments.out, &["summary.json", "spindle.yaml"], read.map(String::as_str))?;
     let progress = Progress::start(console);
-    progress.timed("records");
+    progress.start_stage("records");
     let records = Records::of(&measurement, &machine)?;
     records.refuse_for_updating()?;
     records.say();
-    progress.timed("resonances and antiresonances");
+    progress.start_stage("resonances and antiresonances");
     let (mut targets, identification) = targets(&measurement, &records, &machine, arguments.relative_deviation)?;
     for (frf, code) in targets.antiresonances.iter_mut().zip(FRF_CODES) {
         frf.held_out = !arguments.frfs.iter().any(|f| f == code);
@@ -110,24 +110,24 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
         MethodArgument::GaussNewton => gauss_newton(&machine, &targets, settings),
         MethodArgument::NelderMead => nelder_mead(&machine, &targets, settings),
     };
-    progress.timed("fit");
+    progress.start_stage("fit");
     let full = fit(&settings)?;
     let resonances_only = if arguments.resonances_only {
         let settings = UpdateSettings { use_antiresonances: false, ..settings };
-        progress.timed("fit of resonances only");
+        progress.start_stage("fit of resonances only");
         Some(fit(&settings)?)
     } else {
         None
     };
     let delivered = resonances_only.as_ref().unwrap_or(&full);
     if !delivered.fit.explanation.explained {
-        measured_mesh_warning(&machine, files, targets.highest_hz())?.iter().for_each(say);
+        measured_mesh_warning(&machine, files.0, files.1, targets.highest_hz())?.iter().for_each(say);
     }
     let models: Vec<(&str, &Updated)> = match &resonances_only {
         Some(only) => vec![("resonances_only", &only.fit), ("full", &full.fit)],
         None => vec![("updated", &full.fit)],
     };
-    progress.timed("predictions for hammer tests");
+    progress.start_stage("predictions for hammer tests");
     let compared = [&machine, &delivered.machine];
     let hammers = hammer_errors(&measurement, &records.controllers, compared)?;
     let only = resonances_only.is_some().then_some(&full.fit);
@@ -139,22 +139,22 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
         updating,
     };
     let text = format!("{:#}\n", json(&answer));
-    progress.timed("report");
+    progress.start_stage("report");
     console.writing(|| write_all(&arguments.out, &machine, delivered, &models, &text))?;
     arguments.timings.print(&progress.times());
     drop(progress);
     let explanation = &delivered.fit.explanation;
     let met = explanation.explained && records.plausible();
-    console.json(&text, || shown(arguments, met, &delivered.fit))?;
+    console.json(&text, || show_update(arguments, met, &delivered.fit))?;
     if !explanation.explained {
         eprintln!("{}", explanation.statement);
     }
     Ok(if met { Outcome::Done } else { Outcome::TargetMissed })
 }
 
-fn shown(arguments: &Arguments, met: bool, fit: &Updated) -> Shown {
+fn show_update(arguments: &Arguments, met: bool, fit: &Updated) -> CommandEnd {
     let out = arguments.out.as_str();
-    Shown::met(met, fit.explanation.statement.as_str())
+    CommandEnd::met(met, fit.explanation.statement.as_str())
         .row(["largest error of a frequency, %".to_owned(), format!("{:.4}", fit.largest_error_percent())])
         .row(["evaluations".to_owned(), fit.evaluations.to_string()])
         .file(format!("{out}/spindle.yaml"))
@@ -212,7 +212,7 @@ pub(super) fn targets(
 ) -> Result<(Targets, Option<Identification>), Failure> {
     let mut identification = None;
     let mut targets = if let Some((frf, _)) = records.standstill() {
-        let found = identify(frf, machine).map_err(|e| named(e, &record_at_rest(measurement)))?;
+        let found = identify(frf, machine).map_err(|e| name_record(e, &record_at_rest(measurement)))?;
         let targets = identified_targets(machine, &found);
         identification = Some(found);
         targets

@@ -35,7 +35,7 @@
 //! global proof.
 
 use super::realise::{Form, Realisation, Row, modal_form};
-use super::scaling::{ScaledRealisation, SignalLimits, scaled, with_room};
+use super::scaling::{ScaledRealisation, SignalLimits, scale_realisation, with_room};
 use super::verification::growth_rate;
 use super::verification_error::VerificationError;
 use super::{ControllerError, in_step};
@@ -102,7 +102,7 @@ pub fn anti_windup(realisation: &Realisation, plants: &[StateSpace<Discrete>]) -
             .into_par_iter()
             .map(|k| {
                 let rate = nyquist * 10f64.powf(-4.5 + k as f64 / 8.0);
-                let Some((gain, response)) = conditioned(realisation, &system, rate)? else {
+                let Some((gain, response)) = condition_rows(realisation, &system, rate)? else {
                     return Ok(None);
                 };
                 Ok(Some((smallest_gain(&loops, &response), rate, gain)))
@@ -137,7 +137,7 @@ pub(crate) fn firmware_rows(
     law: &StateSpace<Discrete>,
     machine: &Machine,
 ) -> Result<(ScaledRealisation, AntiWindup), VerificationError> {
-    let scaled = scaled(&modal_form(law)?, SignalLimits::of(machine))?;
+    let scaled = scale_realisation(&modal_form(law)?, SignalLimits::of(machine))?;
     with_anti_windup(scaled, machine)
 }
 
@@ -154,7 +154,7 @@ pub fn with_anti_windup(
     let plants = [0.0, machine.spindle.max_rpm * TAU / 60.0]
         .par_iter()
         .map(|speed| {
-            let plant = Plant::design_model(machine, *speed)?.sampled()?;
+            let plant = Plant::design_model(machine, *speed)?.sample_plant()?;
             Ok(plant.select(&axes, &axes))
         })
         .collect::<Result<Vec<_>, VerificationError>>()?;
@@ -189,7 +189,7 @@ fn decays(z: c64) -> bool {
 }
 
 /// L and its response Γ for a rate; nothing when no mode is slow or L is not finite.
-fn conditioned(
+fn condition_rows(
     realisation: &Realisation,
     system: &StateSpace<Discrete>,
     rate_1_s: f64,
@@ -253,9 +253,9 @@ fn subspace(
         let right = pick.transpose().to_owned();
         return Ok((!states.is_empty()).then_some((pick, right)));
     }
-    let (form, k) = schur(&system.a).map_err(&step)?.ordered(slow);
+    let (form, k) = schur(&system.a).map_err(&step)?.reorder(slow);
     let adjoint = system.a.transpose().to_owned();
-    let (other, same) = schur(&adjoint).map_err(&step)?.ordered(slow);
+    let (other, same) = schur(&adjoint).map_err(&step)?.reorder(slow);
     if k == 0 || k != same {
         return Ok(None);
     }

@@ -8,8 +8,8 @@
 
 use super::ControllerError;
 use super::anti_windup::correct_f32;
-use super::realise::{Realisation, Row, Term};
-use super::scaling::{ScaledRealisation, rescaled};
+use super::realise::{ProductTerm, Realisation, Row};
+use super::scaling::{ScaledRealisation, rescale_signals};
 
 /// Full scale of Q31, 2³¹.
 const Q31_ONE: f64 = 2_147_483_648.0;
@@ -136,7 +136,7 @@ impl Float32Program {
 
 /// Rows with coefficients that single precision holds.
 fn single(rows: &[Row]) -> Vec<Row> {
-    let round = |term: &Term| Term { coefficient: f64::from(term.coefficient as f32), ..*term };
+    let round = |term: &ProductTerm| ProductTerm { coefficient: f64::from(term.coefficient as f32), ..*term };
     rows.iter().map(|row| row.iter().map(round).collect()).collect()
 }
 
@@ -196,14 +196,14 @@ pub struct Q31Program {
 /// [`ControllerError::Range`] when a row needs coefficients beyond 2³⁰ in normalised units.
 pub fn q31(scaled: &ScaledRealisation) -> Result<Q31Program, ControllerError> {
     let ones = |count: usize| vec![1.0; count];
-    let exact = rescaled(
+    let exact = rescale_signals(
         &scaled.rows,
         &ones(scaled.rows.order()),
         &ones(scaled.rows.signals.len()),
         scaled.limits.input_m,
         scaled.limits.output_a,
     );
-    let rows = |list: &[Row]| -> Result<Vec<FixedRow>, ControllerError> { list.iter().map(fixed).collect() };
+    let rows = |list: &[Row]| -> Result<Vec<FixedRow>, ControllerError> { list.iter().map(to_fixed_row).collect() };
     // |u − v| is at most the reach of v, in full scales.
     let excess_shift = (scaled.output_reach_a / scaled.limits.output_a).max(1.0).log2().ceil() as u32;
     let unit_a = scaled.limits.output_a * f64::from(excess_shift).exp2();
@@ -211,7 +211,7 @@ pub fn q31(scaled: &ScaledRealisation) -> Result<Q31Program, ControllerError> {
         .conditioning
         .iter()
         .map(|row| {
-            let in_units = |t: &Term| Term { coefficient: t.coefficient * unit_a, ..*t };
+            let in_units = |t: &ProductTerm| ProductTerm { coefficient: t.coefficient * unit_a, ..*t };
             row.iter().map(in_units).collect()
         })
         .collect();
@@ -233,7 +233,7 @@ pub fn q31(scaled: &ScaledRealisation) -> Result<Q31Program, ControllerError> {
 }
 
 /// A row in Q31.
-pub(super) fn fixed(row: &Row) -> Result<FixedRow, ControllerError> {
+pub(super) fn to_fixed_row(row: &Row) -> Result<FixedRow, ControllerError> {
     let sum: f64 = row.iter().map(|t| t.coefficient.abs()).sum();
     // Rounding may add half a unit a term; the shift must leave room for it.
     let exponent = if sum > 0.0 { sum.log2().ceil() as i32 } else { -31 };
@@ -324,10 +324,10 @@ impl Q31Program {
     ///
     /// # Errors
     /// [`ControllerError::Numeric`] for coefficients that are not finite.
-    pub fn rounded(&self) -> Result<crate::lti::StateSpace<crate::lti::Discrete>, ControllerError> {
+    pub fn to_rounded_system(&self) -> Result<crate::lti::StateSpace<crate::lti::Discrete>, ControllerError> {
         let held = self.held();
         let ones = |count: usize| vec![1.0; count];
-        rescaled(
+        rescale_signals(
             &held,
             &ones(held.order()),
             &ones(held.signals.len()),
@@ -347,7 +347,7 @@ impl Q31Program {
                     let unit = -f64::from(fixed.shift);
                     row.iter()
                         .zip(&fixed.terms)
-                        .map(|(term, held)| super::realise::Term {
+                        .map(|(term, held)| super::realise::ProductTerm {
                             source: term.source,
                             coefficient: f64::from(held.1) * unit.exp2(),
                         })

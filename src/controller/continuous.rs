@@ -97,7 +97,7 @@ pub fn continuous_fit(law: &StateSpace<Discrete>) -> Result<ContinuousFit, Contr
 }
 
 /// One frequency of the fit.
-struct Sample {
+struct FitSample {
     omega_rad_s: f64,
     /// K(e^{jωT}).
     wanted: Mat<c64>,
@@ -106,7 +106,7 @@ struct Sample {
     weight: f64,
 }
 
-fn samples(law: &StateSpace<Discrete>, modal: &StateSpace<Discrete>, a: &Mat<f64>) -> Vec<Sample> {
+fn samples(law: &StateSpace<Discrete>, modal: &StateSpace<Discrete>, a: &Mat<f64>) -> Vec<FitSample> {
     let n = a.nrows();
     let b = Mat::from_fn(n, modal.inputs(), |i, j| c64::new(modal.b[(i, j)], 0.0));
     (0..FREQUENCIES)
@@ -122,13 +122,13 @@ fn samples(law: &StateSpace<Discrete>, modal: &StateSpace<Discrete>, a: &Mat<f64
             });
             let states = if n == 0 { b.clone() } else { solve_complex(&resolvent, &b) };
             let weight = 1.0 / wanted.norm_l2().max(f64::MIN_POSITIVE);
-            Sample { omega_rad_s, wanted, states, weight }
+            FitSample { omega_rad_s, wanted, states, weight }
         })
         .collect()
 }
 
 /// Row [c, d] of one output over the states read and all inputs, by normal equations with columns of unit size.
-fn least_squares(samples: &[Sample], output: usize, read: &[usize]) -> Result<Vec<f64>, NumericError> {
+fn least_squares(samples: &[FitSample], output: usize, read: &[usize]) -> Result<Vec<f64>, NumericError> {
     let inputs = samples.first().map_or(0, |s| s.wanted.ncols());
     let unknowns = read.len() + inputs;
     let equations = 2 * inputs * samples.len();

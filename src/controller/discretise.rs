@@ -11,7 +11,7 @@ use std::f64::consts::TAU;
 ///
 /// # Errors
 /// [`ControllerError::Numeric`] for a prewarp frequency at or above Nyquist, or a pole at s = 2/T.
-pub fn discretised(
+pub fn discretise_law(
     controller: &Controller,
     period_s: f64,
     prewarp_hz: f64,

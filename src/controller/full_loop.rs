@@ -47,7 +47,7 @@ impl FullLoop {
         speed_rad_s: f64,
     ) -> Result<Self, VerificationError> {
         let plant = Plant::new(machine, speed_rad_s, ModelDetail::Full)?;
-        let sampled = plant.sampled()?;
+        let sampled = plant.sample_plant()?;
         let numeric = in_step("loop on the full plant");
         // Only a law that keeps the planes apart leaves them apart; x axes come first in pairs.
         let across = |m: &Mat<c64>| (0..16).any(|k| (k / 4 + k % 4) % 2 == 1 && m[(k / 4, k % 4)].norm() > 0.0);

@@ -4,8 +4,8 @@
 //! finite horizon, wᵀP w with P = Σ (Aᵀ)ᵏCᵀC Aᵏ. A controller without an integrator then moves to its own output with
 //! its slowest poles. The states are a linear map of y and u, computed once: x = G [y; u].
 
-use super::arithmetic::{FixedRow, fixed};
-use super::realise::{Row, Term};
+use super::arithmetic::{FixedRow, to_fixed_row};
+use super::realise::{ProductTerm, Row};
 use super::scaling::ScaledRealisation;
 use super::{ControllerError, in_step};
 use crate::linalg::{Mat, NumericError, eigenvalues, solve};
@@ -41,16 +41,18 @@ pub fn hand_over(scaled: &ScaledRealisation) -> Result<HandOver, ControllerError
     let map = state_map(&system, input, output)?;
     let rows = |factor: &dyn Fn(usize) -> f64| -> Vec<Row> {
         (0..map.nrows())
-            .map(|i| (0..map.ncols()).map(|j| Term { source: j, coefficient: map[(i, j)] * factor(j) }).collect())
+            .map(|i| {
+                (0..map.ncols()).map(|j| ProductTerm { source: j, coefficient: map[(i, j)] * factor(j) }).collect()
+            })
             .collect()
     };
     let single = |row: Row| -> Row {
-        row.into_iter().map(|t| Term { coefficient: f64::from(t.coefficient as f32), ..t }).collect()
+        row.into_iter().map(|t| ProductTerm { coefficient: f64::from(t.coefficient as f32), ..t }).collect()
     };
     let normalised = rows(&|j| if j < m { input } else { output });
     Ok(HandOver {
         float32: rows(&|_| 1.0).into_iter().map(single).collect(),
-        q31: normalised.iter().map(fixed).collect::<Result<_, _>>()?,
+        q31: normalised.iter().map(to_fixed_row).collect::<Result<_, _>>()?,
     })
 }
 

@@ -114,7 +114,7 @@ fn separate(
     system: &StateSpace<Discrete>,
     states: &[usize],
     limit: f64,
-    parts: &mut Vec<Part>,
+    parts: &mut Vec<ModalPart>,
 ) -> Result<f64, ControllerError> {
     let n = states.len();
     let a = Mat::from_fn(n, n, |i, j| system.a[(states[i], states[j])]);
@@ -128,7 +128,7 @@ fn separate(
     let mut start = 0;
     for size in split.blocks {
         let block = full.submatrix(start, start, size, size).to_owned();
-        parts.push(Part {
+        parts.push(ModalPart {
             frequency: mean_angle(&block)?,
             b: b.submatrix(start, 0, size, system.inputs()).to_owned(),
             c: c.submatrix(0, start, system.outputs(), size).to_owned(),
@@ -156,7 +156,7 @@ pub(crate) fn transfer_change(first: &StateSpace<Discrete>, second: &StateSpace<
     change / peak
 }
 
-struct Part {
+struct ModalPart {
     frequency: f64,
     a: Mat<f64>,
     b: Mat<f64>,
@@ -187,14 +187,14 @@ fn split(a: &Mat<f64>, limit: f64) -> Result<Split, ControllerError> {
     }
     let blocks: Vec<usize> = bases.iter().map(Mat::ncols).collect();
     for _ in 0..REFINEMENTS {
-        transform = refined(a, &transform, &blocks).map_err(in_step("modal form"))?;
+        transform = refine_blocks(a, &transform, &blocks).map_err(in_step("modal form"))?;
     }
     Ok(Split { condition: condition(&transform).map_err(in_step("modal form"))?, transform, blocks })
 }
 
 /// One Newton step on T⁻¹AT = diag(Aₖ) + E: T ← T(I + P) with AᵢPᵢⱼ − PᵢⱼAⱼ = −Eᵢⱼ takes the rounding of the Schur form
 /// out, which an integrator would magnify at low frequencies.
-fn refined(a: &Mat<f64>, transform: &Mat<f64>, blocks: &[usize]) -> Result<Mat<f64>, NumericError> {
+fn refine_blocks(a: &Mat<f64>, transform: &Mat<f64>, blocks: &[usize]) -> Result<Mat<f64>, NumericError> {
     let n = a.nrows();
     let full = solve(transform, &(a * transform))?;
     let mut correction = Mat::<f64>::identity(n, n);

@@ -30,7 +30,7 @@ impl Form {
 
 /// One product of a sum: `coefficient` times value number `source` of v = [x; y; t].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Term {
+pub struct ProductTerm {
     /// Index into [x; y; t].
     pub source: usize,
     /// Factor.
@@ -38,7 +38,7 @@ pub struct Term {
 }
 
 /// One sum of products, in order of computation.
-pub type Row = Vec<Term>;
+pub type Row = Vec<ProductTerm>;
 
 /// A controller in the form in which firmware computes it.
 #[derive(Clone, Debug)]
@@ -63,7 +63,7 @@ pub struct Realisation {
     pub notes: Vec<String>,
 }
 
-/// Real modal form of a sampled controller, states not yet scaled ([`super::scaling::scaled`] does that).
+/// Real modal form of a sampled controller, states not yet scaled ([`super::scaling::scale_realisation`] does that).
 ///
 /// # Errors
 /// [`ControllerError::Numeric`] when an eigenvalue iteration fails, [`ControllerError::Inaccurate`] when no block form
@@ -101,11 +101,11 @@ pub fn modal_form(system: &StateSpace<Discrete>) -> Result<Realisation, Controll
 /// slow pole from one, on which its time constant depends, to full precision (the idea of the delta form).
 fn in_increments(state: usize, row: &mut Row) {
     // Beyond a quarter the split gains less than two bits and costs a product all the same.
-    let near_one = |t: &Term| t.source == state && (t.coefficient - 1.0).abs() < 0.25;
+    let near_one = |t: &ProductTerm| t.source == state && (t.coefficient - 1.0).abs() < 0.25;
     if let Some(own) = row.iter_mut().find(|t| near_one(t)) {
         own.coefficient -= 1.0;
         row.retain(|t| t.coefficient != 0.0);
-        row.push(Term { source: state, coefficient: 1.0 });
+        row.push(ProductTerm { source: state, coefficient: 1.0 });
     }
 }
 
@@ -117,7 +117,7 @@ pub(crate) fn from_state_space(system: &StateSpace<Discrete>, form: Form) -> Rea
             .map(|j| (j, states[(i, j)]))
             .chain((0..m).map(|j| (n + j, inputs[(i, j)])))
             .filter(|(_, coefficient)| *coefficient != 0.0)
-            .map(|(source, coefficient)| Term { source, coefficient })
+            .map(|(source, coefficient)| ProductTerm { source, coefficient })
             .collect()
     };
     Realisation {
@@ -154,7 +154,9 @@ impl Realisation {
         let rows = |list: &[Row]| -> Vec<Row> {
             list.iter()
                 .map(|row| {
-                    row.iter().map(|term| Term { source: term.source, coefficient: change(term.coefficient) }).collect()
+                    row.iter()
+                        .map(|term| ProductTerm { source: term.source, coefficient: change(term.coefficient) })
+                        .collect()
                 })
                 .collect()
         };

@@ -7,7 +7,7 @@
 //! Source: Jackson, Bell Syst. Tech. J. 49 (1970) 159, the ℓ₁ bound. Symbols: ŷ input limit, û output limit.
 
 use super::ControllerError;
-use super::realise::{Realisation, Row, Term};
+use super::realise::{ProductTerm, Realisation, Row};
 use crate::linalg::Mat;
 use crate::lti::{Discrete, StateSpace};
 use crate::spindle::Machine;
@@ -74,7 +74,7 @@ pub struct ScaledRealisation {
 fn transition_rows(a: &Mat<f64>) -> Vec<Row> {
     let n = a.nrows();
     let row = |i: usize| {
-        let terms = (0..n).filter(|j| a[(i, *j)] != 0.0).map(|j| Term { source: j, coefficient: a[(i, j)] });
+        let terms = (0..n).filter(|j| a[(i, *j)] != 0.0).map(|j| ProductTerm { source: j, coefficient: a[(i, j)] });
         terms.collect()
     };
     (0..n).map(row).collect()
@@ -84,7 +84,10 @@ fn transition_rows(a: &Mat<f64>) -> Vec<Row> {
 ///
 /// # Errors
 /// [`ControllerError::Range`] when a limit is not positive or a gain is not finite.
-pub fn scaled(realisation: &Realisation, limits: SignalLimits) -> Result<ScaledRealisation, ControllerError> {
+pub fn scale_realisation(
+    realisation: &Realisation,
+    limits: SignalLimits,
+) -> Result<ScaledRealisation, ControllerError> {
     for (what, value) in [("input limit, m,", limits.input_m), ("output limit, A,", limits.output_a)] {
         if !(value > 0.0 && value.is_finite()) {
             return Err(range(what.to_owned(), value));
@@ -135,7 +138,7 @@ pub fn scaled(realisation: &Realisation, limits: SignalLimits) -> Result<ScaledR
     if let Some(bad) = state_scale.iter().chain(&signal_scale).find(|s| !(s.is_finite() && **s > 0.0)) {
         return Err(range("state scale".to_owned(), *bad));
     }
-    let rows = rescaled(realisation, &state_scale, &signal_scale, 1.0, 1.0);
+    let rows = rescale_signals(realisation, &state_scale, &signal_scale, 1.0, 1.0);
     let output_reach_a = output_reach_a(&rows.to_state_space()?, limits);
     Ok(ScaledRealisation {
         rows,
@@ -165,7 +168,7 @@ fn output_reach_a(scaled: &StateSpace<Discrete>, limits: SignalLimits) -> f64 {
 /// anti-windup keep their scale. `gain` is L in scaled states per A; `conditioning` of the result is in the new scales.
 ///
 /// # Errors
-/// As [`scaled`].
+/// As [`scale_realisation`].
 pub(super) fn with_room(scaled: ScaledRealisation, gain: &Mat<f64>) -> Result<ScaledRealisation, ControllerError> {
     let system = scaled.rows.to_state_space()?;
     let (n, m) = (system.order(), system.inputs());
@@ -184,7 +187,7 @@ pub(super) fn with_room(scaled: ScaledRealisation, gain: &Mat<f64>) -> Result<Sc
     let states: Vec<f64> =
         (0..n).map(|i| if scaled.anti_windup[i] { 1.0 } else { factor(of_y.states[i], of_u.states[i]) }).collect();
     let signals: Vec<f64> = (0..maps.len()).map(|k| factor(of_y.signals[k], of_u.signals[k])).collect();
-    let rows = rescaled(&scaled.rows, &states, &signals, 1.0, 1.0);
+    let rows = rescale_signals(&scaled.rows, &states, &signals, 1.0, 1.0);
     let times = |old: &[f64], by: &[f64]| old.iter().zip(by).map(|(s, f)| s * f).collect();
     Ok(ScaledRealisation {
         output_reach_a: output_reach_a(&rows.to_state_space()?, scaled.limits),
@@ -192,7 +195,7 @@ pub(super) fn with_room(scaled: ScaledRealisation, gain: &Mat<f64>) -> Result<Sc
         signal_scale: times(&scaled.signal_scale, &signals),
         conditioning: (0..n)
             .map(|i| {
-                let term = |j: usize| Term { source: j, coefficient: gain[(i, j)] / states[i] };
+                let term = |j: usize| ProductTerm { source: j, coefficient: gain[(i, j)] / states[i] };
                 let all = (0..gain.ncols()).map(term);
                 all.filter(|t| t.coefficient != 0.0).collect()
             })
@@ -203,7 +206,7 @@ pub(super) fn with_room(scaled: ScaledRealisation, gain: &Mat<f64>) -> Result<Sc
 }
 
 /// The rows in units of the given scales: coefficient · scale(source)/scale(target).
-pub(super) fn rescaled(
+pub(super) fn rescale_signals(
     realisation: &Realisation,
     states: &[f64],
     signals: &[f64],
@@ -225,7 +228,10 @@ pub(super) fn rescaled(
             .enumerate()
             .map(|(i, row)| {
                 row.iter()
-                    .map(|t| Term { source: t.source, coefficient: t.coefficient * source(t.source) / target(i) })
+                    .map(|t| ProductTerm {
+                        source: t.source,
+                        coefficient: t.coefficient * source(t.source) / target(i),
+                    })
                     .collect()
             })
             .collect()
@@ -273,7 +279,7 @@ fn l1_gains(transitions: &[Row], maps: &[Vec<f64>], b: &Mat<f64>, limit: f64) ->
 
 /// Nonzero entries of a row.
 fn terms(row: &[f64]) -> Row {
-    let all = row.iter().enumerate().map(|(source, coefficient)| Term { source, coefficient: *coefficient });
+    let all = row.iter().enumerate().map(|(source, coefficient)| ProductTerm { source, coefficient: *coefficient });
     all.filter(|t| t.coefficient != 0.0).collect()
 }
 
@@ -281,7 +287,7 @@ fn terms(row: &[f64]) -> Row {
 const LANES: usize = 4;
 
 /// The states that some starts can ever reach.
-fn reached<const K: usize>(transitions: &[Row], starts: &[[f64; K]]) -> Vec<usize> {
+fn list_reached<const K: usize>(transitions: &[Row], starts: &[[f64; K]]) -> Vec<usize> {
     let is_moved = |x: &[f64; K]| x.iter().any(|x| *x != 0.0);
     let mut reached: Vec<bool> = starts.iter().map(is_moved).collect();
     loop {
@@ -297,7 +303,7 @@ fn reached<const K: usize>(transitions: &[Row], starts: &[[f64; K]]) -> Vec<usiz
 /// Σₖ |x| of the states from each of some starts, and of the signals that read them; no sum where it did not converge.
 fn impulse_sums<const K: usize>(transitions: &[Row], read: &[Row], starts: Vec<[f64; K]>) -> Vec<Gains> {
     let n = transitions.len();
-    let reached = reached(transitions, &starts);
+    let reached = list_reached(transitions, &starts);
     let product = |row: &Row, x: &[[f64; K]]| {
         let terms = row.iter().map(|t| (t.coefficient, &x[t.source]));
         terms.fold([0.0; K], |sum: [f64; K], (coefficient, x)| std::array::from_fn(|l| sum[l] + coefficient * x[l]))

@@ -128,7 +128,7 @@ impl AffinePlant {
         let n = self.at_rest.order();
         let a = Mat::from_fn(n, n, |i, j| self.at_rest.a[(i, j)] + speed_rad_s * self.slope[(i, j)]);
         let (inside, reached) = self.within_a_sample(&a)?;
-        let lifted = self.lifted(&a, &reached)?;
+        let lifted = self.lift_speed(&a, &reached)?;
         let closed = lower_lft(&lifted, controller)?;
         let planes = self.plant.planes_of_loop(lifted.order(), controller)?;
         let allowed = 1.0 / distance_rad_s - inside;
@@ -152,7 +152,7 @@ impl AffinePlant {
 
     /// The sampled plant with lifted w as first inputs and lifted z as first outputs, commands and signals last;
     /// `reached` is C Cᵀ.
-    fn lifted(&self, a: &Mat<f64>, reached: &Mat<f64>) -> Result<StateSpace<Discrete>, NumericError> {
+    fn lift_speed(&self, a: &Mat<f64>, reached: &Mat<f64>) -> Result<StateSpace<Discrete>, NumericError> {
         let read = &self.read;
         let n = a.nrows();
         let axes: Vec<usize> = (0..AXES).collect();

@@ -72,13 +72,13 @@ impl SpeedProof {
     }
 
     /// The intervals that are proven.
-    pub fn proven(&self) -> impl Iterator<Item = &SpeedInterval> {
+    pub fn proven_intervals(&self) -> impl Iterator<Item = &SpeedInterval> {
         self.intervals.iter().filter(|i| i.radius_rpm > 0.0)
     }
 
     /// The narrowest proven interval.
     pub(crate) fn narrowest(&self) -> Option<&SpeedInterval> {
-        self.proven().min_by(|a, b| a.radius_rpm.total_cmp(&b.radius_rpm))
+        self.proven_intervals().min_by(|a, b| a.radius_rpm.total_cmp(&b.radius_rpm))
     }
 
     /// The least damped centre.
@@ -111,7 +111,7 @@ pub fn prove(
         period_s,
     )?;
     let mut intervals: Vec<SpeedInterval> = vec![];
-    let mut pieces = divided([0.0, to_rpm], to_rpm / (2.0 * FIRST as f64));
+    let mut pieces = divide_interval([0.0, to_rpm], to_rpm / (2.0 * FIRST as f64));
     let mut open = vec![];
     while !pieces.is_empty() {
         let found: Result<Vec<_>, ControllerError> = pieces
@@ -142,7 +142,7 @@ pub fn prove(
             } else {
                 // An unstable centre is no place to ask from: the piece is halved.
                 let radius = if granted > 0.0 { granted } else { 0.5 * half };
-                next.extend(divided(*piece, radius.clamp(half / PARTS, 0.5 * half)));
+                next.extend(divide_interval(*piece, radius.clamp(half / PARTS, 0.5 * half)));
             }
         }
         // What is proven ends at the lowest unstable speed: nothing above it is asked.
@@ -153,11 +153,11 @@ pub fn prove(
         open.extend(above);
     }
     intervals.sort_by(|a, b| a.centre_rpm.total_cmp(&b.centre_rpm));
-    Ok(SpeedProof { to_rpm, open_rpm: joined(open), intervals })
+    Ok(SpeedProof { to_rpm, open_rpm: join_intervals(open), intervals })
 }
 
 /// Equal parts of a piece, none longer than twice `radius`.
-fn divided(piece: [f64; 2], radius: f64) -> Vec<[f64; 2]> {
+fn divide_interval(piece: [f64; 2], radius: f64) -> Vec<[f64; 2]> {
     let width = piece[1] - piece[0];
     let count = (width / (2.0 * radius)).ceil().clamp(1.0, CENTRES as f64) as usize;
     let edge = |k: usize| piece[0] + width * k as f64 / count as f64;
@@ -165,7 +165,7 @@ fn divided(piece: [f64; 2], radius: f64) -> Vec<[f64; 2]> {
 }
 
 /// Open pieces in order, those that touch made one.
-fn joined(mut open: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
+fn join_intervals(mut open: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
     open.sort_by(|a, b| a[0].total_cmp(&b[0]));
     let mut all: Vec<[f64; 2]> = vec![];
     for piece in open {

@@ -15,10 +15,10 @@
 
 use super::polish::LoopLimits;
 use super::polish::lines::sharp_lines;
-use super::polish::matrix2::{Matrix2, closed, product, row_times, times};
+use super::polish::matrix2::{Matrix2, close_loop, product, row_times, times};
 use super::polish::modal_law::ModalLaw;
 use super::polish::responses::{Known, LoopResponse, Plants};
-use super::polish::structure::{Line, Structure};
+use super::polish::structure::{LawStructure, LoopLine};
 use super::verification_error::VerificationError;
 use super::{ControllerError, in_step};
 use crate::augment::plane::x_plane;
@@ -71,7 +71,7 @@ pub fn stiffness_limit(
     if poles.iter().any(|p| p.re >= 0.0) {
         return Err(infeasible("the controller to start from does not levitate the machine").into());
     }
-    let lines = sharp_lines(&plants, FROM_HZ, (&poles, &[]), APART);
+    let lines = sharp_lines(&plants, FROM_HZ, &poles, &[], APART);
     let rotors = plants.on(&lines, &Known::NOTHING);
     let Some(responses) = rotors.first().and_then(|r| r.directions.first()) else {
         return Err(infeasible("the machine has no response").into());
@@ -99,7 +99,7 @@ pub fn stiffness_limit(
 fn loop_poles(plants: &Plants, controller: &StateSpace<Discrete>) -> Result<Vec<c64>, VerificationError> {
     let numeric = in_step("poles of the loop");
     // One plane: the other one is unstable without its own controller.
-    let plant = x_plane(&plants.at_rest().sampled()?);
+    let plant = x_plane(&plants.at_rest().sample_plant()?);
     let closed = lower_lft(&plant, controller).map_err(&numeric)?;
     let poles = closed.continuous_poles().map_err(&numeric)?;
     Ok(poles.into_iter().filter(|p| p.im >= 0.0).collect())
@@ -107,7 +107,7 @@ fn loop_poles(plants: &Plants, controller: &StateSpace<Discrete>) -> Result<Vec<
 
 /// The loop with K₀ at one line, and what Q adds to it.
 struct BaseLine {
-    line: Line,
+    line: LoopLine,
     /// S₀, S_u, R₀.
     s: Matrix2,
     su: Matrix2,
@@ -121,9 +121,9 @@ struct BaseLine {
 }
 
 impl BaseLine {
-    fn new(line: &Line, g: &LoopResponse, gain: &Matrix2) -> Self {
-        let (_, s) = closed(&product(&g.loops, gain));
-        let (_, su) = closed(&product(gain, &g.loops));
+    fn new(line: &LoopLine, g: &LoopResponse, gain: &Matrix2) -> Self {
+        let (_, s) = close_loop(&product(&g.loops, gain));
+        let (_, su) = close_loop(&product(gain, &g.loops));
         let r = product(gain, &s);
         let u = times(&r, &g.read);
         Self {
@@ -139,7 +139,7 @@ impl BaseLine {
     }
 
     /// Real and imaginary part of `scale`·(base + left Q right) as affine functions of the taps.
-    fn parts(&self, (base, left, right): (c64, [c64; 2], [c64; 2]), scale: f64, taps: usize) -> [Affine; 2] {
+    fn parts(&self, base: c64, left: [c64; 2], right: [c64; 2], scale: f64, taps: usize) -> [Affine; 2] {
         let mut both = [base.re, base.im]
             .map(|constant| Affine { terms: Vec::with_capacity(4 * taps), constant: scale * constant });
         let mut delay = c64::new(scale * GAIN, 0.0);
@@ -176,13 +176,15 @@ fn problem(base: &[BaseLine], limits: &LoopLimits, nyquist_rad_s: f64, taps: usi
             let h = (here.compliance, here.drive, here.read);
             norms.push(NormInequality {
                 bound: Affine { terms: vec![(level, 1.0)], constant: 0.0 },
-                parts: here.parts(h, 1e6, taps).to_vec(),
+                parts: here.parts(h.0, h.1, h.2, 1e6, taps).to_vec(),
             });
         }
         for j in 0..2 {
             let s = (here.s[j][j], here.gsu[j], column(&here.s, j));
-            norms
-                .push(NormInequality { bound: constant(limits.sensitivity), parts: here.parts(s, 1.0, taps).to_vec() });
+            norms.push(NormInequality {
+                bound: constant(limits.sensitivity),
+                parts: here.parts(s.0, s.1, s.2, 1.0, taps).to_vec(),
+            });
         }
         let neighbour = |at: Option<&BaseLine>, end: f64| at.map_or(end, |b| 0.5 * (b.line.omega_rad_s + omega));
         let below = neighbour(k.checked_sub(1).and_then(|k| base.get(k)), 0.0);
@@ -192,11 +194,11 @@ fn problem(base: &[BaseLine], limits: &LoopLimits, nyquist_rad_s: f64, taps: usi
             for j in 0..2 {
                 let r = (here.r[i][j], here.su[i], column(&here.s, j));
                 let weight = share * limits.sensor_noise_m / limits.noise_current_a;
-                sum.extend(here.parts(r, weight, taps));
+                sum.extend(here.parts(r.0, r.1, r.2, weight, taps));
                 if hz >= limits.high_frequency_hz {
                     norms.push(NormInequality {
                         bound: constant(1.0),
-                        parts: here.parts(r, limits.high_frequency_gain_a_per_m.recip(), taps).to_vec(),
+                        parts: here.parts(r.0, r.1, r.2, limits.high_frequency_gain_a_per_m.recip(), taps).to_vec(),
                     });
                 }
             }

@@ -104,7 +104,7 @@ pub fn growth_rate(plant: &StateSpace<Discrete>, controller: &StateSpace<Discret
     lower_lft(&plant.select(&axes, &axes), controller)?.growth_rate()
 }
 
-/// [`growth_rate`] of the sampled loop of a spindle; `sampled` is [`Plant::sampled`].
+/// [`growth_rate`] of the sampled loop of a spindle; `sampled` is [`Plant::sample_plant`].
 ///
 /// # Errors
 /// As [`Plant::loop_poles`].
@@ -171,7 +171,7 @@ pub fn verify_at(
             let plant = Plant::new(machine, speed_rpm * TAU / 60.0, ModelDetail::Full)?;
             Ok(SpeedCheck {
                 speed_rpm: *speed_rpm,
-                growth_rate_per_s: growth_rate_of(&plant, &plant.sampled()?, controller)
+                growth_rate_per_s: growth_rate_of(&plant, &plant.sample_plant()?, controller)
                     .map_err(in_step("closed-loop stability"))?,
             })
         })
@@ -193,6 +193,11 @@ pub(crate) fn rate_words(rate_per_s: f64, decimals: usize) -> String {
     /// Growth by a factor e within ten microseconds, less than a sample of any controller.
     const LARGE_PER_S: f64 = 1e5;
     if rate_per_s.abs() < LARGE_PER_S { format!("{rate_per_s:.decimals$}") } else { format!("{rate_per_s:.2e}") }
+}
+
+/// What an unstable loop does: how fast it grows, and at which speed.
+pub(crate) fn growth_words(rate_per_s: f64, speed_rpm: f64) -> String {
+    format!("grows by {} 1/s at {speed_rpm:.0} rpm", rate_words(rate_per_s, 2))
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use crate::controller::hand_over::HandOver;
 use crate::controller::realise::{Realisation, Row};
 use crate::controller::scaling::ScaledRealisation;
 use crate::controller::verification::Verification;
-use crate::controller::verification::rate_words;
+use crate::controller::verification::growth_words;
 use crate::input::quote::is_direction_mark;
 use minijinja::{Environment, Value, context};
 
@@ -243,9 +243,8 @@ pub(crate) fn stability_words(verification: &Verification) -> String {
             unproven_words(verification)
         ),
         (Some(bad), _) => format!(
-            "UNSTABLE: closed loop grows by {} 1/s at {} rpm; checked at {}",
-            rate_words(bad.growth_rate_per_s, 2),
-            bad.speed_rpm,
+            "UNSTABLE: closed loop {}; checked at {}",
+            growth_words(bad.growth_rate_per_s, bad.speed_rpm),
             range()
         ),
         (None, None) => "NOT VERIFIED: the closed loop was not checked".to_owned(),

@@ -13,7 +13,7 @@ const VERSION: &str = "2.3.0";
 const NOTHING: f64 = 1e-9;
 
 /// A shaft from the tip of the tool to the tail.
-pub(crate) struct Shaft {
+pub(crate) struct RossShaft {
     /// Where it begins, m from the nose face: negative by the length of the tool.
     pub origin_m: f64,
     /// Its sections.
@@ -29,11 +29,11 @@ const COMPARED: usize = 4;
 ///
 /// # Errors
 /// [`SpindleError`] when the rotor cannot be built.
-pub(crate) fn shaft_without_effects(machine: &Machine) -> Result<Option<Shaft>, SpindleError> {
+pub(crate) fn shaft_without_effects(machine: &Machine) -> Result<Option<RossShaft>, SpindleError> {
     let (spindle, tool) = (&machine.spindle, &machine.tool);
-    let front = tool.sections.iter().rev().map(Section::reversed);
+    let front = tool.sections.iter().rev().map(Section::reverse_ends);
     let sections: Vec<Section> = front.chain(spindle.sections.iter().cloned()).collect();
-    let outer = tool.discs.iter().map(Disc::mirrored);
+    let outer = tool.discs.iter().map(Disc::mirror_ends);
     let discs: Vec<Disc> = outer.chain(spindle.discs.iter().copied()).collect();
     let origin_m = -tool.length_m();
     let plain = Rotor::new(origin_m, sections.clone(), &discs)?;
@@ -42,7 +42,7 @@ pub(crate) fn shaft_without_effects(machine: &Machine) -> Result<Option<Shaft>, 
     let mut pairs = own.into_iter().zip(same).take(COMPARED);
     // An effect that changes the shaft changes its frequencies; rounding of the eigenvalues is five decades below.
     let changed = pairs.any(|(a, b)| (a / b - 1.0).abs() > 1e-6);
-    Ok((!changed).then_some(Shaft { origin_m, sections, discs }))
+    Ok((!changed).then_some(RossShaft { origin_m, sections, discs }))
 }
 
 /// The file as a JSON object; `discs` have positions in the coordinate in which the shaft begins at `origin_m`.

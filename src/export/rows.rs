@@ -122,7 +122,7 @@ impl Dialect {
     fn statements(&self, signals: &[CodeRow], outputs: &[CodeRow], states: &[CodeRow]) -> Statements {
         let mut output = self.loads(signals.iter().chain(outputs), false);
         for (k, row) in signals.iter().enumerate() {
-            let sum = self.sum(row, &|source| self.stored(source));
+            let sum = self.sum(row, &|source| self.store_state(source));
             let _ = writeln!(output, "    const {} t{k} = {sum};\n    t[{k}] = t{k};", self.value);
         }
         for cluster in clusters(outputs) {
@@ -176,7 +176,7 @@ impl Dialect {
         if first.products.is_empty() {
             let _ = writeln!(text, "        const {} {};", self.sum, list(", ", &|i| format!("u{i} = 0")));
         } else {
-            let _ = writeln!(text, "        {} v = {};", self.value, self.stored(first.products[0].0));
+            let _ = writeln!(text, "        {} v = {};", self.value, self.store_state(first.products[0].0));
         }
         for (k, product) in first.products.iter().enumerate() {
             let value = format!("{}v", self.cast);
@@ -186,7 +186,7 @@ impl Dialect {
                 let _ = writeln!(text, "        {} {sums};", self.sum);
             } else {
                 let sums = list("; ", &|i| format!("u{i} += {}", factor(i)));
-                let _ = writeln!(text, "        v = {}; {sums};", self.stored(product.0));
+                let _ = writeln!(text, "        v = {}; {sums};", self.store_state(product.0));
             }
         }
         for i in cluster {
@@ -234,7 +234,7 @@ impl Dialect {
     }
 
     /// As [`Self::local`], but states where the instance keeps them.
-    fn stored(&self, source: usize) -> String {
+    fn store_state(&self, source: usize) -> String {
         if source < self.states { format!("x[{source}]") } else { self.local(source) }
     }
 }

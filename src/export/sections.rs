@@ -6,7 +6,7 @@ use super::error::FirmwareError;
 use super::json::channel_name;
 use super::rows::{hex_double, hex_float};
 use crate::controller::ControllerError;
-use crate::controller::sections::{AxisTable, Precision, Section, axis_tables};
+use crate::controller::sections::{AxisTable, Precision, SectionBiquad, axis_tables};
 use crate::lti::{Discrete, StateSpace};
 use minijinja::{Value, context};
 
@@ -87,7 +87,7 @@ fn note(name: &str, table: &Result<AxisTable, String>) -> Option<String> {
 }
 
 /// b₀, b₁, b₂, ±a₁, ±a₂ as C literals.
-fn numbers(section: &Section, sign: f64, precision: Precision) -> String {
+fn numbers(section: &SectionBiquad, sign: f64, precision: Precision) -> String {
     let literal = |c: f64| match precision {
         Precision::Single => hex_float(c as f32),
         Precision::Double => hex_double(c),

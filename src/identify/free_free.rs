@@ -10,11 +10,11 @@
 
 use super::IdentifyError;
 use super::frf::MeasuredFrf;
-use super::peaks::{Antiresonance, Channel, Resonance, antiresonances, resonances};
+use super::peaks::{Antiresonance, PeakChannel, Resonance, antiresonances, resonances};
 use crate::linalg::c64;
-use crate::rotor::chain::{Chain, Port};
+use crate::rotor::chain::{Chain, ChainPort};
 use crate::rotor::chain_assembly;
-use crate::rotor::spectrum::{Query, Spectrum, lowest_hz, spectrum};
+use crate::rotor::spectrum::{ModalSpectrum, Query, lowest_hz, spectrum};
 use crate::spindle::Machine;
 use std::f64::consts::TAU;
 
@@ -89,7 +89,7 @@ pub fn identify(frf: &MeasuredFrf, machine: &Machine) -> Result<Identification, 
         return Err(IdentifyError::NotAtRest { speed_rpm: frf.speed_rpm });
     }
     let entries = [(0, 0), (0, 2), (2, 0), (2, 2), (1, 1), (1, 3), (3, 1), (3, 3)];
-    let channels: Vec<Channel> = entries.iter().map(|(i, j)| channel(frf, machine, *i, *j)).collect();
+    let channels: Vec<PeakChannel> = entries.iter().map(|(i, j)| channel(frf, machine, *i, *j)).collect();
     let poles = resonances(&frf.frequency_hz, &channels);
     if poles.is_empty() {
         return Err(IdentifyError::NoResonance {
@@ -121,7 +121,7 @@ pub fn identify(frf: &MeasuredFrf, machine: &Machine) -> Result<Identification, 
 }
 
 /// One entry with the known electronics divided out.
-fn channel(frf: &MeasuredFrf, machine: &Machine, output: usize, input: usize) -> Channel {
+fn channel(frf: &MeasuredFrf, machine: &Machine, output: usize, input: usize) -> PeakChannel {
     let effective = machine.effective();
     let electronics = &machine.spindle.electronics;
     let (sensor, actuator) = (&effective.bearings[output / 2], &effective.bearings[input / 2]);
@@ -136,7 +136,7 @@ fn channel(frf: &MeasuredFrf, machine: &Machine, output: usize, input: usize) ->
                 * lag(electronics.sensor_bandwidth_hz)
         })
         .collect();
-    Channel {
+    PeakChannel {
         name: format!("g_{}{}", output + 1, input + 1),
         value: (0..frf.len()).map(|l| frf.response[(l, output, input)] / known[l]).collect(),
         sigma: (0..frf.len()).map(|l| frf.sigma(l, output, input, ENTRY_FLOOR) / known[l].norm()).collect(),
@@ -190,8 +190,8 @@ fn merge(lists: &[Vec<Antiresonance>; 2]) -> Vec<Antiresonance> {
 struct Shift {
     /// Where they begin, Hz.
     from_hz: f64,
-    free: Spectrum,
-    held: Spectrum,
+    free: ModalSpectrum,
+    held: ModalSpectrum,
 }
 
 impl Shift {
@@ -200,14 +200,14 @@ impl Shift {
         let chain = chain_assembly::chain(&rotor)?;
         let port = |what: &str, z: f64| chain_assembly::port(&rotor, what, z);
         let mut with_magnets: Chain = chain.clone();
-        let mut ports: Vec<(Port, Port)> = vec![];
+        let mut ports: Vec<(ChainPort, ChainPort)> = vec![];
         for b in &machine.effective().bearings {
             let actuator = port("actuator", b.actuator_m)?;
             ports.push((port("sensor", b.sensor_m)?, actuator));
             with_magnets = with_magnets.with_spring(&actuator, -b.ks_n_per_m);
         }
         // Front, rear, front over rear, rear over front: sensor, actuator.
-        let frfs: Vec<(Port, Port)> =
+        let frfs: Vec<(ChainPort, ChainPort)> =
             [(0, 0), (1, 1), (0, 1), (1, 0)].iter().map(|(s, a)| (ports[*s].0, ports[*a].1)).collect();
         let from_hz = lowest_hz(&rotor)?;
         let query = Query { frfs, from_hz, to_hz: 1.5 * to_hz.max(2.0 * from_hz) };
@@ -229,7 +229,7 @@ impl Shift {
                 Some(self.free.poles_hz.get(place)? / held)
             }),
             Some(list) => {
-                let zeros = |s: &Spectrum| s.zeros_hz.get(list).cloned().unwrap_or_default();
+                let zeros = |s: &ModalSpectrum| s.zeros_hz.get(list).cloned().unwrap_or_default();
                 nearest(&zeros(&self.held), measured_hz)
                     .and_then(|(_, held)| Some(nearest(&zeros(&self.free), held)?.1 / held))
             }

@@ -6,7 +6,7 @@
 //! line is believed to be better than its neighbours are in the mean.
 
 use super::frf::{AXES, neighbours};
-use super::peaks::{Channel, Resonance, resonances};
+use super::peaks::{PeakChannel, Resonance, resonances};
 use crate::linalg::c64;
 use crate::lti::HeldResponse;
 use crate::lti::held::closed_response;
@@ -32,7 +32,7 @@ impl HammerFrf {
     pub(crate) fn lightly_damped(&self) -> Vec<Resonance> {
         let lines = 0..self.frequency_hz.len();
         // A floor of half a percent: what repeated hammer tests differ by.
-        let channel = Channel {
+        let channel = PeakChannel {
             name: "tool".to_owned(),
             value: self.compliance.clone(),
             sigma: lines.map(|k| self.sigma(k, 0.005)).collect(),

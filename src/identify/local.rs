@@ -48,7 +48,7 @@ pub(crate) struct LocalFit {
 
 /// A root of a fitted channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Root {
+pub(crate) struct ChannelRoot {
     /// Normalised, complex.
     pub x: c64,
     /// Standard deviation of its real part, normalised.
@@ -126,7 +126,7 @@ impl LocalFit {
     }
 
     /// Root of a channel next to `start`; `None` when Newton leaves the window.
-    pub(crate) fn root(&self, channel: usize, start: c64) -> Option<Root> {
+    pub(crate) fn root(&self, channel: usize, start: c64) -> Option<ChannelRoot> {
         let step = 1e-6;
         let slope = |x: c64| {
             let h = c64::new(step, 0.0);
@@ -175,7 +175,7 @@ impl LocalFit {
                 }
                 let sd = (0.5 * variance(&gradient)).sqrt() / slope(x).norm();
                 let slope_over_sd = slope(x).norm() / variance(&bend).sqrt();
-                return sd.is_finite().then_some(Root { x, sd, slope_over_sd });
+                return sd.is_finite().then_some(ChannelRoot { x, sd, slope_over_sd });
             }
         }
         None

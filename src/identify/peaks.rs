@@ -13,7 +13,7 @@ use crate::linalg::c64;
 
 /// An FRF to look at.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Channel {
+pub struct PeakChannel {
     /// Name for messages.
     pub name: String,
     /// Values, one a line; known electronics divided out as far as they are known.
@@ -99,7 +99,7 @@ struct Window {
 }
 
 impl Window {
-    fn round(frequency_hz: &[f64], at_hz: f64, widen: f64) -> Option<Self> {
+    fn around_peak(frequency_hz: &[f64], at_hz: f64, widen: f64) -> Option<Self> {
         let half = widen * WINDOW * at_hz;
         let lo = frequency_hz.partition_point(|f| *f < at_hz - half);
         let hi = frequency_hz.partition_point(|f| *f <= at_hz + half);
@@ -111,8 +111,8 @@ impl Window {
         (half_hz > 0.0).then(|| Self { centre_hz: 0.5 * (first + last), half_hz, lines: lo..hi })
     }
 
-    fn data(&self, frequency_hz: &[f64], channels: &[&Channel]) -> LocalData {
-        let cut = |c: &&Channel| LocalChannel {
+    fn data(&self, frequency_hz: &[f64], channels: &[&PeakChannel]) -> LocalData {
+        let cut = |c: &&PeakChannel| LocalChannel {
             value: c.value[self.lines.clone()].to_vec(),
             sigma: c.sigma[self.lines.clone()].to_vec(),
         };
@@ -137,8 +137,8 @@ impl Window {
 }
 
 /// Resonances that the channels share, ascending. All channels have the same lines.
-pub fn resonances(frequency_hz: &[f64], channels: &[Channel]) -> Vec<Resonance> {
-    let all: Vec<&Channel> = channels.iter().collect();
+pub fn resonances(frequency_hz: &[f64], channels: &[PeakChannel]) -> Vec<Resonance> {
+    let all: Vec<&PeakChannel> = channels.iter().collect();
     let mut found: Vec<(Resonance, f64)> = vec![];
     for line in candidates(frequency_hz, channels) {
         for (resonance, score) in try_poles(frequency_hz, &all, frequency_hz[line], &[]) {
@@ -150,11 +150,11 @@ pub fn resonances(frequency_hz: &[f64], channels: &[Channel]) -> Vec<Resonance> 
     let mut refined: Vec<(Resonance, f64)> = vec![];
     for (k, (first, score)) in found.into_iter().enumerate() {
         let others: Vec<c64> = poles.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, p)| *p).collect();
-        let again = Window::round(frequency_hz, first.frequency_hz, 1.0).and_then(|w| {
+        let again = Window::around_peak(frequency_hz, first.frequency_hz, 1.0).and_then(|w| {
             let fixed = w.nearby(&others);
             let data = w.data(frequency_hz, &all);
             let f = fit(&data, &[w.normalise(first.pole_hz())], &fixed, POLE_DEGREE)?;
-            accept(&w, &f, 0, all.len())
+            accept_fit(&w, &f, 0, all.len())
         });
         let (r, s) = again.unwrap_or((first, score));
         keep(&mut refined, r, s);
@@ -179,7 +179,7 @@ fn keep(found: &mut Vec<(Resonance, f64)>, new: Resonance, score: f64) {
 }
 
 /// Lines where some channel has a local maximum or a local extremum of curvature that smooth curves do not have.
-fn candidates(frequency_hz: &[f64], channels: &[Channel]) -> Vec<usize> {
+fn candidates(frequency_hz: &[f64], channels: &[PeakChannel]) -> Vec<usize> {
     let n = frequency_hz.len();
     let mut lines = vec![];
     for k in 2..n.saturating_sub(2) {
@@ -204,8 +204,8 @@ fn candidates(frequency_hz: &[f64], channels: &[Channel]) -> Vec<usize> {
     lines
 }
 
-fn try_poles(frequency_hz: &[f64], channels: &[&Channel], at_hz: f64, fixed_hz: &[c64]) -> Vec<(Resonance, f64)> {
-    let Some(window) = Window::round(frequency_hz, at_hz, 1.0) else {
+fn try_poles(frequency_hz: &[f64], channels: &[&PeakChannel], at_hz: f64, fixed_hz: &[c64]) -> Vec<(Resonance, f64)> {
+    let Some(window) = Window::around_peak(frequency_hz, at_hz, 1.0) else {
         return vec![];
     };
     let data = window.data(frequency_hz, channels);
@@ -225,17 +225,17 @@ fn try_poles(frequency_hz: &[f64], channels: &[&Channel], at_hz: f64, fixed_hz: 
         if let Some(pair) = pair
             && pair.chi_squared * SPLIT_GAIN < residual
         {
-            let both: Vec<_> = (0..2).filter_map(|k| accept(&window, &pair, k, channels.len())).collect();
+            let both: Vec<_> = (0..2).filter_map(|k| accept_fit(&window, &pair, k, channels.len())).collect();
             if both.len() == 2 {
                 return both;
             }
         }
     }
-    single.and_then(|f| accept(&window, &f, 0, channels.len())).into_iter().collect()
+    single.and_then(|f| accept_fit(&window, &f, 0, channels.len())).into_iter().collect()
 }
 
 /// A fitted pole as a resonance when it is one: inside the window, lightly damped, seen in the residues.
-fn accept(window: &Window, f: &LocalFit, k: usize, channels: usize) -> Option<(Resonance, f64)> {
+fn accept_fit(window: &Window, f: &LocalFit, k: usize, channels: usize) -> Option<(Resonance, f64)> {
     let pole = window.hz(f.poles[k]);
     let frequency = pole.norm();
     let damping = pole.im / frequency;
@@ -263,7 +263,7 @@ fn accept(window: &Window, f: &LocalFit, k: usize, channels: usize) -> Option<(R
 /// Antiresonances of one channel, ascending; `index` is its place in the channels that gave the resonances.
 pub fn antiresonances(
     frequency_hz: &[f64],
-    channel: &Channel,
+    channel: &PeakChannel,
     index: usize,
     resonances: &[Resonance],
     from_hz: f64,
@@ -325,14 +325,14 @@ pub fn antiresonances(
 /// told.
 fn zero_near(
     frequency_hz: &[f64],
-    channel: &Channel,
+    channel: &PeakChannel,
     poles_hz: &[c64],
     at_hz: f64,
 ) -> Result<Option<(f64, f64)>, String> {
     let mut widest = None;
     // A narrow window follows the curve best, a wide one averages more noise: take the narrow one if it is good enough.
     for widen in [1.0, 1.6] {
-        let Some(window) = Window::round(frequency_hz, at_hz, widen) else {
+        let Some(window) = Window::around_peak(frequency_hz, at_hz, widen) else {
             continue;
         };
         let data = window.data(frequency_hz, &[channel]);

@@ -5,7 +5,7 @@ use super::error_list::ErrorList;
 use super::key::{Key, Range, open};
 use crate::augment::root::Root;
 use crate::augment::shape::Shape;
-use crate::augment::weights::Curves;
+use crate::augment::weights::GivenCurves;
 use crate::linalg::{c64, polynomial_roots};
 use crate::robust::dfit::factors::Factor;
 use crate::robust::dfit::{Magnitudes, fit_up_to};
@@ -73,12 +73,12 @@ enum Sense {
 
 impl CurvesFile {
     /// Weights of loads, displacements and current; what is wrong with them is added to the errors.
-    pub(super) fn weights(&self, errors: &mut ErrorList<'_>) -> Curves {
+    pub(super) fn weights(&self, errors: &mut ErrorList<'_>) -> GivenCurves {
         let mut of = |key: &str, curve: &Option<CurveFile>, sense| {
             let shape = shape(errors.file, key, curve.as_ref(), sense);
             errors.take_rule(shape).flatten()
         };
-        Curves {
+        GivenCurves {
             load: [
                 of("tool_load_n", &self.tool_load_n, Sense::Direct),
                 of("front_load_n", &self.front_load_n, Sense::Direct),
@@ -167,7 +167,7 @@ fn through(points: &[[f64; 2]], sense: Sense) -> Result<Shape, Refused> {
     // Points that fall on a line would be the same frequency twice.
     lines.dedup_by(|a, b| (*a - *b).abs() < 1e-9);
     let omega = lines.iter().map(|l| TAU * l.exp()).collect();
-    let written: Vec<f64> = lines.iter().map(|l| between(&ln_hz, &ln_value, *l)).collect();
+    let written: Vec<f64> = lines.iter().map(|l| interpolate_between(&ln_hz, &ln_value, *l)).collect();
     let magnitude = written.iter().map(|l| l.exp()).collect();
     let failed = |error: String| (error, "give fewer points, or a transfer function");
     let data = Magnitudes::new(omega, magnitude, vec![1.0; lines.len()]).map_err(|e| failed(e.to_string()))?;
@@ -178,7 +178,7 @@ fn through(points: &[[f64; 2]], sense: Sense) -> Result<Shape, Refused> {
     let finely = (0..=BETWEEN * count).map(|k| from + (to - from) * k as f64 / (BETWEEN * count) as f64);
     let error = finely.fold(fit.max_abs_ln_error, |error, l| {
         let own = fit.factors.ln_magnitude(TAU * l.exp());
-        error.max((own - between(&ln_hz, &ln_value, l)).abs())
+        error.max((own - interpolate_between(&ln_hz, &ln_value, l)).abs())
     });
     if error > FAR {
         let rule = format!("a weight of order {HIGHEST_ORDER} misses the points by a factor of {:.2}", error.exp());
@@ -194,7 +194,7 @@ fn through(points: &[[f64; 2]], sense: Sense) -> Result<Shape, Refused> {
 }
 
 /// Value at `x` of the line through points, constant beyond them.
-fn between(places: &[f64], values: &[f64], x: f64) -> f64 {
+fn interpolate_between(places: &[f64], values: &[f64], x: f64) -> f64 {
     let after = places.partition_point(|p| *p < x);
     match (after.checked_sub(1), values.get(after)) {
         (None, Some(first)) => *first,

@@ -116,7 +116,7 @@ fn from_table(file: &str, reader: impl BufRead, speed_rpm: f64) -> Result<Hammer
 
 fn from_universal(file: &str, functions: &[UffFunction], keys: &HammerKeys) -> Result<Tap, InputError> {
     let found = match keys.function {
-        Some(number) => numbered(file, functions, number)?,
+        Some(number) => take_function(file, functions, number)?,
         None => only_one(file, functions, keys.axis)?,
     };
     let (axis, sign, mut notes) = along_axis(&found, keys.axis).map_err(|message| {
@@ -143,7 +143,7 @@ fn from_universal(file: &str, functions: &[UffFunction], keys: &HammerKeys) -> R
 }
 
 /// The function that the list names by its number.
-fn numbered(file: &str, functions: &[UffFunction], number: usize) -> Result<UffFrf, InputError> {
+fn take_function(file: &str, functions: &[UffFunction], number: usize) -> Result<UffFrf, InputError> {
     let function = number.checked_sub(1).and_then(|k| functions.get(k)).ok_or_else(|| {
         InputError::new(file, format!("function: there is no function {number}, the file has {}", functions.len()))
             .with_hint("functions count from 1 in the order of the file")

@@ -19,7 +19,7 @@ pub struct Key {
 
 /// Keys that stand together: `at` is their path, `*` any name, `[]` any entry of a list.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Group {
+pub struct KeyGroup {
     /// Path from the top of the file; empty at the top.
     pub at: &'static str,
     /// Its keys.
@@ -28,19 +28,24 @@ pub struct Group {
 
 pub(super) type Range = [f64; 2];
 
-pub(super) const fn needed(name: &'static str, unit: &'static str, ranges: [Range; 2], reason: &'static str) -> Key {
+pub(super) const fn required_key(
+    name: &'static str,
+    unit: &'static str,
+    ranges: [Range; 2],
+    reason: &'static str,
+) -> Key {
     let [plausible, possible] = ranges;
     Key { name, unit, required: true, plausible, possible, reason }
 }
 
 pub(super) const fn open(name: &'static str, unit: &'static str, ranges: [Range; 2], reason: &'static str) -> Key {
-    Key { required: false, ..needed(name, unit, ranges, reason) }
+    Key { required: false, ..required_key(name, unit, ranges, reason) }
 }
 
 pub(super) const fn words(name: &'static str) -> Key {
-    needed(name, "text", [[0.0, f64::INFINITY]; 2], "")
+    required_key(name, "text", [[0.0, f64::INFINITY]; 2], "")
 }
 
-pub(super) const fn group(at: &'static str, keys: &'static [Key]) -> Group {
-    Group { at, keys }
+pub(super) const fn group(at: &'static str, keys: &'static [Key]) -> KeyGroup {
+    KeyGroup { at, keys }
 }

@@ -10,7 +10,7 @@ use std::fmt;
 pub(super) fn key_line(text: &str, path: &str, repeat: usize) -> Option<usize> {
     let mut path = path;
     while !path.is_empty() {
-        let (json, yaml) = (Found::default(), Found::default());
+        let (json, yaml) = (KeySearchEnd::default(), KeySearchEnd::default());
         let error = json.search(path, repeat).deserialize(&mut serde_json::Deserializer::from_str(text)).err();
         if json.is_found.get() {
             return error.map(|error| error.line());
@@ -26,27 +26,27 @@ pub(super) fn key_line(text: &str, path: &str, repeat: usize) -> Option<usize> {
 
 /// What a search has come to.
 #[derive(Default)]
-struct Found {
+struct KeySearchEnd {
     /// How often the key still has to come before.
     repeat: Cell<usize>,
     is_found: Cell<bool>,
 }
 
-impl Found {
-    fn search<'a>(&'a self, path: &'a str, repeat: usize) -> Search<'a> {
+impl KeySearchEnd {
+    fn search<'a>(&'a self, path: &'a str, repeat: usize) -> KeyRemainder<'a> {
         self.repeat.set(repeat);
-        Search { remaining: path, found: self }
+        KeyRemainder { remaining: path, found: self }
     }
 }
 
 /// What is left of the path below a value.
 #[derive(Clone, Copy)]
-struct Search<'a> {
+struct KeyRemainder<'a> {
     remaining: &'a str,
-    found: &'a Found,
+    found: &'a KeySearchEnd,
 }
 
-impl<'a> Search<'a> {
+impl<'a> KeyRemainder<'a> {
     fn below(self, remaining: &'a str) -> Self {
         Self { remaining, ..self }
     }
@@ -57,7 +57,7 @@ impl<'a> Search<'a> {
     }
 }
 
-impl<'de> DeserializeSeed<'de> for Search<'_> {
+impl<'de> DeserializeSeed<'de> for KeyRemainder<'_> {
     type Value = ();
 
     fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<(), D::Error> {
@@ -65,7 +65,7 @@ impl<'de> DeserializeSeed<'de> for Search<'_> {
     }
 }
 
-impl<'de> Visitor<'de> for Search<'_> {
+impl<'de> Visitor<'de> for KeyRemainder<'_> {
     type Value = ();
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -130,14 +130,14 @@ impl<'de> Visitor<'de> for Search<'_> {
     }
 }
 
-impl Search<'_> {
+impl KeyRemainder<'_> {
     fn leaf<E: Error>(self) -> Result<(), E> {
         if self.remaining.is_empty() { Err(self.stop()) } else { Ok(()) }
     }
 }
 
 /// A key on the way: the path below it, or none when it leads elsewhere.
-struct KeySearch<'a>(Search<'a>);
+struct KeySearch<'a>(KeyRemainder<'a>);
 
 impl<'de, 'a> DeserializeSeed<'de> for KeySearch<'a> {
     type Value = Option<&'a str>;

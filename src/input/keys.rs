@@ -5,8 +5,8 @@
 //! that it looks like. The ranges are those of rotors on active magnetic bearings, from small turbo spindles to
 //! compressors.
 
-pub use super::key::{Group, Key};
-use super::key::{Range, group, needed, open, words};
+pub use super::key::{Key, KeyGroup};
+use super::key::{Range, group, open, required_key, words};
 use super::{curve, uncertainty};
 
 const LENGTH: &str = "elements of a shaft are fractions of a millimetre to some decimetres long";
@@ -14,25 +14,25 @@ const DIAMETER: &str = "shafts on magnetic bearings are a few millimetres to som
 
 /// Keys of a material.
 pub(crate) const MATERIAL: &[Key] = &[
-    needed(
+    required_key(
         "youngs_modulus_pa",
         "Pa",
         [[1e10, 8e11], [1e9, 2e12]],
         "magnesium has 45 GPa, steel 206 GPa, cemented carbide 650 GPa",
     ),
-    needed(
+    required_key(
         "density_kg_m3",
         "kg/m³",
         [[1000.0, 2e4], [500.0, 2.5e4]],
         "carbon fibre has 1 600 kg/m³, steel 7 850 kg/m³, tungsten 19 300 kg/m³",
     ),
-    needed("poisson_ratio", "", [[0.05, 0.46], [0.0, 1.0]], "metals lie between 0.2 and 0.45"),
+    required_key("poisson_ratio", "", [[0.05, 0.46], [0.0, 1.0]], "metals lie between 0.2 and 0.45"),
 ];
 
 /// Keys of an element.
 pub(crate) const ELEMENT: &[Key] = &[
-    needed("length_m", "m", [[2e-4, 0.3], [1e-5, 5.0]], LENGTH),
-    needed("outer_diameter_m", "m", [[2e-4, 0.5], [5e-5, 3.0]], DIAMETER),
+    required_key("length_m", "m", [[2e-4, 0.3], [1e-5, 5.0]], LENGTH),
+    required_key("outer_diameter_m", "m", [[2e-4, 0.5], [5e-5, 3.0]], DIAMETER),
     words("material"),
     open("inner_diameter_m", "m", [[1e-4, 0.4], [0.0, 3.0]], DIAMETER),
     open("mass_outer_diameter_m", "m", [[2e-4, 0.6], [0.0, 3.0]], DIAMETER),
@@ -47,15 +47,15 @@ pub(crate) const ELEMENT: &[Key] = &[
 
 /// Keys of a disc.
 pub(crate) const DISC: &[Key] = &[
-    needed("position_m", "m", [[0.0, 3.0], [0.0, 10.0]], "shafts on magnetic bearings are shorter than 3 m"),
-    needed("mass_kg", "kg", [[1e-5, 200.0], [0.0, 1e4]], "discs of a spindle have grams to some kilograms"),
-    needed(
+    required_key("position_m", "m", [[0.0, 3.0], [0.0, 10.0]], "shafts on magnetic bearings are shorter than 3 m"),
+    required_key("mass_kg", "kg", [[1e-5, 200.0], [0.0, 1e4]], "discs of a spindle have grams to some kilograms"),
+    required_key(
         "polar_inertia_kg_m2",
         "kg m²",
         [[1e-11, 10.0], [0.0, 1e3]],
         "m r²/2 of a disc of 100 kg and 0.4 m radius is 8 kg m²",
     ),
-    needed(
+    required_key(
         "diametral_inertia_kg_m2",
         "kg m²",
         [[1e-11, 10.0], [0.0, 1e3]],
@@ -64,36 +64,56 @@ pub(crate) const DISC: &[Key] = &[
 ];
 
 const BEARING: &[Key] = &[
-    needed("ki_n_per_a", "N/A", [[1.0, 5e3], [1e-2, 1e6]], "bearings of 50 N to 5 kN have 10 to 1000 N/A"),
-    needed("ks_n_per_m", "N/m", [[1e3, 1e8], [0.0, 1e10]], "bearings of 50 N to 5 kN have 10⁴ to 10⁷ N/m"),
-    needed("max_force_n", "N", [[1.0, 1e5], [1e-2, 1e7]], "radial bearings carry some newtons to some ten kilonewtons"),
-    needed("bias_current_a", "A", [[0.05, 50.0], [1e-3, 1e3]], "coils are biased with some tenths to some ten amperes"),
-    needed("max_current_a", "A", [[0.1, 200.0], [1e-3, 1e4]], "switching amplifiers give some to some ten amperes"),
-    needed("gap_m", "m", [[5e-5, 3e-3], [1e-5, 2e-2]], "air gaps are 0.2 to 1 mm"),
+    required_key("ki_n_per_a", "N/A", [[1.0, 5e3], [1e-2, 1e6]], "bearings of 50 N to 5 kN have 10 to 1000 N/A"),
+    required_key("ks_n_per_m", "N/m", [[1e3, 1e8], [0.0, 1e10]], "bearings of 50 N to 5 kN have 10⁴ to 10⁷ N/m"),
+    required_key(
+        "max_force_n",
+        "N",
+        [[1.0, 1e5], [1e-2, 1e7]],
+        "radial bearings carry some newtons to some ten kilonewtons",
+    ),
+    required_key(
+        "bias_current_a",
+        "A",
+        [[0.05, 50.0], [1e-3, 1e3]],
+        "coils are biased with some tenths to some ten amperes",
+    ),
+    required_key(
+        "max_current_a",
+        "A",
+        [[0.1, 200.0], [1e-3, 1e4]],
+        "switching amplifiers give some to some ten amperes",
+    ),
+    required_key("gap_m", "m", [[5e-5, 3e-3], [1e-5, 2e-2]], "air gaps are 0.2 to 1 mm"),
     open("sensor_gain", "", [[0.5, 2.0], [1e-2, 1e2]], "a factor near 1 on the calibrated signal"),
 ];
 
 const ELECTRONICS: &[Key] = &[
-    needed("amplifier_bandwidth_hz", "Hz", [[50.0, 1e5], [1.0, 1e7]], "current loops reach 500 Hz to 5 kHz"),
-    needed(
+    required_key("amplifier_bandwidth_hz", "Hz", [[50.0, 1e5], [1.0, 1e7]], "current loops reach 500 Hz to 5 kHz"),
+    required_key(
         "sensor_bandwidth_hz",
         "Hz",
         [[200.0, 1e6], [10.0, 1e8]],
         "position sensors reach some kilohertz to some ten kilohertz",
     ),
-    needed("sensor_noise_m", "m", [[1e-11, 5e-6], [0.0, 1e-4]], "position sensors have 10 nm to 1 µm of noise"),
-    needed("delay_s", "s", [[1e-7, 2e-3], [0.0, 1e-2]], "one and a half samples at 1 to 100 kHz are 15 µs to 1.5 ms"),
-    needed("sample_rate_hz", "Hz", [[1e3, 5e5], [100.0, 1e7]], "magnetic bearings are sampled at 5 to 100 kHz"),
+    required_key("sensor_noise_m", "m", [[1e-11, 5e-6], [0.0, 1e-4]], "position sensors have 10 nm to 1 µm of noise"),
+    required_key(
+        "delay_s",
+        "s",
+        [[1e-7, 2e-3], [0.0, 1e-2]],
+        "one and a half samples at 1 to 100 kHz are 15 µs to 1.5 ms",
+    ),
+    required_key("sample_rate_hz", "Hz", [[1e3, 5e5], [100.0, 1e7]], "magnetic bearings are sampled at 5 to 100 kHz"),
 ];
 
 const PLANES: &[Key] = {
     const WHERE: [Range; 2] = [[0.0, 3.0], [0.0, 10.0]];
     const WHY: &str = "shafts on magnetic bearings are shorter than 3 m";
     &[
-        needed("front_sensor_m", "m", WHERE, WHY),
-        needed("front_actuator_m", "m", WHERE, WHY),
-        needed("rear_actuator_m", "m", WHERE, WHY),
-        needed("rear_sensor_m", "m", WHERE, WHY),
+        required_key("front_sensor_m", "m", WHERE, WHY),
+        required_key("front_actuator_m", "m", WHERE, WHY),
+        required_key("rear_actuator_m", "m", WHERE, WHY),
+        required_key("rear_sensor_m", "m", WHERE, WHY),
     ]
 };
 
@@ -117,7 +137,7 @@ const EFFECT: &[Key] = &[
 ];
 
 /// A spindle file.
-pub const SPINDLE: &[Group] = &[
+pub const SPINDLE: &[KeyGroup] = &[
     group("", &[words("name")]),
     group("rotor.materials.*", MATERIAL),
     group("rotor.elements[]", ELEMENT),
@@ -127,13 +147,18 @@ pub const SPINDLE: &[Group] = &[
         &[
             words("materials"),
             words("elements"),
-            needed(
+            required_key(
                 "damping_ratio[]",
                 "",
                 [[1e-5, 0.1], [0.0, 1.0]],
                 "steel shafts with shrink fits have 0.001 to 0.02 of critical damping",
             ),
-            needed("flexible_modes", "", [[1.0, 10.0], [0.0, 1e4]], "a controller acts on the first few bending modes"),
+            required_key(
+                "flexible_modes",
+                "",
+                [[1.0, 10.0], [0.0, 1e4]],
+                "a controller acts on the first few bending modes",
+            ),
         ],
     ),
     group("planes", PLANES),
@@ -142,7 +167,7 @@ pub const SPINDLE: &[Group] = &[
     group("electronics", ELECTRONICS),
     group(
         "speed",
-        &[needed(
+        &[required_key(
             "max_rpm",
             "rpm",
             [[100.0, 3e5], [1.0, 2e6]],
@@ -151,7 +176,7 @@ pub const SPINDLE: &[Group] = &[
     ),
     group(
         "",
-        &[needed(
+        &[required_key(
             "backup_clearance_m",
             "m",
             [[1e-5, 1.5e-3], [2e-6, 1e-2]],
@@ -208,14 +233,14 @@ pub const SPINDLE: &[Group] = &[
 ];
 
 /// A tool file.
-pub const TOOL: &[Group] = &[
+pub const TOOL: &[KeyGroup] = &[
     group("", &[words("name"), words("elements")]),
     group("materials.*", MATERIAL),
     group("elements[]", ELEMENT),
     group("discs[]", DISC),
     group(
         "",
-        &[needed(
+        &[required_key(
             "tool_plane_m",
             "m",
             [[1e-3, 0.5], [0.0, 3.0]],
@@ -231,17 +256,17 @@ const LIMITS: &[Key] = {
     const MOVE: &str = "a rotor may move some micrometres in an air gap below a millimetre";
     const CROSS: &str = "loads change from static to dynamic between 1 Hz and some hundred hertz";
     &[
-        needed("max_dc_load_n", "N", FORCE, CUT),
-        needed("max_hf_load_n", "N", FORCE, CUT),
-        needed("max_dc_displacement_m", "m", PATH, MOVE),
-        needed("max_hf_displacement_m", "m", PATH, MOVE),
+        required_key("max_dc_load_n", "N", FORCE, CUT),
+        required_key("max_hf_load_n", "N", FORCE, CUT),
+        required_key("max_dc_displacement_m", "m", PATH, MOVE),
+        required_key("max_hf_displacement_m", "m", PATH, MOVE),
         open("load_crossover_hz", "Hz", [[0.1, 1e4], [1e-4, 1e7]], CROSS),
         open("displacement_crossover_hz", "Hz", [[0.1, 1e4], [1e-4, 1e7]], CROSS),
     ]
 };
 
 /// A weights file.
-pub const WEIGHTS: &[Group] = &[
+pub const WEIGHTS: &[KeyGroup] = &[
     group("", &[words("name")]),
     group("tool", LIMITS),
     group("front", LIMITS),
@@ -250,7 +275,7 @@ pub const WEIGHTS: &[Group] = &[
         "",
         &[
             Key { required: false, ..words("defaults") },
-            needed(
+            required_key(
                 "mode_uncertainty[]",
                 "",
                 [[1e-4, 0.3], [0.0, 1.0]],
@@ -296,24 +321,24 @@ const TOOL_STIFFNESS: &[Key] = {
     const WHERE: [Range; 2] = [[0.1, 1e4], [1e-6, 1e6]];
     const WHY: &str = "the stiffness of a tool counts between 1 Hz and some kilohertz";
     &[
-        needed("from_hz", "Hz", WHERE, WHY),
-        needed("to_hz", "Hz", WHERE, WHY),
-        needed("at_least_n_per_m", "N/m", [[1e3, 1e9], [1e-3, 1e12]], "tools on magnets have 0.1 to 100 N/µm"),
+        required_key("from_hz", "Hz", WHERE, WHY),
+        required_key("to_hz", "Hz", WHERE, WHY),
+        required_key("at_least_n_per_m", "N/m", [[1e3, 1e9], [1e-3, 1e12]], "tools on magnets have 0.1 to 100 N/µm"),
     ]
 };
 
 /// A file of frequencies.
-pub const FREQUENCIES: &[Group] = {
+pub const FREQUENCIES: &[KeyGroup] = {
     const RANGE: [Range; 2] = [[10.0, 5e4], [1e-3, 1e8]];
     const WHY: &str = "bending modes of a spindle lie between 50 Hz and 20 kHz";
     &[
-        group("", &[needed("resonances_hz[]", "Hz", RANGE, WHY)]),
+        group("", &[required_key("resonances_hz[]", "Hz", RANGE, WHY)]),
         group("antiresonances_hz", &[open("front[]", "Hz", RANGE, WHY), open("rear[]", "Hz", RANGE, WHY)]),
     ]
 };
 
 /// The list of a measurement folder.
-pub const MEASUREMENT: &[Group] = &[
+pub const MEASUREMENT: &[KeyGroup] = &[
     group("", &[words("spindle"), words("tool"), words("records")]),
     group(
         "records[]",

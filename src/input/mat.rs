@@ -114,7 +114,7 @@ fn each_variable(
         };
         let read = match head.kind {
             MATRIX => reader.matrix(&mut &*data),
-            COMPRESSED => reader.compressed(data),
+            COMPRESSED => reader.read_compressed(data),
             _ => Err("neither a matrix nor a compressed one"),
         };
         see(read.map_err(|rule| fail(at, rule))?);
@@ -230,7 +230,7 @@ struct Variables<'a> {
 
 impl Variables<'_> {
     /// The matrix in a compressed element.
-    fn compressed(&mut self, data: &[u8]) -> Result<Matrix, Fault> {
+    fn read_compressed(&mut self, data: &[u8]) -> Result<Matrix, Fault> {
         let mut reader = ZlibDecoder::new(data);
         let head = Head::read(&mut reader, self.little)?;
         if head.kind != MATRIX {

@@ -3,7 +3,7 @@
 
 use super::error::InputError;
 use super::error_list::ErrorList;
-use super::keys::{Group, Key, other_units};
+use super::keys::{Key, KeyGroup, other_units};
 use super::quote::{excerpt, printable};
 use serde_yaml::Value;
 
@@ -23,7 +23,7 @@ impl std::fmt::Display for Warning {
 }
 
 /// Adds every value whose size cannot be to the errors of a file.
-pub(super) fn refuse(errors: &mut ErrorList<'_>, groups: &[Group], value: &Value) {
+pub(super) fn refuse(errors: &mut ErrorList<'_>, groups: &[KeyGroup], value: &Value) {
     each_number(groups, value, &mut |path, key, size| {
         let [low, high] = key.possible;
         if !size.is_nan() && !(low..=high).contains(&size.abs()) {
@@ -48,7 +48,7 @@ fn outside(file: &str, path: &str, key: &Key, size: f64) -> InputError {
 }
 
 /// Values outside the plausible range of their key.
-pub fn warnings(file: &str, groups: &[Group], value: &Value) -> Vec<Warning> {
+pub fn warnings(file: &str, groups: &[KeyGroup], value: &Value) -> Vec<Warning> {
     let mut found = vec![];
     each_number(groups, value, &mut |path, key, size| {
         let [low, high] = key.plausible;
@@ -98,7 +98,7 @@ fn looks_like(key: &Key, size: f64) -> Option<String> {
 }
 
 /// Calls back for every number of the file that the table knows: path, key, value.
-fn each_number(groups: &[Group], file: &Value, see: &mut dyn FnMut(&str, &Key, f64)) {
+fn each_number(groups: &[KeyGroup], file: &Value, see: &mut dyn FnMut(&str, &Key, f64)) {
     for group in groups {
         for (path, holder) in holders(file, group.at) {
             for key in group.keys.iter().filter(|key| key.unit != "text") {

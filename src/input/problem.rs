@@ -14,7 +14,7 @@ use serde_json::{Map, Value};
 use std::path::{Path, PathBuf};
 
 /// Fields of one problem file.
-pub struct Problem {
+pub struct ProblemFields {
     file: PathBuf,
     text: String,
     fields: Map<String, Value>,
@@ -22,7 +22,7 @@ pub struct Problem {
     beside: Map<String, Value>,
 }
 
-impl Problem {
+impl ProblemFields {
     /// Reads a file.
     ///
     /// # Errors
@@ -104,7 +104,7 @@ impl Problem {
         })
     }
 
-    fn fault(&self, fault: Fault) -> InputError {
+    fn locate_fault(&self, fault: Fault) -> InputError {
         let error = self.failure(&fault.path, fault.message);
         match fault.hint {
             Some(hint) => error.with_hint(hint),
@@ -117,7 +117,7 @@ impl Problem {
     /// # Errors
     /// A missing field or something else than a finite number.
     pub(crate) fn number(&self, field: &str) -> Result<f64, InputError> {
-        finite(self.value(field)?, field).map_err(|e| self.fault(e))
+        finite(self.value(field)?, field).map_err(|e| self.locate_fault(e))
     }
 
     /// True or false.
@@ -134,7 +134,7 @@ impl Problem {
     /// # Errors
     /// A missing field or something else.
     pub(crate) fn count(&self, field: &str) -> Result<usize, InputError> {
-        whole(self.value(field)?, field).map_err(|e| self.fault(e))
+        whole(self.value(field)?, field).map_err(|e| self.locate_fault(e))
     }
 
     /// A list of non-negative whole numbers; one number is a list of one.
@@ -155,7 +155,7 @@ impl Problem {
 
     fn each<T>(&self, field: &str, read: fn(&Value, &str) -> Result<T, Fault>) -> Result<Vec<T>, InputError> {
         let list = match self.value(field)? {
-            one @ Value::Number(_) => return Ok(vec![read(one, field).map_err(|e| self.fault(e))?]),
+            one @ Value::Number(_) => return Ok(vec![read(one, field).map_err(|e| self.locate_fault(e))?]),
             Value::Array(list) if list.len() > MOST_ENTRIES => {
                 let rule = format!("has {} entries; at most {MOST_ENTRIES} are possible", list.len());
                 return Err(self.failure(field, rule));
@@ -163,12 +163,12 @@ impl Problem {
             Value::Array(list) => list,
             other => return Err(self.failure(field, format!("expected a list, found {}", kind(other)))),
         };
-        let entry = |(i, v): (usize, &Value)| read(v, &format!("{field}[{i}]")).map_err(|e| self.fault(e));
+        let entry = |(i, v): (usize, &Value)| read(v, &format!("{field}[{i}]")).map_err(|e| self.locate_fault(e));
         list.iter().enumerate().map(entry).collect()
     }
 
     fn entries(&self, field: &str) -> Result<Entries, InputError> {
-        Entries::of(self.value(field)?, field).map_err(|e| self.fault(e))
+        Entries::of(self.value(field)?, field).map_err(|e| self.locate_fault(e))
     }
 
     /// A real matrix of a given shape.
@@ -178,7 +178,7 @@ impl Problem {
     pub(crate) fn matrix_of(&self, field: &str, rows: usize, cols: usize) -> Result<Mat<f64>, InputError> {
         let entries = self.entries(field)?;
         entries
-            .sized(rows, cols)
+            .with_size(rows, cols)
             .ok_or_else(|| self.failure(field, format!("expected a {rows} x {cols} matrix, found {}", entries.words())))
     }
 
@@ -190,7 +190,7 @@ impl Problem {
         let entries = self.entries(field)?;
         let rows = entries.sizes().first().map_or(0, |[rows, _]| *rows);
         entries
-            .sized(rows, rows)
+            .with_size(rows, rows)
             .ok_or_else(|| self.failure(field, format!("expected a square matrix, found {}", entries.words())))
     }
 
@@ -201,8 +201,8 @@ impl Problem {
     /// As [`Self::matrix_of`], and parts of different shape.
     pub(crate) fn complex_matrix(&self, field: &str, rows: usize, cols: usize) -> Result<Mat<c64>, InputError> {
         let part = |value: &Value, path: &str| {
-            let entries = Entries::of(value, path).map_err(|e| self.fault(e))?;
-            match (entries.sized(rows, cols), entries) {
+            let entries = Entries::of(value, path).map_err(|e| self.locate_fault(e))?;
+            match (entries.with_size(rows, cols), entries) {
                 (Some(found), _) | (None, Entries::Rows(found)) => Ok(found),
                 (None, listed @ Entries::Listed(_)) => {
                     Err(self.failure(path, format!("expected a {rows} x {cols} matrix, found {}", listed.words())))
@@ -239,7 +239,7 @@ impl Problem {
             return Ok(one);
         }
         let (b, c) = (self.entries("B")?, self.entries("C")?);
-        let fits = |[p, m]: &&[usize; 2]| b.sized(order, *m).is_some() && c.sized(*p, order).is_some();
+        let fits = |[p, m]: &&[usize; 2]| b.with_size(order, *m).is_some() && c.with_size(*p, order).is_some();
         let mut fitting = sizes.iter().filter(fits);
         match (fitting.next(), fitting.next()) {
             (Some(one), None) => Ok(*one),
@@ -336,7 +336,7 @@ impl Problem {
             let path = format!("{path}.{name}");
             match value.get(name) {
                 None => Err(self.failure(&path, "missing")),
-                Some(v) => match whole(v, &path).map_err(|e| self.fault(e))? {
+                Some(v) => match whole(v, &path).map_err(|e| self.locate_fault(e))? {
                     0 => Err(self.failure(&path, "must be at least 1")),
                     k => Ok(k),
                 },

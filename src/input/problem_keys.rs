@@ -1,7 +1,7 @@
 //! Keys of a problem file that `muspin solve` does not read: an error with what is meant, never a silent default.
 
 use super::error::{InputError, nearest};
-use super::problem::Problem;
+use super::problem::ProblemFields;
 use super::problem_schema::{NOTES, ProblemKind};
 use serde_json::Value;
 
@@ -98,7 +98,7 @@ fn is_identity(value: &Value) -> bool {
 }
 
 impl Foreign {
-    fn named(key: &str, kind: ProblemKind) -> Option<&'static Self> {
+    fn find_foreign(key: &str, kind: ProblemKind) -> Option<&'static Self> {
         let is_named = |f: &&Self| f.names.iter().any(|name| name.eq_ignore_ascii_case(key));
         FOREIGN.iter().filter(|f| f.kinds.contains(&kind)).find(is_named)
     }
@@ -113,7 +113,7 @@ impl Foreign {
 ///
 /// # Errors
 /// A key that the kind does not have, with the nearest one or with what it means in other programs.
-pub fn check_keys(problem: &Problem, kind: ProblemKind) -> Result<(), InputError> {
+pub fn check_keys(problem: &ProblemFields, kind: ProblemKind) -> Result<(), InputError> {
     let names = kind.field_names();
     for (key, value) in problem.fields() {
         if names.contains(&key.as_str()) || is_note(key) {
@@ -121,7 +121,7 @@ pub fn check_keys(problem: &Problem, kind: ProblemKind) -> Result<(), InputError
         }
         let error = problem.failure_at_key(key, format!("unknown key `{key}`: `solve {}` has none", kind.name()));
         let exact = names.iter().find(|name| name.eq_ignore_ascii_case(key));
-        match (exact, Foreign::named(key, kind)) {
+        match (exact, Foreign::find_foreign(key, kind)) {
             (None, Some(foreign)) if !foreign.changes(value) => {}
             (None, Some(foreign)) => return Err(error.with_hint(foreign.hint)),
             _ => {
@@ -131,7 +131,7 @@ pub fn check_keys(problem: &Problem, kind: ProblemKind) -> Result<(), InputError
         }
     }
     for (key, value) in problem.beside() {
-        let belongs = match Foreign::named(key, kind) {
+        let belongs = match Foreign::find_foreign(key, kind) {
             _ if names.contains(&key.as_str()) => true,
             // A reference case has a tolerance of its own.
             Some(foreign) => foreign.names[0] != "tol" && foreign.changes(value),

@@ -45,7 +45,7 @@ impl Entries {
     }
 
     /// The matrix of this size, if the entries can be one.
-    pub(super) fn sized(&self, rows: usize, cols: usize) -> Option<Mat<f64>> {
+    pub(super) fn with_size(&self, rows: usize, cols: usize) -> Option<Mat<f64>> {
         match self {
             // An empty list carries no other size.
             Self::Rows(m) if m.nrows() == 0 && rows * cols == 0 => Some(Mat::zeros(rows, cols)),

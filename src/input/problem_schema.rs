@@ -215,7 +215,7 @@ impl ProblemKind {
 pub fn problem_schema(kind: ProblemKind) -> Value {
     let (mut properties, mut required) = (Map::new(), vec![]);
     for (name, shape, meaning) in kind.fields() {
-        properties.insert(name.to_owned(), shaped(shape, meaning));
+        properties.insert(name.to_owned(), describe_shape(shape, meaning));
         if !shape.ends_with('?') {
             required.push(name);
         }
@@ -243,7 +243,7 @@ pub fn problem_schema(kind: ProblemKind) -> Value {
 }
 
 /// The schema of a field; one that may be left out may be `null` as well.
-fn shaped(shape: &str, meaning: &str) -> Value {
+fn describe_shape(shape: &str, meaning: &str) -> Value {
     let number = json!({ "type": "number" });
     let numbers = json!({ "type": "array", "items": number });
     let rows = json!({ "type": "array", "items": numbers });

@@ -62,14 +62,14 @@ pub(crate) fn excerpt(message: &str) -> String {
             None => (rest, ""),
         };
         out.push(mark);
-        out.push_str(&shortened(inside, LONGEST_QUOTE));
+        out.push_str(&shorten_text(inside, LONGEST_QUOTE));
         if inside.len() < rest.len() {
             out.push(mark);
         }
         rest = behind;
     }
     push_words(&mut out, rest);
-    shortened(&out, LONGEST_TEXT).into_owned()
+    shorten_text(&out, LONGEST_TEXT).into_owned()
 }
 
 /// Where a quotation ends; `\"` does not end it.
@@ -85,12 +85,12 @@ fn closing(text: &str, mark: char) -> Option<usize> {
 /// Adds text outside of quotations, overlong words cut.
 fn push_words(out: &mut String, text: &str) {
     for word in text.split_inclusive([' ', '\n']) {
-        out.push_str(&shortened(word, LONGEST_WORD));
+        out.push_str(&shorten_text(word, LONGEST_WORD));
     }
 }
 
 /// At most so many characters, the last of a longer text an ellipsis.
-fn shortened(text: &str, most: usize) -> Cow<'_, str> {
+fn shorten_text(text: &str, most: usize) -> Cow<'_, str> {
     match text.char_indices().nth(most) {
         None => Cow::Borrowed(text),
         Some(_) => {

@@ -11,7 +11,7 @@ use super::json;
 use super::ross_magnet::read_magnet;
 pub use super::ross_magnet::{RossMagnet, RossPid};
 use super::ross_notes::GroupedNotes;
-use super::ross_table::Table;
+use super::ross_table::RossTable;
 use crate::rotor::{Disc, Material, Section, Shear};
 use serde_json::{Map, Value};
 
@@ -60,7 +60,7 @@ impl RossRotor {
                 );
             }
             let section = Section {
-                material: named(&section.material, &mut materials),
+                material: name_material(&section.material, &mut materials),
                 shear: Shear::Cowper,
                 rotary_inertia: true,
                 gyroscopic: true,
@@ -103,12 +103,12 @@ impl RossRotor {
     }
 
     /// The same rotor counted from its right end.
-    pub fn reversed(&self) -> Self {
+    pub fn reverse_ends(&self) -> Self {
         let length: f64 = self.sections.iter().map(|s| s.length_m).sum();
         let turned = |d: &Disc| Disc { position_m: length - d.position_m, ..*d };
         let moved = |b: &RossBearing| RossBearing { position_m: length - b.position_m, ..b.clone() };
         Self {
-            sections: self.sections.iter().rev().map(Section::reversed).collect(),
+            sections: self.sections.iter().rev().map(Section::reverse_ends).collect(),
             discs: self.discs.iter().rev().map(turned).collect(),
             bearings: self.bearings.iter().rev().map(moved).collect(),
             ..self.clone()
@@ -117,7 +117,7 @@ impl RossRotor {
 }
 
 /// The material under a name that no other material has.
-fn named(material: &Material, known: &mut Vec<Material>) -> Material {
+fn name_material(material: &Material, known: &mut Vec<Material>) -> Material {
     let mut renamed = material.clone();
     for number in 2.. {
         match known.iter().find(|m| m.name == renamed.name) {
@@ -157,7 +157,7 @@ pub fn read_ross(file: &str, text: &str) -> Result<RossRotor, InputError> {
             reader.note_parameters(table);
             continue;
         }
-        reader.element(&Table { file, name, table })?;
+        reader.element(&RossTable { file, name, table })?;
     }
     reader.finish(speed)
 }
@@ -168,7 +168,7 @@ const NOTHING: f64 = 1e-6;
 
 /// Pairs of layers, one of which only stiffens or one of which only weighs, as one section with diameters of its own
 /// for mass; all others as they are.
-fn unlayered(beams: Vec<(usize, String, Section)>) -> Vec<(usize, String, Section)> {
+fn merge_layers(beams: Vec<(usize, String, Section)>) -> Vec<(usize, String, Section)> {
     let mut list: Vec<(usize, String, Section)> = vec![];
     for (node, name, section) in beams {
         let merged = match list.last() {
@@ -213,7 +213,7 @@ struct Placed {
 
 /// What an element is to a spindle.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Role {
+enum ElementRole {
     Shaft,
     Coupling,
     Disc,
@@ -238,8 +238,8 @@ const SUPPORTS: [&str; 10] = [
     "SqueezeFilmDamper",
 ];
 
-impl Role {
-    fn of(table: &Table) -> Self {
+impl ElementRole {
+    fn of(table: &RossTable) -> Self {
         let class = table.class();
         let radial = ["kxx", "kyy", "cxx", "cyy"].iter().any(|key| table.is_nonzero(key));
         match class {
@@ -293,32 +293,32 @@ impl<'a> Reader<'a> {
         }
     }
 
-    fn element(&mut self, table: &Table) -> Result<(), InputError> {
-        match Role::of(table) {
-            Role::Coupling => {
+    fn element(&mut self, table: &RossTable) -> Result<(), InputError> {
+        match ElementRole::of(table) {
+            ElementRole::Coupling => {
                 return Err(table
                     .wrong("a spindle is one shaft without couplings")
                     .with_hint("save the shaft between the couplings as a rotor of its own"));
             }
-            Role::Shaft => {
+            ElementRole::Shaft => {
                 let section = self.section(table)?;
                 self.beams.push((table.node()?, table.name.to_owned(), section));
             }
-            Role::Disc => self.disc(table)?,
-            Role::PointMass => self.point_mass(table)?,
-            Role::Seal => self.notes.add(
+            ElementRole::Disc => self.disc(table)?,
+            ElementRole::PointMass => self.point_mass(table)?,
+            ElementRole::Seal => self.notes.add(
                 table.name,
                 format!(
                     "a seal ({}), no support; `cross_coupling` and `added_stiffness` of the effects are its place",
                     table.class()
                 ),
             ),
-            Role::AxialBearing => self.notes.add(
+            ElementRole::AxialBearing => self.notes.add(
                 table.name,
                 format!("an axial bearing ({}), no radial support; a spindle file has no axial motion", table.class()),
             ),
-            Role::Support => self.support(table)?,
-            Role::Unknown => {
+            ElementRole::Support => self.support(table)?,
+            ElementRole::Unknown => {
                 let words = format!("the class {} is not known", table.class());
                 if table.has("kxx") {
                     self.notes.add(table.name, words + "; it has stiffness, and is not taken as a support");
@@ -330,7 +330,7 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    fn disc(&mut self, table: &Table) -> Result<(), InputError> {
+    fn disc(&mut self, table: &RossTable) -> Result<(), InputError> {
         if table.class().starts_with("Gear") {
             self.notes.add(table.name, "a gear, read as a disc; its mesh has no place in a spindle file");
         }
@@ -344,7 +344,7 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    fn point_mass(&mut self, table: &Table) -> Result<(), InputError> {
+    fn point_mass(&mut self, table: &RossTable) -> Result<(), InputError> {
         let key = if table.has("m") { "m" } else { "mx" };
         let mass_kg = table.number(key)?;
         if key == "mx" && table.has("my") && table.number("my")? != mass_kg {
@@ -355,7 +355,7 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    fn support(&mut self, table: &Table) -> Result<(), InputError> {
+    fn support(&mut self, table: &RossTable) -> Result<(), InputError> {
         if table.has("n_link") {
             let words = "n_link: it stands on a node of its own; magnets and sensors of a spindle file stand on ground";
             self.notes.add(table.name, words);
@@ -392,12 +392,12 @@ impl<'a> Reader<'a> {
         }
     }
 
-    fn section(&mut self, table: &Table) -> Result<Section, InputError> {
+    fn section(&mut self, table: &RossTable) -> Result<Section, InputError> {
         let Some(Value::Object(material)) = table.table.get("material") else {
             return Err(table.wrong("material: missing"));
         };
         let inner = format!("{}.material", table.name);
-        let material = Table { file: self.file, name: &inner, table: material };
+        let material = RossTable { file: self.file, name: &inner, table: material };
         let (e, g) = (material.number("E")?, material.number("G_s")?);
         let name = material.table.get("name").and_then(Value::as_str);
         for (key, what) in [
@@ -447,7 +447,7 @@ impl<'a> Reader<'a> {
         self.beams.sort_by_key(|(node, _, _)| *node);
         let mut position_m = vec![0.0];
         let mut sections = vec![];
-        for (k, (node, name, section)) in unlayered(std::mem::take(&mut self.beams)).into_iter().enumerate() {
+        for (k, (node, name, section)) in merge_layers(std::mem::take(&mut self.beams)).into_iter().enumerate() {
             if node != k {
                 let rule = if node < k {
                     format!("{name}: another element begins at node {node} as well")

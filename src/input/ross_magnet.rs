@@ -2,7 +2,7 @@
 
 use super::error::InputError;
 use super::ross_notes::GroupedNotes;
-use super::ross_table::Table;
+use super::ross_table::RossTable;
 use crate::controller::{ControlLaw, Controller};
 use crate::linalg::{Mat, NumericError};
 use crate::lti::{Continuous, StateSpace};
@@ -55,7 +55,7 @@ impl RossMagnet {
 
 /// The magnet of a bearing's table, none where the bearing is no magnet; what a spindle file has no place for goes to
 /// `notes`.
-pub(super) fn read_magnet(table: &Table, notes: &mut GroupedNotes) -> Result<Option<RossMagnet>, InputError> {
+pub(super) fn read_magnet(table: &RossTable, notes: &mut GroupedNotes) -> Result<Option<RossMagnet>, InputError> {
     let keys = ["g0", "i0", "ag", "nw", "alpha"];
     let lacking: Vec<&str> = keys.into_iter().filter(|k| !table.has(k)).collect();
     if !lacking.is_empty() {
@@ -91,7 +91,7 @@ pub(super) fn read_magnet(table: &Table, notes: &mut GroupedNotes) -> Result<Opt
     Ok(Some(RossMagnet { pid: read_pid(table, notes)?, ..magnet }))
 }
 
-fn read_pid(table: &Table, notes: &mut GroupedNotes) -> Result<Option<[RossPid; 2]>, InputError> {
+fn read_pid(table: &RossTable, notes: &mut GroupedNotes) -> Result<Option<[RossPid; 2]>, InputError> {
     let gain = |key: &str| if table.has(key) { table.number(key) } else { Ok(0.0) };
     let (kp, ki, kd) = (gain("kp_pid")?, gain("ki_pid")?, gain("kd_pid")?);
     if [kp, ki, kd] == [0.0; 3] {

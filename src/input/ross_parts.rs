@@ -45,11 +45,11 @@ pub(crate) fn parts(rotor: &RossRotor, nose_m: f64) -> Result<Parts, f64> {
     if split > 0 {
         let (mut outwards, more) = side(&rotor.sections[..split]);
         told.extend(more.into_iter().map(|words| format!("tool, {words}")));
-        outwards = outwards.iter().rev().map(Section::reversed).collect();
+        outwards = outwards.iter().rev().map(Section::reverse_ends).collect();
         tool = Some(Tool {
             name: "tool".to_owned(),
             sections: outwards,
-            discs: front.iter().rev().map(Disc::mirrored).collect(),
+            discs: front.iter().rev().map(Disc::mirror_ends).collect(),
             tool_plane_m: nose_m,
         });
     }

@@ -4,7 +4,7 @@ use super::error::InputError;
 use serde_json::{Map, Value};
 
 /// A table of the file.
-pub(super) struct Table<'a> {
+pub(super) struct RossTable<'a> {
     /// The file, for messages.
     pub file: &'a str,
     /// Its name: class and tag.
@@ -13,7 +13,7 @@ pub(super) struct Table<'a> {
     pub table: &'a Map<String, Value>,
 }
 
-impl Table<'_> {
+impl RossTable<'_> {
     /// An error about this table.
     pub(super) fn wrong(&self, rule: impl std::fmt::Display) -> InputError {
         InputError::new(self.file, format!("{}: {rule}", self.name))

@@ -5,7 +5,7 @@
 //! alone.
 
 use super::controller::ControllerFile;
-use super::keys::{FREQUENCIES, Group, Key, MEASUREMENT, SPINDLE, TOOL, WEIGHTS};
+use super::keys::{FREQUENCIES, Key, KeyGroup, MEASUREMENT, SPINDLE, TOOL, WEIGHTS};
 use super::measurement::{FrequenciesFile, MeasurementFile};
 use super::spindle::SpindleFile;
 use super::tool::ToolFile;
@@ -48,7 +48,7 @@ impl SchemaKind {
         }
     }
 
-    fn groups(self) -> &'static [Group] {
+    fn groups(self) -> &'static [KeyGroup] {
         match self {
             Self::Spindle => SPINDLE,
             Self::Tool => TOOL,
@@ -64,12 +64,12 @@ impl SchemaKind {
 /// (the range that real machines keep to) and `x-reason`.
 pub fn schema(kind: SchemaKind) -> Value {
     let mut schema = match kind {
-        SchemaKind::Spindle => derived::<SpindleFile>(),
-        SchemaKind::Tool => derived::<ToolFile>(),
-        SchemaKind::Weights => derived::<WeightsFile>(),
-        SchemaKind::Measurement => derived::<MeasurementFile>(),
-        SchemaKind::Frequencies => derived::<FrequenciesFile>(),
-        SchemaKind::Controller => derived::<ControllerFile>(),
+        SchemaKind::Spindle => derive_schema::<SpindleFile>(),
+        SchemaKind::Tool => derive_schema::<ToolFile>(),
+        SchemaKind::Weights => derive_schema::<WeightsFile>(),
+        SchemaKind::Measurement => derive_schema::<MeasurementFile>(),
+        SchemaKind::Frequencies => derive_schema::<FrequenciesFile>(),
+        SchemaKind::Controller => derive_schema::<ControllerFile>(),
     };
     // The table has keys of effects too; their alternatives come from the table of effects, with its own rules of sign.
     for group in kind.groups().iter().filter(|g| g.at != "effects[]") {
@@ -82,7 +82,7 @@ pub fn schema(kind: SchemaKind) -> Value {
     schema
 }
 
-fn derived<T: JsonSchema>() -> Value {
+fn derive_schema<T: JsonSchema>() -> Value {
     let settings = SchemaSettings::draft2020_12().with(|s| s.inline_subschemas = true);
     settings.into_generator().into_root_schema_for::<T>().to_value()
 }

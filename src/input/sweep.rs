@@ -15,7 +15,7 @@ use std::path::Path;
 /// Most repeats of an experiment: more than this is a column mix-up.
 const MOST_REPEATS: usize = 10_000;
 
-struct Row {
+struct SweepRow {
     line: usize,
     frequency_hz: f64,
     experiment: usize,
@@ -78,11 +78,11 @@ fn read_sweep_from(file: &str, reader: impl BufRead, speed_rpm: f64) -> Result<S
             .with_hint("every frequency, experiment and repeat may appear once; a second sweep is a second record"));
         }
     }
-    let groups: Vec<&[Row]> = rows.chunk_by(|a, b| a.frequency_hz == b.frequency_hz).collect();
+    let groups: Vec<&[SweepRow]> = rows.chunk_by(|a, b| a.frequency_hz == b.frequency_hz).collect();
     let counts: Vec<[usize; AXES]> = groups.iter().map(|group| repeats_of_experiments(group)).collect();
     let repeats = usable_repeats(file, &groups, &counts)?;
     let usable = groups.iter().zip(&counts).filter(|(_, counts)| fewest(counts) >= repeats);
-    let used: Vec<Vec<&Row>> = usable.map(|(group, counts)| first_repeats(group, counts, repeats)).collect();
+    let used: Vec<Vec<&SweepRow>> = usable.map(|(group, counts)| first_repeats(group, counts, repeats)).collect();
     let take = |offset: usize| {
         Array4::from_shape_fn((used.len(), AXES, repeats, AXES), |(l, e, p, axis)| {
             let v = &used[l][e * repeats + p].values;
@@ -102,7 +102,7 @@ fn read_sweep_from(file: &str, reader: impl BufRead, speed_rpm: f64) -> Result<S
 }
 
 /// Number of repeats of each experiment among the rows of a line.
-fn repeats_of_experiments(group: &[Row]) -> [usize; AXES] {
+fn repeats_of_experiments(group: &[SweepRow]) -> [usize; AXES] {
     std::array::from_fn(|e| group.iter().filter(|row| row.experiment == e + 1).count())
 }
 
@@ -111,7 +111,7 @@ fn fewest(counts: &[usize; AXES]) -> usize {
 }
 
 /// The first repeats of every experiment of a line, experiment by experiment.
-fn first_repeats<'a>(group: &'a [Row], counts: &[usize; AXES], repeats: usize) -> Vec<&'a Row> {
+fn first_repeats<'a>(group: &'a [SweepRow], counts: &[usize; AXES], repeats: usize) -> Vec<&'a SweepRow> {
     let mut rows = Vec::with_capacity(AXES * repeats);
     let mut first = 0;
     for count in counts {
@@ -122,7 +122,7 @@ fn first_repeats<'a>(group: &'a [Row], counts: &[usize; AXES], repeats: usize) -
 }
 
 /// Number of repeats with which most rows are used: lines where an experiment has fewer are left out.
-fn usable_repeats(file: &str, groups: &[&[Row]], counts: &[[usize; AXES]]) -> Result<usize, InputError> {
+fn usable_repeats(file: &str, groups: &[&[SweepRow]], counts: &[[usize; AXES]]) -> Result<usize, InputError> {
     let lines_with = |repeats: usize| counts.iter().filter(|own| fewest(own) >= repeats).count();
     let most = counts.iter().map(fewest).max().unwrap_or(0);
     if let Some(best) = (1..=most).max_by_key(|repeats| repeats * lines_with(*repeats)) {
@@ -144,7 +144,7 @@ fn usable_repeats(file: &str, groups: &[&[Row]], counts: &[[usize; AXES]]) -> Re
 const NAMED_LINES: usize = 3;
 
 /// What of a record is not used, in words.
-fn left_out(groups: &[&[Row]], counts: &[[usize; AXES]], repeats: usize) -> Vec<String> {
+fn left_out(groups: &[&[SweepRow]], counts: &[[usize; AXES]], repeats: usize) -> Vec<String> {
     let mut notes = vec![];
     let short: Vec<f64> = groups
         .iter()
@@ -175,7 +175,7 @@ fn left_out(groups: &[&[Row]], counts: &[[usize; AXES]], repeats: usize) -> Vec<
     notes
 }
 
-fn rows(file: &str, reader: impl BufRead) -> Result<Vec<Row>, InputError> {
+fn rows(file: &str, reader: impl BufRead) -> Result<Vec<SweepRow>, InputError> {
     let names = header();
     let mut rows = vec![];
     each_row(file, reader, &names, &mut |line, record| {
@@ -196,7 +196,7 @@ fn rows(file: &str, reader: impl BufRead) -> Result<Vec<Row>, InputError> {
             *v = number(3 + k)?;
         }
         let (experiment, repeat) = (whole(1, AXES)?, whole(2, MOST_REPEATS)?);
-        keep(file, line, &mut rows, Row { line, frequency_hz, experiment, repeat, values })
+        keep(file, line, &mut rows, SweepRow { line, frequency_hz, experiment, repeat, values })
     })?;
     if rows.is_empty() {
         return Err(

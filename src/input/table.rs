@@ -91,7 +91,7 @@ pub(super) fn each_row(
         if text.trim().is_empty() {
             continue;
         }
-        let fields: Vec<&str> = text.split(',').map(unquoted).collect();
+        let fields: Vec<&str> = text.split(',').map(strip_quotes).collect();
         if !below_header {
             check_header(file, line, &fields, names)?;
             below_header = true;
@@ -107,7 +107,7 @@ pub(super) fn each_row(
 }
 
 /// A field without the blanks and the quotes around it.
-fn unquoted(field: &str) -> &str {
+fn strip_quotes(field: &str) -> &str {
     let field = field.trim().trim_start_matches(BYTE_ORDER_MARK);
     field.strip_prefix('"').and_then(|f| f.strip_suffix('"')).map_or(field, str::trim)
 }

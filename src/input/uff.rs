@@ -121,10 +121,10 @@ pub fn read(file: &str, bytes: &[u8]) -> Result<Vec<UffFunction>, InputError> {
 /// The system of units of a dataset 164 behind its identifier.
 fn unit_system(file: &str, cursor: &mut Cursor<'_>, line: usize) -> Result<UffSystem, InputError> {
     let head = cursor.next_line().unwrap_or_default();
-    let code = fixed(&head, &[10])[0].trim().parse().ok();
+    let code = split_columns(&head, &[10])[0].trim().parse().ok();
     let text = cursor.next_line().unwrap_or_default();
     let by_blanks: Option<Vec<f64>> = text.split_whitespace().map(number).collect();
-    let by_width = || fixed(text.trim_end(), &[25; 3]).iter().filter_map(|f| number(f)).collect();
+    let by_width = || split_columns(text.trim_end(), &[25; 3]).iter().filter_map(|f| number(f)).collect();
     let factors = by_blanks.unwrap_or_else(by_width);
     read_system(code, &factors).map_err(|message| {
         let mut e = InputError::new(file, format!("dataset 164: {message}"));
@@ -192,8 +192,8 @@ fn function(
     if header.len() < HEADER_LINES {
         return Err(fail("the file ends inside the header".into()));
     }
-    let dof = fixed(&header[5], &[5, 10, 5, 10, 11, 10, 4, 11, 10, 4]);
-    let data = fixed(&header[6], &[10, 10, 10, 13, 13, 13]);
+    let dof = split_columns(&header[5], &[5, 10, 5, 10, 11, 10, 4, 11, 10, 4]);
+    let data = split_columns(&header[6], &[10, 10, 10, 13, 13, 13]);
     let whole = |text: &str, what: &str| {
         text.trim().parse::<i64>().map_err(|_| fail(format!("{what} {:?} is not a whole number", text.trim())))
     };
@@ -259,7 +259,7 @@ fn function(
 }
 
 /// Fields of fixed width, short lines padded with nothing.
-fn fixed(text: &str, widths: &[usize]) -> Vec<String> {
+fn split_columns(text: &str, widths: &[usize]) -> Vec<String> {
     let chars: Vec<char> = text.chars().collect();
     let mut at = 0;
     widths
@@ -301,7 +301,7 @@ fn ascii_values(cursor: &mut Cursor<'_>, wanted: usize, even: bool, double: bool
         }
         let by_blanks: Option<Vec<f64>> = text.split_whitespace().map(number).collect();
         let by_width = |widths: &[usize]| -> Option<Vec<f64>> {
-            fixed(text.trim_end(), widths).iter().filter(|f| !f.trim().is_empty()).map(|f| number(f)).collect()
+            split_columns(text.trim_end(), widths).iter().filter(|f| !f.trim().is_empty()).map(|f| number(f)).collect()
         };
         let row = by_blanks.or_else(|| by_width(widths)).or_else(|| by_width(pair));
         match row {
@@ -372,7 +372,7 @@ fn binary_values(
 
 /// Kind, label and unit of an axis of a function.
 fn axis(text: &str) -> UffAxis {
-    let f = fixed(text, &[10, 5, 5, 5, 21, 21]);
+    let f = split_columns(text, &[10, 5, 5, 5, 21, 21]);
     UffAxis { kind: f[0].trim().parse().unwrap_or(0), label: f[4].trim().to_owned(), units: f[5].trim().to_owned() }
 }
 

@@ -5,7 +5,7 @@
 
 use super::error::InputError;
 use super::uff::UffFunction;
-use super::uff_units::{FORCE, SAME_FACTOR, Unit, read_frequency_unit, read_unit};
+use super::uff_units::{FORCE, SAME_FACTOR, UffUnit, read_frequency_unit, read_unit};
 use crate::linalg::c64;
 use std::f64::consts::TAU;
 
@@ -44,7 +44,7 @@ impl UffFrf {
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Motion {
+enum UffMotion {
     Displacement,
     Velocity,
     Acceleration,
@@ -143,9 +143,9 @@ pub(super) fn frf_of(number: usize, function: &UffFunction) -> Result<UffFrf, St
         }
         let s = c64::new(0.0, TAU * f);
         let h = match motion {
-            Motion::Displacement => *y,
-            Motion::Velocity => y / s,
-            Motion::Acceleration => y / (s * s),
+            UffMotion::Displacement => *y,
+            UffMotion::Velocity => y / s,
+            UffMotion::Acceleration => y / (s * s),
         };
         frequency_hz.push(*f);
         compliance.push(h * factor);
@@ -164,7 +164,7 @@ pub(super) fn frf_of(number: usize, function: &UffFunction) -> Result<UffFrf, St
     })
 }
 
-impl Motion {
+impl UffMotion {
     /// What a type of the ordinate is; none where the type is general or unknown.
     fn of_type(function: &UffFunction) -> Result<Option<Self>, String> {
         match function.ordinate.kind {
@@ -203,11 +203,11 @@ impl Motion {
 }
 
 /// What moves, the factor from file units to SI, and what was taken for granted.
-fn motion(function: &UffFunction) -> Result<(Motion, f64, Vec<String>), String> {
+fn motion(function: &UffFunction) -> Result<(UffMotion, f64, Vec<String>), String> {
     if !matches!(function.denominator.kind, 0 | 1 | 9 | 13) {
         return Err(format!("the denominator (type {}) is not a force", function.denominator.kind));
     }
-    let typed = Motion::of_type(function)?;
+    let typed = UffMotion::of_type(function)?;
     let read = |label: &str| read_unit(label).map_err(|part| format!("the unit {label:?} is not understood: {part}"));
     let (ordinate, denominator) = (read(&function.ordinate.units)?, read(&function.denominator.units)?);
     check_system(function, ordinate, denominator)?;
@@ -225,7 +225,7 @@ fn motion(function: &UffFunction) -> Result<(Motion, f64, Vec<String>), String> 
                 0 => unit.si / force,
                 _ => unit.si,
             };
-            let found = Motion::of_exponents([length, time]).filter(|_| matches!(newton, 0 | -1)).ok_or(format!(
+            let found = UffMotion::of_exponents([length, time]).filter(|_| matches!(newton, 0 | -1)).ok_or(format!(
                 "the unit {:?} of the ordinate is no displacement, velocity or acceleration, over force or not",
                 function.ordinate.units
             ))?;
@@ -261,7 +261,7 @@ fn motion(function: &UffFunction) -> Result<(Motion, f64, Vec<String>), String> 
 }
 
 /// Labels in other units than those of dataset 164 leave open which of them holds.
-fn check_system(function: &UffFunction, ordinate: Option<Unit>, denominator: Option<Unit>) -> Result<(), String> {
+fn check_system(function: &UffFunction, ordinate: Option<UffUnit>, denominator: Option<UffUnit>) -> Result<(), String> {
     let Some(system) = &function.system else {
         return Ok(());
     };

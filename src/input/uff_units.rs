@@ -12,7 +12,7 @@ const POUND_FORCE_N: f64 = 0.453_592_37 * GRAVITY_M_S2;
 
 /// A unit: its size in SI and its exponents of metre, second and newton.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Unit {
+pub(super) struct UffUnit {
     /// SI units in one of it.
     pub si: f64,
     /// Exponents of metre, second and newton.
@@ -22,7 +22,7 @@ pub(super) struct Unit {
 /// Unit of a force.
 pub(super) const FORCE: [i32; 3] = [0, 0, 1];
 
-impl Unit {
+impl UffUnit {
     const ONE: Self = Self { si: 1.0, dimensions: [0; 3] };
 
     const fn length(si: f64) -> Self {
@@ -43,7 +43,7 @@ impl Unit {
 
     /// This unit over another one.
     pub(super) fn over(self, other: Self) -> Self {
-        self.times(other.raised(-1))
+        self.times(other.raise_unit(-1))
     }
 
     fn times(self, other: Self) -> Self {
@@ -51,7 +51,7 @@ impl Unit {
         Self { si: self.si * other.si, dimensions: [0, 1, 2].map(|k: usize| a[k].saturating_add(b[k])) }
     }
 
-    fn raised(self, exponent: i32) -> Self {
+    fn raise_unit(self, exponent: i32) -> Self {
         Self { si: self.si.powi(exponent), dimensions: self.dimensions.map(|d| d.saturating_mul(exponent)) }
     }
 }
@@ -60,7 +60,7 @@ impl Unit {
 ///
 /// # Errors
 /// The part of the label that is no unit.
-pub(super) fn read_unit(label: &str) -> Result<Option<Unit>, String> {
+pub(super) fn read_unit(label: &str) -> Result<Option<UffUnit>, String> {
     // UTF-8 read byte by byte has these before and in place of its signs.
     let text = label.replace('Â', "").replace("Î¼", "µ").replace('μ', "µ").replace('²', "^2").replace('³', "^3");
     let text = text.replace("**", "^").replace("//", "/").replace("ms-2", "m/s^2").replace("ms-1", "m/s");
@@ -99,7 +99,7 @@ impl Parser {
         text
     }
 
-    fn product(&mut self) -> Result<Unit, String> {
+    fn product(&mut self) -> Result<UffUnit, String> {
         let mut unit = self.power()?;
         while let Some(sign) = self.peek() {
             match sign {
@@ -119,7 +119,7 @@ impl Parser {
         Ok(unit)
     }
 
-    fn power(&mut self) -> Result<Unit, String> {
+    fn power(&mut self) -> Result<UffUnit, String> {
         let base = self.base()?;
         if self.peek() == Some('^') {
             self.at += 1;
@@ -130,13 +130,13 @@ impl Parser {
         }
         let digits = self.take_while(|c| c.is_ascii_digit());
         match digits.parse::<i32>() {
-            Ok(exponent) if exponent <= 9 => Ok(base.raised(if negative { -exponent } else { exponent })),
+            Ok(exponent) if exponent <= 9 => Ok(base.raise_unit(if negative { -exponent } else { exponent })),
             _ if digits.is_empty() && !negative => Ok(base),
             _ => Err(format!("the exponent \"{}{digits}\"", if negative { "-" } else { "" })),
         }
     }
 
-    fn base(&mut self) -> Result<Unit, String> {
+    fn base(&mut self) -> Result<UffUnit, String> {
         match self.peek() {
             Some('(' | '[') => {
                 self.at += 1;
@@ -149,11 +149,11 @@ impl Parser {
             }
             Some('1') => {
                 self.at += 1;
-                Ok(Unit::ONE)
+                Ok(UffUnit::ONE)
             }
             Some('"') => {
                 self.at += 1;
-                Ok(Unit::length(INCH_M))
+                Ok(UffUnit::length(INCH_M))
             }
             Some(c) if c.is_alphabetic() => {
                 let name = self.take_while(|c| c.is_alphabetic() || c == '\'');
@@ -161,7 +161,7 @@ impl Parser {
                 if matches!(name.as_str(), "g" | "G") && self.rest.get(self.at) == Some(&'0') {
                     self.at += 1;
                 }
-                named(&name, self.capitals).ok_or(format!("{name:?}"))
+                find_unit(&name, self.capitals).ok_or(format!("{name:?}"))
             }
             Some(other) => Err(format!("{other:?}")),
             None => Err("an end after a sign".to_owned()),
@@ -170,7 +170,7 @@ impl Parser {
 }
 
 /// The unit of a name; prefixes are read as written (`mN` is no `MN`), names in a label of capitals in any case.
-fn named(name: &str, capitals: bool) -> Option<Unit> {
+fn find_unit(name: &str, capitals: bool) -> Option<UffUnit> {
     let lower = name.to_lowercase();
     if let Some(unit) = word(&lower) {
         // `Nm` is a torque, `nm` a length.
@@ -179,23 +179,23 @@ fn named(name: &str, capitals: bool) -> Option<Unit> {
     if name.chars().count() == 1 || capitals {
         // Milli or mega, nano or newton: capitals do not tell.
         let unclear = capitals && matches!(lower.as_str(), "mn" | "nm");
-        return if unclear { None } else { prefixed(if lower == "n" { "N" } else { &lower }) };
+        return if unclear { None } else { find_prefixed(if lower == "n" { "N" } else { &lower }) };
     }
     match name {
-        "Nm" => Some(Unit { si: 1.0, dimensions: [1, 0, 1] }),
-        _ => prefixed(name),
+        "Nm" => Some(UffUnit { si: 1.0, dimensions: [1, 0, 1] }),
+        _ => find_prefixed(name),
     }
 }
 
 /// A prefix before m, s, N or g.
-fn prefixed(name: &str) -> Option<Unit> {
+fn find_prefixed(name: &str) -> Option<UffUnit> {
     let newton_of_capitals = name.strip_suffix('n').filter(|p| matches!(*p, "k" | "da" | "u"));
     let (prefix, base) = match name.char_indices().last()? {
-        (at, 'm') => (&name[..at], Unit::length(1.0)),
-        (at, 's') => (&name[..at], Unit::time(1.0)),
-        (at, 'N') => (&name[..at], Unit::force(1.0)),
-        (at, 'g') => (&name[..at], Unit::acceleration(GRAVITY_M_S2)),
-        _ => (newton_of_capitals?, Unit::force(1.0)),
+        (at, 'm') => (&name[..at], UffUnit::length(1.0)),
+        (at, 's') => (&name[..at], UffUnit::time(1.0)),
+        (at, 'N') => (&name[..at], UffUnit::force(1.0)),
+        (at, 'g') => (&name[..at], UffUnit::acceleration(GRAVITY_M_S2)),
+        _ => (newton_of_capitals?, UffUnit::force(1.0)),
     };
     let mass = base.dimensions == [1, -2, 0] && !matches!(prefix, "" | "m" | "u" | "µ");
     let factor = match prefix {
@@ -211,31 +211,31 @@ fn prefixed(name: &str) -> Option<Unit> {
         "p" => 1e-12,
         _ => return None,
     };
-    (!mass).then_some(Unit { si: base.si * factor, ..base })
+    (!mass).then_some(UffUnit { si: base.si * factor, ..base })
 }
 
 /// A unit that is written as a word, in lower case.
-fn word(name: &str) -> Option<Unit> {
+fn word(name: &str) -> Option<UffUnit> {
     Some(match name {
-        "meter" | "meters" | "metre" | "metres" => Unit::length(1.0),
-        "millimeter" | "millimeters" | "millimetre" | "millimetres" => Unit::length(1e-3),
-        "micron" | "microns" | "micrometer" | "micrometers" | "micrometre" | "micrometres" => Unit::length(1e-6),
-        "in" | "inch" | "inches" => Unit::length(INCH_M),
-        "mil" | "mils" | "thou" => Unit::length(INCH_M / 1e3),
-        "ft" | "foot" | "feet" => Unit::length(12.0 * INCH_M),
-        "sec" | "second" | "seconds" => Unit::time(1.0),
-        "newton" | "newtons" => Unit::force(1.0),
-        "millinewton" | "millinewtons" => Unit::force(1e-3),
-        "kilonewton" | "kilonewtons" => Unit::force(1e3),
-        "lbf" | "lb" | "lbs" | "pound" | "pounds" => Unit::force(POUND_FORCE_N),
-        "ozf" | "oz" => Unit::force(POUND_FORCE_N / 16.0),
-        "kip" | "kips" | "klbf" => Unit::force(1e3 * POUND_FORCE_N),
-        "pdl" | "poundal" | "poundals" => Unit::force(0.453_592_37 * 12.0 * INCH_M),
-        "kgf" | "kp" => Unit::force(GRAVITY_M_S2),
-        "gf" => Unit::force(1e-3 * GRAVITY_M_S2),
-        "dyn" | "dyne" | "dynes" => Unit::force(1e-5),
-        "gn" | "g's" | "gs" => Unit::acceleration(GRAVITY_M_S2),
-        "gal" => Unit::acceleration(1e-2),
+        "meter" | "meters" | "metre" | "metres" => UffUnit::length(1.0),
+        "millimeter" | "millimeters" | "millimetre" | "millimetres" => UffUnit::length(1e-3),
+        "micron" | "microns" | "micrometer" | "micrometers" | "micrometre" | "micrometres" => UffUnit::length(1e-6),
+        "in" | "inch" | "inches" => UffUnit::length(INCH_M),
+        "mil" | "mils" | "thou" => UffUnit::length(INCH_M / 1e3),
+        "ft" | "foot" | "feet" => UffUnit::length(12.0 * INCH_M),
+        "sec" | "second" | "seconds" => UffUnit::time(1.0),
+        "newton" | "newtons" => UffUnit::force(1.0),
+        "millinewton" | "millinewtons" => UffUnit::force(1e-3),
+        "kilonewton" | "kilonewtons" => UffUnit::force(1e3),
+        "lbf" | "lb" | "lbs" | "pound" | "pounds" => UffUnit::force(POUND_FORCE_N),
+        "ozf" | "oz" => UffUnit::force(POUND_FORCE_N / 16.0),
+        "kip" | "kips" | "klbf" => UffUnit::force(1e3 * POUND_FORCE_N),
+        "pdl" | "poundal" | "poundals" => UffUnit::force(0.453_592_37 * 12.0 * INCH_M),
+        "kgf" | "kp" => UffUnit::force(GRAVITY_M_S2),
+        "gf" => UffUnit::force(1e-3 * GRAVITY_M_S2),
+        "dyn" | "dyne" | "dynes" => UffUnit::force(1e-5),
+        "gn" | "g's" | "gs" => UffUnit::acceleration(GRAVITY_M_S2),
+        "gal" => UffUnit::acceleration(1e-2),
         _ => return None,
     })
 }

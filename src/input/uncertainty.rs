@@ -3,7 +3,7 @@
 use super::curve::CurvesFile;
 use super::error::InputError;
 use super::error_list::ErrorList;
-use super::key::{Key, Range, needed, open};
+use super::key::{Key, Range, open, required_key};
 use super::positive::positive;
 use crate::augment::hardware::Uncertainty;
 use crate::augment::shape::Shape;
@@ -28,16 +28,20 @@ pub(super) const KEYS: &[Key] = &[
 pub(super) const ACTUATOR_KEYS: &[Key] = &{
     const SIZE: [Range; 2] = [[1e-3, 10.0], [1e-9, 1e6]];
     const WHY: &str = "amplifiers and magnets are known to some per cent in the band";
-    [needed("low", "", SIZE, WHY), needed("high", "", SIZE, ABOVE), needed("crossover_hz", "Hz", CORNER, ABOVE)]
+    [
+        required_key("low", "", SIZE, WHY),
+        required_key("high", "", SIZE, ABOVE),
+        required_key("crossover_hz", "Hz", CORNER, ABOVE),
+    ]
 };
 /// Keys of `uncertainty.sensor`.
 pub(super) const SENSOR_KEYS: &[Key] = &{
     const SIZE: [Range; 2] = [[1e-10, 1e-3], [1e-15, 1.0]];
     const WHY: &str = "an ampere moves a spindle by some micrometres";
     [
-        needed("low_m_per_a", "m/A", SIZE, WHY),
-        needed("high_m_per_a", "m/A", SIZE, ABOVE),
-        needed("crossover_hz", "Hz", CORNER, ABOVE),
+        required_key("low_m_per_a", "m/A", SIZE, WHY),
+        required_key("high_m_per_a", "m/A", SIZE, ABOVE),
+        required_key("crossover_hz", "Hz", CORNER, ABOVE),
     ]
 };
 

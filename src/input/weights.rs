@@ -8,7 +8,7 @@ use super::positive::positive;
 use super::shipped::{self, WEIGHTS};
 use super::uncertainty::{UncertaintyFile, uncertainty};
 use super::yaml;
-use crate::augment::weights::{Limits, Quantity, StiffnessFloor, Weights};
+use crate::augment::weights::{FreeQuantity, Limits, StiffnessFloor, Weights};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -226,20 +226,20 @@ fn stiffness_floors(errors: &mut ErrorList<'_>, read: &[ToolStiffnessFile]) -> V
 }
 
 /// What a file leaves out.
-fn left_out(read: &WeightsFile) -> Vec<Quantity> {
+fn left_out(read: &WeightsFile) -> Vec<FreeQuantity> {
     let mut open = vec![];
     for (place, limits) in [&read.tool, &read.front, &read.rear].into_iter().enumerate() {
         if limits.load_crossover_hz.is_none() {
-            open.push(Quantity::LoadCrossover(place));
+            open.push(FreeQuantity::LoadCrossover(place));
         }
         if limits.displacement_crossover_hz.is_none() {
-            open.push(Quantity::DisplacementCrossover(place));
+            open.push(FreeQuantity::DisplacementCrossover(place));
         }
     }
     let levels = [
-        (read.current_limit_a, Quantity::CurrentLimit),
-        (read.current_rolloff_hz, Quantity::CurrentRolloff),
-        (read.sensor_noise_m, Quantity::SensorNoise),
+        (read.current_limit_a, FreeQuantity::CurrentLimit),
+        (read.current_rolloff_hz, FreeQuantity::CurrentRolloff),
+        (read.sensor_noise_m, FreeQuantity::SensorNoise),
     ];
     open.extend(levels.into_iter().filter(|(v, _)| v.is_none()).map(|(_, q)| q));
     open

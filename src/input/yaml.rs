@@ -4,7 +4,7 @@
 use super::error::InputError;
 use super::error_list::ErrorList;
 use super::file::KEYS;
-use super::keys::Group;
+use super::keys::KeyGroup;
 use super::list_limits::check_lists;
 use super::plausible;
 use super::structure::check_structure;
@@ -18,7 +18,7 @@ const DEEPEST: usize = 64;
 
 /// A file of keys, checked against its table; none when what is wrong leaves no value. Unknown and missing keys, values
 /// of another kind and impossible sizes are added to the errors of the file, all of them.
-pub(super) fn read<T: DeserializeOwned + JsonSchema>(errors: &mut ErrorList<'_>, groups: &[Group]) -> Option<T> {
+pub(super) fn read<T: DeserializeOwned + JsonSchema>(errors: &mut ErrorList<'_>, groups: &[KeyGroup]) -> Option<T> {
     let (file, text) = (errors.file, errors.text);
     errors.take(check_text(file, text))?;
     let (read, tree) = match serde_yaml::from_str(text) {

@@ -6,7 +6,7 @@ const SWEEPS: usize = 20;
 
 /// T of x = T x̃ for which the size of row i and that of column i are alike. `sizes` returns both under a scaling: the
 /// row falls and the column grows with tᵢ. A state without a row or a column keeps its scale.
-pub(crate) fn balanced(n: usize, sizes: impl Fn(&[f64], usize) -> (f64, f64)) -> Vec<f64> {
+pub(crate) fn balance_scales(n: usize, sizes: impl Fn(&[f64], usize) -> (f64, f64)) -> Vec<f64> {
     let mut t = vec![1.0f64; n];
     for _ in 0..SWEEPS {
         let mut changed = false;

@@ -23,12 +23,12 @@ pub(crate) fn invariant_bases(a: &Mat<f64>, limit: f64) -> Result<Vec<Mat<f64>>,
     while start < n {
         let mut end = start + form.block_at(start);
         while end < n {
-            match coupling(&form, (start, end), limit) {
+            match coupling(&form, start, end, limit) {
                 Some(p) => {
-                    separate(&mut form, (start, end), &p);
+                    separate(&mut form, start, end, &p);
                     break;
                 }
-                None => end += raise_nearest(&mut form, (start, end)),
+                None => end += raise_nearest(&mut form, start, end),
             }
         }
         bases.push(orthonormal_columns(&form.z.submatrix(0, start, n, end - start).to_owned()));
@@ -38,7 +38,7 @@ pub(crate) fn invariant_bases(a: &Mat<f64>, limit: f64) -> Result<Vec<Mat<f64>>,
 }
 
 /// P with T₁₁P − PT₂₂ = −T₁₂ for T₁₁ at `start..end` and T₂₂ below it; nothing as soon as ‖P‖ exceeds `limit`.
-fn coupling(form: &RealSchur, (start, end): (usize, usize), limit: f64) -> Option<Mat<f64>> {
+fn coupling(form: &RealSchur, start: usize, end: usize, limit: f64) -> Option<Mat<f64>> {
     let t = &form.t;
     let n = t.nrows();
     let blocks = form.blocks();
@@ -69,7 +69,7 @@ fn coupling(form: &RealSchur, (start, end): (usize, usize), limit: f64) -> Optio
 }
 
 /// Z ← Z [I P; 0 I] on the separated columns; the coupling T₁₂ is zero afterwards.
-fn separate(form: &mut RealSchur, (start, end): (usize, usize), p: &Mat<f64>) {
+fn separate(form: &mut RealSchur, start: usize, end: usize, p: &Mat<f64>) {
     let n = form.t.nrows();
     let added = form.z.submatrix(0, start, n, end - start) * p;
     for j in end..n {
@@ -83,7 +83,7 @@ fn separate(form: &mut RealSchur, (start, end): (usize, usize), p: &Mat<f64>) {
 }
 
 /// Moves the block below `end` whose eigenvalue is nearest to those of `start..end` to `end`; returns its size.
-fn raise_nearest(form: &mut RealSchur, (start, end): (usize, usize)) -> usize {
+fn raise_nearest(form: &mut RealSchur, start: usize, end: usize) -> usize {
     let upper: Vec<(usize, usize, c64)> =
         form.blocks().into_iter().map(|(at, size)| (at, size, form.eigenvalue_at(at))).collect();
     let distance = |z: c64| {

@@ -3,9 +3,9 @@
 //! date, and rotations take two neighbouring entries at a time: two thirds of the time of a general Schur form at order
 //! 60.
 
-use super::dense::{sorted, stuck, unit_of};
+use super::dense::{sort_eigenvalues, stuck, unit_of};
 use super::error::NumericError;
-use super::fused::fused;
+use super::fused::multiply_add;
 use super::hessenberg::{EXCEPTION, Hessenberg, MOST_STEPS, Stored};
 use faer::{Mat, c64};
 
@@ -25,7 +25,7 @@ pub fn eigenvalues_complex(a: &Mat<c64>) -> Result<Vec<c64>, NumericError> {
     let mut end = n;
     let mut steps = 0;
     while end > 0 {
-        let start = form.deflated(end);
+        let start = form.deflate_end(end);
         if start + 1 == end {
             values.push(form.value(start, start) * unit);
             (end, steps) = (start, 0);
@@ -41,7 +41,7 @@ pub fn eigenvalues_complex(a: &Mat<c64>) -> Result<Vec<c64>, NumericError> {
         };
         form.step(start, end, shift);
     }
-    Ok(sorted(values))
+    Ok(sort_eigenvalues(values))
 }
 
 /// A rotation [c, s; −s̄, c] of two rows.
@@ -87,7 +87,7 @@ impl Rotation {
         let y = [x[2], x[3], x[0], x[1]];
         let z = [x[3], x[2], x[1], x[0]];
         let (a, b) = ([re, re, -re, -re], [-im, im, -im, im]);
-        *x = std::array::from_fn(|k| fused(a[k], y[k], fused(b[k], z[k], c * x[k])));
+        *x = std::array::from_fn(|k| multiply_add(a[k], y[k], multiply_add(b[k], z[k], c * x[k])));
     }
 
     /// The entries of K/2 rows in two neighbouring columns, from the right with the adjoint.
@@ -98,8 +98,8 @@ impl Rotation {
         let sign: [f64; K] = std::array::from_fn(|k| if k % 2 == 0 { im } else { -im });
         let (old_x, old_y) = (*x, *y);
         let (u, v) = (swapped(&old_x), swapped(&old_y));
-        *x = std::array::from_fn(|k| fused(re, old_y[k], fused(sign[k], v[k], c * old_x[k])));
-        *y = std::array::from_fn(|k| fused(-re, old_x[k], fused(sign[k], u[k], c * old_y[k])));
+        *x = std::array::from_fn(|k| multiply_add(re, old_y[k], multiply_add(sign[k], v[k], c * old_x[k])));
+        *y = std::array::from_fn(|k| multiply_add(-re, old_x[k], multiply_add(sign[k], u[k], c * old_y[k])));
     }
 }
 
@@ -128,7 +128,7 @@ impl Hessenberg<[f64; 2]> {
 
     /// Where a step begins: as far down as what its first rotation fills in before is negligible. A shift that passes
     /// small entries below the diagonal is lost on the way.
-    fn begun(&self, (start, end): (usize, usize), shift: c64) -> usize {
+    fn begun(&self, start: usize, end: usize, shift: c64) -> usize {
         let size = |z: c64| [z.re, z.im].size();
         let begins = |k: &usize| {
             let k = *k;
@@ -143,7 +143,7 @@ impl Hessenberg<[f64; 2]> {
     /// A QR step on the rows and columns from `start` to before `end`.
     fn step(&mut self, start: usize, end: usize, shift: c64) {
         let n = self.order;
-        let first = self.begun((start, end), shift);
+        let first = self.begun(start, end, shift);
         for i in first..end - 1 {
             let rotation = if i > first {
                 let pair = (self.value(i, i - 1), self.value(i + 1, i - 1));

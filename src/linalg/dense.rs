@@ -105,7 +105,7 @@ pub(crate) fn balance(a: &Mat<f64>) -> (Mat<f64>, Vec<f64>) {
 }
 
 /// By modulus, then real part, then imaginary part.
-pub(super) fn sorted(mut values: Vec<c64>) -> Vec<c64> {
+pub(super) fn sort_eigenvalues(mut values: Vec<c64>) -> Vec<c64> {
     values.sort_by(|x, y| x.norm().total_cmp(&y.norm()).then(x.re.total_cmp(&y.re)).then(x.im.total_cmp(&y.im)));
     values
 }

@@ -43,7 +43,7 @@ impl Doubled {
     }
 
     /// The nearest f64 matrix.
-    pub(crate) fn rounded(&self) -> Mat<f64> {
+    pub(crate) fn to_double(&self) -> Mat<f64> {
         Mat::from_fn(self.hi.nrows(), self.hi.ncols(), |i, j| self.hi[(i, j)] + self.lo[(i, j)])
     }
 
@@ -62,7 +62,7 @@ impl Doubled {
     }
 
     /// The matrix times a power of two.
-    pub(crate) fn scaled(&self, power_of_two: f64) -> Self {
+    pub(crate) fn scale_power(&self, power_of_two: f64) -> Self {
         let (n, m) = (self.hi.nrows(), self.hi.ncols());
         Self {
             hi: Mat::from_fn(n, m, |i, j| power_of_two * self.hi[(i, j)]),
@@ -71,7 +71,7 @@ impl Doubled {
     }
 
     /// Transpose.
-    pub(crate) fn transposed(&self) -> Self {
+    pub(crate) fn transpose(&self) -> Self {
         Self { hi: self.hi.transpose().to_owned(), lo: self.lo.transpose().to_owned() }
     }
 
@@ -178,6 +178,6 @@ impl Doubled {
                 t.lo[(j, i)] = lo;
             }
         }
-        t.transposed()
+        t.transpose()
     }
 }

@@ -69,15 +69,17 @@ impl EqualPlanes {
     /// relative to the largest entry.
     pub(crate) fn turning_between(&self, columns: &Self, a: &Mat<f64>, scales: (&[f64], &[f64])) -> Option<Mat<c64>> {
         let mean = self.mean_between(columns, a)?;
-        self.scaled(columns, (a, &mean), scales)
+        self.scale_planes(columns, a, &mean, scales.0, scales.1)
     }
 
     /// [`Self::turning_between`] of a matrix with its mean.
-    fn scaled(
+    fn scale_planes(
         &self,
         columns: &Self,
-        (a, mean): (&Mat<f64>, &Mat<c64>),
-        (of_rows, of_columns): (&[f64], &[f64]),
+        a: &Mat<f64>,
+        mean: &Mat<c64>,
+        of_rows: &[f64],
+        of_columns: &[f64],
     ) -> Option<Mat<c64>> {
         let (mut largest, mut apart) = (0.0f64, 0.0f64);
         for (i, (x, y)) in self.x.iter().zip(&self.y).enumerate() {
@@ -99,7 +101,7 @@ impl EqualPlanes {
     pub(crate) fn turning(&self, a: &Mat<f64>) -> Option<(Mat<c64>, Vec<f64>)> {
         let mean = self.mean_between(self, a)?;
         let scale = scale_of_moduli(&mean);
-        let turning = self.scaled(self, (a, &mean), (&scale, &scale))?;
+        let turning = self.scale_planes(self, a, &mean, &scale, &scale)?;
         Some((turning, scale))
     }
 
@@ -122,13 +124,13 @@ impl EqualPlanes {
     pub(crate) fn exponentials<const K: usize>(&self, a: &Mat<f64>, times: [f64; K]) -> Option<[Mat<f64>; K]> {
         let (turning, scale) = self.turning(a)?;
         Some(match one_plane(&turning) {
-            Some(plane) => self.unscaled(exponentials_of_balanced(&plane, times), &scale),
-            None => self.unscaled(exponentials_of_balanced(&turning, times), &scale),
+            Some(plane) => self.unscale_planes(exponentials_of_balanced(&plane, times), &scale),
+            None => self.unscale_planes(exponentials_of_balanced(&turning, times), &scale),
         })
     }
 
     /// What scaled matrices of one plane stand for on these coordinates.
-    fn unscaled<T: Copy + Into<c64>, const K: usize>(&self, list: [Mat<T>; K], scale: &[f64]) -> [Mat<f64>; K] {
+    fn unscale_planes<T: Copy + Into<c64>, const K: usize>(&self, list: [Mat<T>; K], scale: &[f64]) -> [Mat<f64>; K] {
         list.map(|e| {
             self.of_both(|i, j| {
                 let entry: c64 = e[(i, j)].into();

@@ -27,7 +27,7 @@ pub(crate) trait Columns {
 
     /// |entry|².
     #[inline]
-    fn squared(&self, i: usize, j: usize) -> f64 {
+    fn square_of(&self, i: usize, j: usize) -> f64 {
         let (re, im) = self.at(i, j);
         re * re + im * im
     }
@@ -182,7 +182,7 @@ mod tests {
     use super::*;
 
     /// A Hermitian matrix, definite but for `shift`.
-    fn filled<M: Columns>(n: usize, shift: f64) -> M {
+    fn fill_test_matrix<M: Columns>(n: usize, shift: f64) -> M {
         let mut m = M::zeros(n, n);
         for j in 0..n {
             m.set(j, j, (2.0 * n as f64 + j as f64 - shift, 0.0));
@@ -198,7 +198,7 @@ mod tests {
     #[test]
     fn matrices_of_a_known_order_do_what_others_do() {
         for n in 1..=8 {
-            let (mut one, mut other) = (filled::<Fixed<8>>(n, 0.0), filled::<Planar>(n, 0.0));
+            let (mut one, mut other) = (fill_test_matrix::<Fixed<8>>(n, 0.0), fill_test_matrix::<Planar>(n, 0.0));
             assert!(one.cholesky(n) && other.cholesky(n));
             let (mut inverse, mut expected) = (Fixed::zeros(n, n), Planar::zeros(n, n));
             one.invert_lower_transposed(n, &mut inverse);
@@ -217,7 +217,7 @@ mod tests {
                     }
                 }
             }
-            let mut indefinite = filled::<Fixed<8>>(n, 3.0 * n as f64 + 20.0);
+            let mut indefinite = fill_test_matrix::<Fixed<8>>(n, 3.0 * n as f64 + 20.0);
             assert!(!indefinite.cholesky(n));
         }
     }

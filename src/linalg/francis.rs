@@ -3,7 +3,7 @@
 
 use super::dense::{NEGLIGIBLE, stuck};
 use super::error::NumericError;
-use super::fused::fused;
+use super::fused::multiply_add;
 use super::hessenberg::{EXCEPTION, Hessenberg, MOST_STEPS};
 use faer::{Mat, c64};
 use std::ops::Range;
@@ -33,11 +33,11 @@ impl Francis {
     ///
     /// # Errors
     /// [`NumericError::NoConvergence`] when one eigenvalue takes too many steps.
-    pub(super) fn finished(mut self) -> Result<Self, NumericError> {
+    pub(super) fn check_finished(mut self) -> Result<Self, NumericError> {
         let mut end = self.form.order;
         let mut steps = 0;
         while end > 0 {
-            let start = self.form.deflated(end);
+            let start = self.form.deflate_end(end);
             if end - start <= 2 {
                 (end, steps) = (start, 0);
                 continue;
@@ -46,7 +46,7 @@ impl Francis {
             if steps > MOST_STEPS {
                 return Err(stuck(self.form.order));
             }
-            let shifts = self.form.shifts((start, end), steps);
+            let shifts = self.form.shifts(start, end, steps);
             self.step(start, end, shifts);
         }
         Ok(self)
@@ -77,7 +77,7 @@ impl Francis {
     /// A step on the rows and columns from `start` to before `end`, three of them at least.
     fn step(&mut self, start: usize, end: usize, shifts: (f64, f64)) {
         let form = &mut self.form;
-        let (first, mut column) = form.begun((start, end), shifts);
+        let (first, mut column) = form.begun(start, end, shifts.0, shifts.1);
         for k in first..end - 1 {
             let three = k + 2 < end;
             if k > first {
@@ -100,9 +100,9 @@ impl Francis {
             let part = if values_alone { start..end } else { 0..n };
             let columns = |entries: &mut [f64], rows| {
                 if three {
-                    reflection.reflect_three_columns(entries, (n, k), rows)
+                    reflection.reflect_three_columns(entries, n, k, rows)
                 } else {
-                    reflection.reflect_two_columns(entries, (n, k), rows)
+                    reflection.reflect_two_columns(entries, n, k, rows)
                 }
             };
             if three {
@@ -146,14 +146,14 @@ impl Reflection {
     #[inline(always)]
     fn reflect_columns<const K: usize>(&self, [x, y, z]: [&mut [f64; K]; 3]) {
         let [a, b] = self.v;
-        let sum: [f64; K] = std::array::from_fn(|k| self.tau * fused(b, z[k], fused(a, y[k], x[k])));
+        let sum: [f64; K] = std::array::from_fn(|k| self.tau * multiply_add(b, z[k], multiply_add(a, y[k], x[k])));
         *x = std::array::from_fn(|k| x[k] - sum[k]);
-        *y = std::array::from_fn(|k| fused(-sum[k], a, y[k]));
-        *z = std::array::from_fn(|k| fused(-sum[k], b, z[k]));
+        *y = std::array::from_fn(|k| multiply_add(-sum[k], a, y[k]));
+        *z = std::array::from_fn(|k| multiply_add(-sum[k], b, z[k]));
     }
 
     /// Columns k, k + 1, k + 2 of a matrix of `n` rows from the right, in some rows.
-    fn reflect_three_columns(&self, entries: &mut [f64], (n, k): (usize, usize), rows: Range<usize>) {
+    fn reflect_three_columns(&self, entries: &mut [f64], n: usize, k: usize, rows: Range<usize>) {
         let mut columns = entries[k * n..(k + 3) * n].chunks_exact_mut(n);
         let (Some(x), Some(y), Some(z)) = (columns.next(), columns.next(), columns.next()) else {
             return;
@@ -171,7 +171,7 @@ impl Reflection {
     }
 
     /// Columns k and k + 1, the same way.
-    fn reflect_two_columns(&self, entries: &mut [f64], (n, k): (usize, usize), rows: Range<usize>) {
+    fn reflect_two_columns(&self, entries: &mut [f64], n: usize, k: usize, rows: Range<usize>) {
         let (tau, a) = (self.tau, self.v[0]);
         let (before, after) = entries.split_at_mut((k + 1) * n);
         let pairs = before[k * n..][rows.clone()].iter_mut().zip(&mut after[rows]);
@@ -191,7 +191,7 @@ impl Hessenberg<f64> {
     }
 
     /// Real part and square of the imaginary part of the two shifts of a step.
-    fn shifts(&self, (start, end): (usize, usize), steps: usize) -> (f64, f64) {
+    fn shifts(&self, start: usize, end: usize, steps: usize) -> (f64, f64) {
         let last = end - 1;
         if steps.is_multiple_of(EXCEPTION) {
             // At the lower end and at the upper end in turn.
@@ -216,7 +216,7 @@ impl Hessenberg<f64> {
 
     /// Where a step begins, and the direction that its first reflection turns into the first axis: as far down as what
     /// that fills in before is negligible. Shifts that pass small entries below the diagonal are lost on the way.
-    fn begun(&self, (start, end): (usize, usize), (re, im_squared): (f64, f64)) -> (usize, [f64; 3]) {
+    fn begun(&self, start: usize, end: usize, re: f64, im_squared: f64) -> (usize, [f64; 3]) {
         let mut first = end - 3;
         loop {
             // First column of (H − s)(H − s̄) from here on, divided by the first entry below the diagonal.
@@ -248,10 +248,10 @@ impl Hessenberg<f64> {
         let (tau, [a, b]) = (reflection.tau, reflection.v);
         for column in self.entries[k * n..end * n].chunks_exact_mut(n) {
             if let Some([x, y, z]) = column[k..].first_chunk_mut::<3>() {
-                let sum = tau * fused(b, *z, fused(a, *y, *x));
+                let sum = tau * multiply_add(b, *z, multiply_add(a, *y, *x));
                 *x -= sum;
-                *y = fused(-sum, a, *y);
-                *z = fused(-sum, b, *z);
+                *y = multiply_add(-sum, a, *y);
+                *z = multiply_add(-sum, b, *z);
             }
         }
     }

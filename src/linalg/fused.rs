@@ -5,20 +5,23 @@ use super::c64;
 /// a·b + c: rounded once where the program is built for a processor that does so in one instruction (the compiler may
 /// not decide that), else with the product rounded as well.
 #[inline(always)]
-pub(crate) fn fused(a: f64, b: f64, c: f64) -> f64 {
+pub(crate) fn multiply_add(a: f64, b: f64, c: f64) -> f64 {
     if cfg!(any(target_feature = "fma", target_arch = "aarch64")) { a.mul_add(b, c) } else { a * b + c }
 }
 
-/// a·b + c of complex numbers, as [`fused`].
+/// a·b + c of complex numbers, as [`multiply_add`].
 #[inline(always)]
 pub(crate) fn fused_complex(a: c64, b: c64, c: c64) -> c64 {
-    c64::new(fused(a.re, b.re, fused(-a.im, b.im, c.re)), fused(a.re, b.im, fused(a.im, b.re, c.im)))
+    c64::new(
+        multiply_add(a.re, b.re, multiply_add(-a.im, b.im, c.re)),
+        multiply_add(a.re, b.im, multiply_add(a.im, b.re, c.im)),
+    )
 }
 
-/// a·b of complex numbers, as [`fused`].
+/// a·b of complex numbers, as [`multiply_add`].
 #[inline(always)]
 pub(crate) fn product(a: c64, b: c64) -> c64 {
-    c64::new(fused(a.re, b.re, -(a.im * b.im)), fused(a.re, b.im, a.im * b.re))
+    c64::new(multiply_add(a.re, b.re, -(a.im * b.im)), multiply_add(a.re, b.im, a.im * b.re))
 }
 
 #[cfg(test)]
@@ -33,7 +36,7 @@ mod tests {
             let size = (a * b).norm() + c.norm();
             assert!((fused_complex(a, b, c) - (a * b + c)).norm() < 1e-15 * size);
             assert!((product(a, b) - a * b).norm() < 1e-15 * size);
-            assert!((fused(a.re, b.re, c.re) - (a.re * b.re + c.re)).abs() < 1e-15 * size);
+            assert!((multiply_add(a.re, b.re, c.re) - (a.re * b.re + c.re)).abs() < 1e-15 * size);
         }
     }
 }

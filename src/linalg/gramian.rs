@@ -23,12 +23,12 @@ pub(crate) fn lyapunov_doubled(a: &Mat<f64>, q: &Doubled) -> Result<Doubled, Num
     let mut last = f64::INFINITY;
     for k in 0..LIMIT {
         let p = x.times(&exact_a);
-        let residual = p.plus(&p.transposed()).plus(q).rounded();
+        let residual = p.plus(&p.transpose()).plus(q).to_double();
         let step = lyapunov_with(&form, &residual);
         if !step.is_all_finite() {
             break;
         }
-        let size = step.norm_l2() / x.rounded().norm_l2().max(step.norm_l2()).max(f64::MIN_POSITIVE);
+        let size = step.norm_l2() / x.to_double().norm_l2().max(step.norm_l2()).max(f64::MIN_POSITIVE);
         if k > 0 && size >= 0.5 * last {
             break;
         }

@@ -85,7 +85,7 @@ impl<S: Stored> Hessenberg<S> {
     }
 
     /// Start of the last part before `end` that does not fall apart: the entry before it is negligible and set to zero.
-    pub(super) fn deflated(&mut self, end: usize) -> usize {
+    pub(super) fn deflate_end(&mut self, end: usize) -> usize {
         let Some(i) = (1..end).rev().find(|i| self.is_negligible(*i)) else {
             return 0;
         };

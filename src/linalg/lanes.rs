@@ -272,7 +272,7 @@ impl HermitianLanes {
     }
 
     /// A² over the square of a positive number, which the entries are divided by before they are multiplied.
-    fn squared(&self, size: f64) -> Self {
+    fn square_lanes(&self, size: f64) -> Self {
         let width = groups(self.n);
         let inverse = size.recip();
         let mut columns = Vec::with_capacity(self.columns.len());
@@ -306,7 +306,7 @@ impl HermitianLanes {
                 let value = if trace.is_nan() { f64::NAN } else { 0.0 };
                 return Largest::Value(value, vec![Lanes::ZERO; groups(self.n)]);
             }
-            power = power.squared(trace);
+            power = power.square_lanes(trace);
             scale *= trace.powf(1.0 / exponent);
             exponent *= 2.0;
         }

@@ -51,7 +51,7 @@ fn largest_hermitian_value<M: Columns>(mut a: M, n: usize) -> f64 {
     for k in 0..n {
         d[k] = a.at(k, k).0;
         if k + 1 < n {
-            e[k] = reflect(&mut a, (k, n), &mut v, &mut p);
+            e[k] = reflect(&mut a, k, n, &mut v, &mut p);
         }
     }
     tridiagonal_values(&mut d, &mut e);
@@ -60,7 +60,7 @@ fn largest_hermitian_value<M: Columns>(mut a: M, n: usize) -> f64 {
 
 /// Annihilates column k below the subdiagonal by a reflection I − τvvᴴ on both sides; returns |subdiagonal entry|. Rows
 /// and columns up to k are done with.
-fn reflect<M: Columns>(a: &mut M, (k, n): (usize, usize), v: &mut M, p: &mut M) -> f64 {
+fn reflect<M: Columns>(a: &mut M, k: usize, n: usize, v: &mut M, p: &mut M) -> f64 {
     let first = k + 1;
     let below = first + 1..n;
     let of_real: f64 = below.clone().map(|i| a.at(i, k).0.powi(2)).sum();

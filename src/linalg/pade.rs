@@ -8,12 +8,12 @@ use faer::{Accum, Mat, Par, c64};
 use std::ops::{Add, Mul};
 
 /// Entries of a matrix whose exponential is asked for.
-pub(super) trait Entry:
+pub(super) trait PadeEntry:
     ComplexField + Copy + Into<c64> + Add<Output = Self> + Mul<f64, Output = Self> + From<f64>
 {
 }
-impl Entry for f64 {}
-impl Entry for c64 {}
+impl PadeEntry for f64 {}
+impl PadeEntry for c64 {}
 
 /// Coefficients of the Padé approximant of degree 13, b₀ … b₁₃ (Higham 2005, section 2).
 const PADE: [f64; 14] = [
@@ -44,7 +44,7 @@ const MOST_SPARED: i32 = 40;
 
 /// exp(tA) of a balanced square matrix at some times t ≥ 0, which share the powers of A. Entries that overflow are not
 /// finite.
-pub(super) fn exponentials_of_balanced<T: Entry, const K: usize>(a: &Mat<T>, times: [f64; K]) -> [Mat<T>; K] {
+pub(super) fn exponentials_of_balanced<T: PadeEntry, const K: usize>(a: &Mat<T>, times: [f64; K]) -> [Mat<T>; K] {
     let n = a.nrows();
     let longest = times.into_iter().fold(0.0, f64::max);
     // Powers of what the longest time needs by the norm, so that none overflows where its exponential does not.
@@ -82,13 +82,13 @@ fn squarings(size: f64) -> i32 {
 }
 
 /// |Re z| + |Im z|, which no finite entry makes overflow; up to √2 above the modulus.
-pub(super) fn size_of<T: Entry>(entry: T) -> f64 {
+pub(super) fn size_of<T: PadeEntry>(entry: T) -> f64 {
     let z: c64 = entry.into();
     z.re.abs() + z.im.abs()
 }
 
 /// Largest sum of sizes of a column.
-fn norm<T: Entry>(a: &Mat<T>) -> f64 {
+fn norm<T: PadeEntry>(a: &Mat<T>) -> f64 {
     let column = |j: usize| a.col(j).iter().map(|z| size_of(*z)).sum::<f64>();
     (0..a.ncols()).map(column).fold(0.0, f64::max)
 }
@@ -96,7 +96,7 @@ fn norm<T: Entry>(a: &Mat<T>) -> f64 {
 /// Bound on a matrix in an even power series, from the norms of its sixth, eighth and tenth power: the norm of the
 /// matrix itself may be far larger, and each squaring that it would ask for costs digits (Al-Mohy and Higham, A new
 /// scaling and squaring algorithm for the matrix exponential, SIAM J. Matrix Anal. Appl. 31, 2009).
-fn size_by_powers<T: Entry>(fourth: &Mat<T>, sixth: &Mat<T>) -> f64 {
+fn size_by_powers<T: PadeEntry>(fourth: &Mat<T>, sixth: &Mat<T>) -> f64 {
     let by_power = |power: &Mat<T>, degree: f64| norm(power).powf(degree.recip());
     let eighth = by_power(&product(fourth, fourth), 8.0);
     let tenth = by_power(&product(fourth, sixth), 10.0);
@@ -104,7 +104,7 @@ fn size_by_powers<T: Entry>(fourth: &Mat<T>, sixth: &Mat<T>) -> f64 {
 }
 
 /// ‖|A|²⁷‖/‖A‖, the size of the first term of the backward error.
-fn norm_of_power<T: Entry>(a: &Mat<T>) -> f64 {
+fn norm_of_power<T: PadeEntry>(a: &Mat<T>) -> f64 {
     let n = a.nrows();
     let sizes = Mat::from_fn(n, n, |i, j| size_of(a[(i, j)]));
     let norm = norm(&sizes);
@@ -124,7 +124,7 @@ fn beyond_rounding(c: f64, norm_of_power: f64) -> i32 {
 }
 
 /// The approximant of exp(cA) from A and A², A⁴, A⁶: (V − U)⁻¹(V + U) with the odd part U and the even part V.
-fn approximant<T: Entry>(a: &Mat<T>, [second, fourth, sixth]: [&Mat<T>; 3], c: f64) -> Mat<T> {
+fn approximant<T: PadeEntry>(a: &Mat<T>, [second, fourth, sixth]: [&Mat<T>; 3], c: f64) -> Mat<T> {
     let n = a.nrows();
     let [c2, c4, c6] = [c.powi(2), c.powi(4), c.powi(6)];
     // b₀ I + b₁ c²A² + b₂ c⁴A⁴ + b₃ c⁶A⁶.
@@ -146,7 +146,7 @@ fn approximant<T: Entry>(a: &Mat<T>, [second, fourth, sixth]: [&Mat<T>; 3], c: f
     side(-1.0).partial_piv_lu().solve(side(1.0))
 }
 
-fn product<T: Entry>(a: &Mat<T>, b: &Mat<T>) -> Mat<T> {
+fn product<T: PadeEntry>(a: &Mat<T>, b: &Mat<T>) -> Mat<T> {
     let mut c = Mat::zeros(a.nrows(), b.ncols());
     matmul(&mut c, Accum::Replace, a, b, T::from(1.0), Par::Seq);
     c

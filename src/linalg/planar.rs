@@ -3,7 +3,7 @@
 //! Loops over a column vectorise, and storage is allocated once for many factorisations: what general routines spend on
 //! matrices of a few dozen rows is mostly allocation and dispatch.
 
-use super::fused::fused;
+use super::fused::multiply_add;
 use super::{Mat, c64};
 
 /// A complex matrix in two arrays.
@@ -41,13 +41,13 @@ pub(crate) fn add_scaled_conj(y: PartMut, a: (f64, f64), x: Part) {
     }
 }
 
-/// y ← y + a·x with [`fused`] products.
+/// y ← y + a·x with [`multiply_add`] products.
 #[inline]
 pub(crate) fn add_fused(y: PartMut, a: (f64, f64), x: Part) {
     let own = y.0.iter_mut().zip(y.1.iter_mut());
     for ((yr, yi), (xr, xi)) in own.zip(x.0.iter().zip(x.1)) {
-        *yr = fused(a.0, *xr, fused(-a.1, *xi, *yr));
-        *yi = fused(a.0, *xi, fused(a.1, *xr, *yi));
+        *yr = multiply_add(a.0, *xr, multiply_add(-a.1, *xi, *yr));
+        *yi = multiply_add(a.0, *xi, multiply_add(a.1, *xr, *yi));
     }
 }
 
@@ -69,7 +69,7 @@ impl Planar {
     }
 
     /// Copy of a matrix with its rows and columns multiplied.
-    pub(crate) fn scaled(m: &Mat<c64>, rows: &[f64], cols: &[f64]) -> Self {
+    pub(crate) fn from_scaled(m: &Mat<c64>, rows: &[f64], cols: &[f64]) -> Self {
         Self::from_fn(m.nrows(), m.ncols(), |i, j| {
             let factor = rows[i] * cols[j];
             (m[(i, j)].re * factor, m[(i, j)].im * factor)

@@ -1,7 +1,7 @@
 //! Eigenvalues of real matrices: balanced, brought to Hessenberg form, then QR steps on the part that is not yet
 //! deflated. Nothing outside that part is kept up to date, as no Schur form is asked.
 
-use super::dense::{balance, sorted, unit_of};
+use super::dense::{balance, sort_eigenvalues, unit_of};
 use super::error::NumericError;
 use super::francis::Francis;
 use faer::{Mat, c64};
@@ -28,6 +28,6 @@ pub(super) fn eigenvalues_of_balanced(balanced: &Mat<f64>) -> Result<Vec<c64>, N
     let n = balanced.nrows();
     let unit = unit_of(balanced.norm_max());
     let scaled = Mat::from_fn(n, n, |i, j| balanced[(i, j)] / unit);
-    let found = Francis::of_values(scaled).finished()?;
-    Ok(sorted(found.values().into_iter().map(|v| v * unit).collect()))
+    let found = Francis::of_values(scaled).check_finished()?;
+    Ok(sort_eigenvalues(found.values().into_iter().map(|v| v * unit).collect()))
 }

@@ -4,7 +4,7 @@
 //! data balanced by a diagonal similarity of the Hamiltonian that keeps its structure; then Newton steps, whose
 //! residual [`care`] evaluates in doubled precision: X comes out right to the last bit.
 
-use super::balance::balanced;
+use super::balance::balance_scales;
 use super::dense::solve;
 use super::doubled::Doubled;
 use super::doubling::doubling;
@@ -74,7 +74,7 @@ impl CareSolution {
 
 /// Which roads to take.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Effort {
+pub enum RiccatiEffort {
     /// First road that gives a stable closed loop and a residual that tells whether there is a solution, not its last
     /// digits; f64 only.
     Decision,
@@ -84,34 +84,39 @@ pub enum Effort {
     Full,
 }
 
-/// Solves with [`Effort::Full`].
+/// Solves with [`RiccatiEffort::Full`].
 ///
 /// # Errors
 /// See [`RiccatiError`].
 pub fn care(a: &Mat<f64>, g: &Mat<f64>, q: &Mat<f64>) -> Result<CareSolution, RiccatiError> {
-    care_with(a, g, q, Effort::Full)
+    care_with(a, g, q, RiccatiEffort::Full)
 }
 
 /// Solves with the effort asked.
 ///
 /// # Errors
 /// See [`RiccatiError`].
-pub fn care_with(a: &Mat<f64>, g: &Mat<f64>, q: &Mat<f64>, effort: Effort) -> Result<CareSolution, RiccatiError> {
+pub fn care_with(
+    a: &Mat<f64>,
+    g: &Mat<f64>,
+    q: &Mat<f64>,
+    effort: RiccatiEffort,
+) -> Result<CareSolution, RiccatiError> {
     check(a, g, q)?;
     let n = a.nrows();
     if n == 0 {
         return Ok(CareSolution { x: Mat::zeros(0, 0), residual: 0.0, closed_loop_max_real: f64::NEG_INFINITY });
     }
     let scale = balance_hamiltonian(a, g, q);
-    let data = Data {
+    let data = RiccatiData {
         a: Mat::from_fn(n, n, |i, j| a[(i, j)] * scale[j] / scale[i]),
         g: Mat::from_fn(n, n, |i, j| g[(i, j)] / scale[i] / scale[j]),
         q: Mat::from_fn(n, n, |i, j| q[(i, j)] * scale[i] * scale[j]),
     };
     let found = match effort {
-        Effort::Decision => data.first_good(DECIDES),
-        Effort::Fast => data.first_good(GOOD),
-        Effort::Full => data.best_refined().map_err(|failed| data.diagnose(&failed)),
+        RiccatiEffort::Decision => data.first_good(DECIDES),
+        RiccatiEffort::Fast => data.first_good(GOOD),
+        RiccatiEffort::Full => data.best_refined().map_err(|failed| data.diagnose(&failed)),
     }?;
     Ok(CareSolution { x: Mat::from_fn(n, n, |i, j| found.x[(i, j)] / scale[i] / scale[j]), ..found })
 }
@@ -127,13 +132,13 @@ const ON_AXIS: f64 = 1e-11;
 const USABLE: f64 = 1e-3;
 
 /// Balanced problem.
-struct Data {
+struct RiccatiData {
     a: Mat<f64>,
     g: Mat<f64>,
     q: Mat<f64>,
 }
 
-impl Data {
+impl RiccatiData {
     fn candidate(&self, x: Mat<f64>) -> CareSolution {
         let ax = self.a.transpose() * &x;
         let xgx = &x * &self.g * &x;
@@ -156,7 +161,7 @@ impl Data {
 
     fn by_schur(&self) -> Option<Mat<f64>> {
         let n = self.a.nrows();
-        let (form, stable) = schur(&self.hamiltonian()).ok()?.ordered(|v| v.re < 0.0);
+        let (form, stable) = schur(&self.hamiltonian()).ok()?.reorder(|v| v.re < 0.0);
         if stable != n {
             return None;
         }
@@ -199,7 +204,7 @@ impl Data {
         }
         // Ill-conditioned, but not hopeless: residuals of f64 are noise here, those of doubled precision are not.
         let mut starts = failed.iter().filter(|c| c.is_start());
-        let refined = starts.find_map(|c| self.refined(&c.x));
+        let refined = starts.find_map(|c| self.refine_solution(&c.x));
         refined.ok_or_else(|| self.diagnose(&failed))
     }
 
@@ -222,7 +227,7 @@ impl Data {
             let Some(x) = self.road(road) else { continue };
             let start = self.candidate(x);
             if start.is_start()
-                && let Some(found) = self.refined(&start.x)
+                && let Some(found) = self.refine_solution(&start.x)
             {
                 return Ok(found);
             }
@@ -241,7 +246,7 @@ impl Data {
 
     /// Newton steps with residuals of 32 digits until the correction is below half an ulp. None when they do not
     /// settle, which is what happens when the closed loop has an eigenvalue on the axis.
-    fn refined(&self, start: &Mat<f64>) -> Option<CareSolution> {
+    fn refine_solution(&self, start: &Mat<f64>) -> Option<CareSolution> {
         // Every step gains log10(1/(ε·cond)) digits; a problem that gains less than one digit a step is singular.
         const LIMIT: usize = 40;
         let n = self.a.nrows();
@@ -251,11 +256,11 @@ impl Data {
         let (mut last, mut settled) = (f64::INFINITY, f64::INFINITY);
         for _ in 0..LIMIT {
             // AᵀX + XA − XGX + Q = XW + (XW)ᵀ + Q with W = A − GX/2.
-            let w = a.plus(&g.times(&x).scaled(-0.5));
+            let w = a.plus(&g.times(&x).scale_power(-0.5));
             let p = x.times(&w);
-            let residual = p.plus(&p.transposed()).plus(&q).rounded();
+            let residual = p.plus(&p.transpose()).plus(&q).to_double();
             let step = closed.solve(&residual);
-            let rounded = x.rounded();
+            let rounded = x.to_double();
             if !step.is_all_finite() {
                 return None;
             }
@@ -273,7 +278,7 @@ impl Data {
                 break;
             }
             if settled > 1e-8 {
-                closed = EvenedLyapunov::new(&(&self.a - &self.g * x.rounded())).ok()?;
+                closed = EvenedLyapunov::new(&(&self.a - &self.g * x.to_double())).ok()?;
             } else if settled >= last {
                 break;
             }
@@ -284,15 +289,15 @@ impl Data {
             return None;
         }
         // What is reported is the X that is returned, measured without the rounding of the measurement.
-        let x = symmetric(&x.rounded());
+        let x = symmetric(&x.to_double());
         let exact = Doubled::from_f64(&x);
         let gx = g.times(&exact);
-        let p = exact.times(&a.plus(&gx.scaled(-0.5)));
-        let defect = p.plus(&p.transposed()).plus(&q).rounded().norm_l2();
+        let p = exact.times(&a.plus(&gx.scale_power(-0.5)));
+        let defect = p.plus(&p.transpose()).plus(&q).to_double().norm_l2();
         let size = 2.0 * (self.a.transpose() * &x).norm_l2() + (&x * &self.g * &x).norm_l2() + self.q.norm_l2();
         let found = CareSolution {
             residual: if defect == 0.0 { 0.0 } else { defect / size },
-            closed_loop_max_real: growth(&a.plus(&gx.scaled(-1.0)).rounded()),
+            closed_loop_max_real: growth(&a.plus(&gx.scale_power(-1.0)).to_double()),
             x,
         };
         (found.closed_loop_max_real < 0.0).then_some(found)
@@ -333,7 +338,7 @@ fn growth(a: &Mat<f64>) -> f64 {
 /// Diagonal T (powers of two) such that [T⁻¹AT, T⁻¹GT⁻¹; TQT, TᵀAᵀT⁻¹] has rows and columns of like size.
 pub(crate) fn balance_hamiltonian(a: &Mat<f64>, g: &Mat<f64>, q: &Mat<f64>) -> Vec<f64> {
     let n = a.nrows();
-    balanced(n, |t, i| {
+    balance_scales(n, |t, i| {
         let (mut col, mut row) = (0.0, 0.0);
         for j in 0..n {
             if i != j {

@@ -33,7 +33,7 @@ pub fn schur(a: &Mat<f64>) -> Result<RealSchur, NumericError> {
         x if x.abs() < NEGLIGIBLE => 0.0,
         x => x,
     });
-    let [z, t] = Francis::of_schur_form(scaled.clone()).finished()?.basis_and_form();
+    let [z, t] = Francis::of_schur_form(scaled.clone()).check_finished()?.basis_and_form();
     let mut form = RealSchur { z, t };
     form.split();
     let defect = (&form.z * &form.t - &scaled * &form.z).norm_l2();
@@ -71,7 +71,7 @@ impl RealSchur {
 
     /// Moves the blocks whose eigenvalue is selected to the top, keeping their order; returns the form and their
     /// total size k. The first k columns of Z span the invariant subspace of the selected eigenvalues.
-    pub fn ordered(mut self, select: impl Fn(c64) -> bool) -> (Self, usize) {
+    pub fn reorder(mut self, select: impl Fn(c64) -> bool) -> (Self, usize) {
         let (mut done, mut i) = (0, 0);
         let n = self.t.nrows();
         while i < n {

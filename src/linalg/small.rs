@@ -1,7 +1,7 @@
 //! Elimination for matrices too small for a blocked solver.
 
 use super::c64;
-use super::fused::{fused, fused_complex};
+use super::fused::{fused_complex, multiply_add};
 
 /// Solves A X = B in place (B becomes X), A n×n and B n×p row-major, by elimination with partial pivoting.
 /// A singular A leaves values that are not finite.
@@ -80,7 +80,7 @@ pub(crate) fn eliminate_real(a: &mut [f64], b: &mut [f64], n: usize) {
                 continue;
             }
             for (own, v) in other[k..].iter_mut().zip(row) {
-                *own = fused(-factor, *v, *own);
+                *own = multiply_add(-factor, *v, *own);
             }
             b[k + 1 + i] -= factor * b[k];
         }

@@ -44,7 +44,7 @@ pub fn balanced_truncation(
     system: &StateSpace<Continuous>,
     order: usize,
 ) -> Result<StateSpace<Continuous>, NumericError> {
-    Balancing::with_check(system)?.truncated(order)
+    Balancing::with_check(system)?.truncate_states(order)
 }
 
 /// Singular perturbation to `order` states, unstable ones included; keeps the DC gain.
@@ -55,7 +55,7 @@ pub fn singular_perturbation(
     system: &StateSpace<Continuous>,
     order: usize,
 ) -> Result<StateSpace<Continuous>, NumericError> {
-    Balancing::with_check(system)?.residualised(order)
+    Balancing::with_check(system)?.residualise_states(order)
 }
 
 /// Balancing of K for the weighted error W_o (K − K_r) W_i; absent weights are 1. The weights must be stable.
@@ -72,20 +72,20 @@ pub fn frequency_weighted_balance(
     let n = stable.order();
     let reach = || -> Result<Mat<f64>, NumericError> {
         let Some(w) = input_weight else {
-            return Ok(reachability_factor(&stable.a, &stable.b)?.rounded());
+            return Ok(reachability_factor(&stable.a, &stable.b)?.to_double());
         };
         // series() puts the states of its first system first: K comes last.
         let cascade = series(w, &stable)?;
-        let factor = reachability_factor(&cascade.a, &cascade.b)?.rounded();
+        let factor = reachability_factor(&cascade.a, &cascade.b)?.to_double();
         let own = factor.submatrix(w.order(), 0, n, cascade.order());
         Ok(own.to_owned())
     };
     let observe = || -> Result<Mat<f64>, NumericError> {
         let Some(w) = output_weight else {
-            return Ok(observability_factor(&stable.a, &stable.c)?.rounded());
+            return Ok(observability_factor(&stable.a, &stable.c)?.to_double());
         };
         let cascade = series(&stable, w)?;
-        let factor = observability_factor(&cascade.a, &cascade.c)?.rounded();
+        let factor = observability_factor(&cascade.a, &cascade.c)?.to_double();
         Ok(factor.submatrix(0, 0, n, cascade.order()).to_owned())
     };
     let (reach, observe) = rayon::join(reach, observe);
@@ -130,7 +130,7 @@ impl Balancing {
     /// [`NumericError::Contradiction`] where they do not hold, and [`NumericError`] when the norm fails.
     fn check(&self) -> Result<(), NumericError> {
         let k = self.right.ncols();
-        let balanced = self.balanced(k);
+        let balanced = self.balance_states(k);
         let sigma = Mat::from_fn(k, k, |i, j| if i == j { self.hankel[i] } else { 0.0 });
         let equations = [
             (&balanced.a * &sigma, &balanced.b * balanced.b.transpose()),
@@ -165,7 +165,7 @@ impl Balancing {
     ) -> Self {
         let (n, cols) = (stable.order(), reach.hi.ncols());
         // Square for the Jacobi method when a weight has widened a factor.
-        let product = observe.transpose_times(reach).rounded();
+        let product = observe.transpose_times(reach).to_double();
         let size = product.nrows().max(cols);
         let square =
             Mat::from_fn(size, size, |i, j| if i < product.nrows() && j < cols { product[(i, j)] } else { 0.0 });
@@ -173,7 +173,7 @@ impl Balancing {
         // Values below rounding of the largest have no reliable directions.
         let first = s.first().copied().unwrap_or(0.0);
         let rank = s.iter().take(n).take_while(|x| **x > 1e-14 * first).count();
-        let (lr, lo) = (reach.rounded(), observe.rounded());
+        let (lr, lo) = (reach.to_double(), observe.to_double());
         let right = Mat::from_fn(n, rank, |i, j| (0..cols).map(|k| lr[(i, k)] * v[(k, j)]).sum::<f64>() / s[j].sqrt());
         let left =
             Mat::from_fn(n, rank, |i, j| (0..lo.ncols()).map(|k| lo[(i, k)] * u[(k, j)]).sum::<f64>() / s[j].sqrt());
@@ -181,7 +181,7 @@ impl Balancing {
     }
 
     /// Number of poles that are not reduced: those not in the open left half plane.
-    pub(crate) fn kept(&self) -> usize {
+    pub(crate) fn kept_states(&self) -> usize {
         self.kept.order()
     }
 
@@ -189,7 +189,7 @@ impl Balancing {
     ///
     /// # Errors
     /// [`NumericError`] when `order` is below the number of poles that are not in the open left half plane.
-    pub fn truncated(&self, order: usize) -> Result<StateSpace<Continuous>, NumericError> {
+    pub fn truncate_states(&self, order: usize) -> Result<StateSpace<Continuous>, NumericError> {
         Ok(append_outputs(&self.truncated_part(self.stable_order(order)?), &self.kept))
     }
 
@@ -197,7 +197,7 @@ impl Balancing {
     ///
     /// # Errors
     /// [`NumericError`] when `order` is below [`Self::kept`], or the cut part has a pole at zero.
-    pub(crate) fn residualised(&self, order: usize) -> Result<StateSpace<Continuous>, NumericError> {
+    pub(crate) fn residualise_states(&self, order: usize) -> Result<StateSpace<Continuous>, NumericError> {
         Ok(append_outputs(&self.residualised_part(self.stable_order(order)?)?, &self.kept))
     }
 
@@ -222,17 +222,17 @@ impl Balancing {
     }
 
     fn stable_order(&self, order: usize) -> Result<usize, NumericError> {
-        if order < self.kept() {
+        if order < self.kept_states() {
             return Err(NumericError::Dimension {
                 what: "reduced order",
-                expected: format!("at least {} (the poles that are not stable)", self.kept()),
+                expected: format!("at least {} (the poles that are not stable)", self.kept_states()),
                 found: order.to_string(),
             });
         }
-        Ok((order - self.kept()).min(self.stable.order()))
+        Ok((order - self.kept_states()).min(self.stable.order()))
     }
 
-    fn balanced(&self, r: usize) -> StateSpace<Continuous> {
+    fn balance_states(&self, r: usize) -> StateSpace<Continuous> {
         let (left, right) =
             (self.left.submatrix(0, 0, self.left.nrows(), r), self.right.submatrix(0, 0, self.right.nrows(), r));
         StateSpace {
@@ -248,7 +248,7 @@ impl Balancing {
         if r >= self.stable.order() {
             return self.stable.clone();
         }
-        self.balanced(r.min(self.left.ncols()))
+        self.balance_states(r.min(self.left.ncols()))
     }
 
     fn residualised_part(&self, r: usize) -> Result<StateSpace<Continuous>, NumericError> {
@@ -256,7 +256,7 @@ impl Balancing {
         if r >= self.stable.order() || r >= all {
             return Ok(self.truncated_part(r));
         }
-        let full = self.balanced(all);
+        let full = self.balance_states(all);
         let part = |m: &Mat<f64>, i, j, h, w| m.submatrix(i, j, h, w).to_owned();
         let q = all - r;
         let (m, p) = (full.inputs(), full.outputs());
@@ -308,13 +308,13 @@ fn input_normal(s: &StateSpace<Continuous>) -> Result<StateSpace<Continuous>, Nu
     let one = Doubled::from_f64(&Mat::identity(n, n));
     for _ in 0..INVERSE_STEPS {
         // X + X(I − TX): every step doubles the digits.
-        let defect = one.plus(&change.times(&inverse).scaled(-1.0));
+        let defect = one.plus(&change.times(&inverse).scale_power(-1.0));
         inverse = inverse.plus(&inverse.times(&defect));
     }
     StateSpace::new(
-        inverse.times(&Doubled::from_f64(&s.a)).times(&change).rounded(),
-        inverse.times(&Doubled::from_f64(&s.b)).rounded(),
-        Doubled::from_f64(&s.c).times(&change).rounded(),
+        inverse.times(&Doubled::from_f64(&s.a)).times(&change).to_double(),
+        inverse.times(&Doubled::from_f64(&s.b)).to_double(),
+        Doubled::from_f64(&s.c).times(&change).to_double(),
         s.d.clone(),
         Continuous,
     )
@@ -345,7 +345,7 @@ fn split_scaled(
         let none = StateSpace::gain(Mat::zeros(s.outputs(), s.inputs()), Continuous);
         return Ok((s, none));
     }
-    let (form, k) = form.ordered(|v| v.re < margin);
+    let (form, k) = form.reorder(|v| v.re < margin);
     let part = |m: &Mat<f64>, i, j, h, w| m.submatrix(i, j, h, w).to_owned();
     let (b, c) = (form.z.transpose() * &s.b, &s.c * &form.z);
     let (a11, a12, a22) = (part(&form.t, 0, 0, k, k), part(&form.t, 0, k, k, n - k), part(&form.t, k, k, n - k, n - k));

@@ -11,7 +11,7 @@ use crate::linalg::{Mat, NumericError};
 ///
 /// # Errors
 /// [`NumericError::NotFinite`] for a delay that is zero, negative or not a number.
-pub(crate) fn pade(delay_s: f64, order: usize) -> Result<StateSpace<Continuous>, NumericError> {
+pub(crate) fn pade_delay(delay_s: f64, order: usize) -> Result<StateSpace<Continuous>, NumericError> {
     let n = order;
     let mut coefficient = vec![1.0; n + 1];
     for k in 0..n {
@@ -36,13 +36,14 @@ pub(crate) fn pade(delay_s: f64, order: usize) -> Result<StateSpace<Continuous>,
 /// # Errors
 /// [`NumericError`] from the exponential.
 pub fn hold(a: &Mat<f64>, b: &Mat<f64>, seconds: f64) -> Result<(Mat<f64>, Mat<f64>), NumericError> {
-    let [held] = holds((a, b), [seconds], None)?;
+    let [held] = holds(a, b, [seconds], None)?;
     Ok(held)
 }
 
 /// [`hold`] over several times. `planes` are those of the states, then of the inputs, where two planes may be equal.
 fn holds<const K: usize>(
-    (a, b): (&Mat<f64>, &Mat<f64>),
+    a: &Mat<f64>,
+    b: &Mat<f64>,
     seconds: [f64; K],
     planes: Option<&EqualPlanes>,
 ) -> Result<[(Mat<f64>, Mat<f64>); K], NumericError> {
@@ -71,7 +72,7 @@ pub fn sample_with_delay(
     delay_s: f64,
     period_s: f64,
 ) -> Result<StateSpace<Discrete>, NumericError> {
-    sample_planes(system, delayed, (delay_s, period_s), None)
+    sample_planes(system, delayed, delay_s, period_s, None)
 }
 
 /// [`sample_with_delay`] of a system whose states and then inputs belong to `planes`, which may be equal.
@@ -81,7 +82,8 @@ pub fn sample_with_delay(
 pub(crate) fn sample_planes(
     system: &StateSpace<Continuous>,
     delayed: usize,
-    (delay_s, period_s): (f64, f64),
+    delay_s: f64,
+    period_s: f64,
     planes: Option<&EqualPlanes>,
 ) -> Result<StateSpace<Discrete>, NumericError> {
     let (n, m) = (system.order(), system.inputs());
@@ -92,14 +94,14 @@ pub(crate) fn sample_planes(
     let split = late > 1e-9 * period_s;
     let continuous = (&system.a, &system.b);
     let (a_full, b_full, b_new, b_old) = if split {
-        let [(a_late, b_late), (a_rest, b_rest)] = holds(continuous, [late, period_s - late], planes)?;
+        let [(a_late, b_late), (a_rest, b_rest)] = holds(continuous.0, continuous.1, [late, period_s - late], planes)?;
         // What the first part of the sample does goes on through the second.
         let b_early = &a_rest * &b_late;
         let of_commands = |b: &Mat<f64>| b.subcols(0, delayed).to_owned();
         let (b_new, b_old) = (of_commands(&b_rest), of_commands(&b_early));
         (&a_rest * &a_late, b_rest + b_early, b_new, b_old)
     } else {
-        let [(a_full, b_full)] = holds(continuous, [period_s], planes)?;
+        let [(a_full, b_full)] = holds(continuous.0, continuous.1, [period_s], planes)?;
         let b_new = b_full.subcols(0, delayed).to_owned();
         (a_full, b_full, b_new, Mat::zeros(n, delayed))
     };

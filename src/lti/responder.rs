@@ -4,7 +4,7 @@
 use super::response::Response;
 use super::scale::balancing;
 use super::state_space::{StateSpace, TimeBase};
-use crate::linalg::fused::fused;
+use crate::linalg::fused::multiply_add;
 use crate::linalg::gram::dot_in_lanes;
 use crate::linalg::lanes::{Lanes, WIDTH};
 use crate::linalg::planar::add_fused;
@@ -46,8 +46,8 @@ impl<T: TimeBase> FrequencyResponder<T> {
             v[0] += norm.copysign(v[0]);
             let beta = 2.0 / (v[0] * v[0] + tail);
             // What is left of column k is zero.
-            reflect_rows(&mut h[(k + 1) * n..], (n, k), (&v, beta));
-            reflect_rows(&mut b[(k + 1) * inputs..], (inputs, 0), (&v, beta));
+            reflect_rows(&mut h[(k + 1) * n..], n, k, &v, beta);
+            reflect_rows(&mut b[(k + 1) * inputs..], inputs, 0, &v, beta);
             for matrix in [&mut h, &mut c] {
                 for row in matrix.chunks_exact_mut(n) {
                     let own = &mut row[k + 1..];
@@ -88,11 +88,11 @@ impl<T: TimeBase> FrequencyResponder<T> {
     fn transfer_in_blocks<const K: usize>(&self, point: c64) -> Mat<c64> {
         let (n, p, m) = (self.n, self.d.nrows(), self.d.ncols());
         let blocks = m.div_ceil(K * WIDTH);
-        let mut b: Vec<Block<K>> = (0..blocks * n).map(|k| self.block(k / n, k % n)).collect();
-        let mut sum: Vec<Block<K>> = vec![Block::ZERO; blocks * p];
-        let (mut column, mut pivot) = (Column::zeros(n, p), Column::zeros(n, p));
+        let mut b: Vec<EntryGroup<K>> = (0..blocks * n).map(|k| self.block(k / n, k % n)).collect();
+        let mut sum: Vec<EntryGroup<K>> = vec![EntryGroup::ZERO; blocks * p];
+        let (mut column, mut pivot) = (CombinedColumn::zeros(n, p), CombinedColumn::zeros(n, p));
         if n > 0 {
-            self.shifted(&mut column, (n - 1, n), point);
+            self.shift_column(&mut column, n - 1, n, point);
         }
         for i in (1..n).rev() {
             let next = i - 1;
@@ -100,17 +100,17 @@ impl<T: TimeBase> FrequencyResponder<T> {
             // Of the column before it the entry in this row.
             let beside = -self.column(next)[i];
             if own.norm_sqr() >= beside * beside {
-                column.solve((&mut b, n), &mut sum, i);
-                column.add(-(beside / own), (self.column(next), self.read(next), i));
+                column.solve(&mut b, n, &mut sum, i);
+                column.add(-(beside / own), self.column(next), self.read(next), i);
                 column.shift(next, point);
             } else {
-                self.shifted(&mut pivot, (next, i + 1), point);
-                pivot.solve((&mut b, n), &mut sum, i);
+                self.shift_column(&mut pivot, next, i + 1, point);
+                pivot.solve(&mut b, n, &mut sum, i);
                 column.subtract(own / beside, &pivot, i);
             }
         }
         if n > 0 {
-            column.solve((&mut b, n), &mut sum, 0);
+            column.solve(&mut b, n, &mut sum, 0);
         }
         Mat::from_fn(p, m, |i, j| {
             let own = &sum[j / (K * WIDTH) * p + i];
@@ -119,7 +119,7 @@ impl<T: TimeBase> FrequencyResponder<T> {
     }
 
     /// Makes `column` of the first rows of a column of ζI − H, with that of C.
-    fn shifted(&self, column: &mut Column, (j, rows): (usize, usize), point: c64) {
+    fn shift_column(&self, column: &mut CombinedColumn, j: usize, rows: usize, point: c64) {
         for (own, h) in column.re.iter_mut().zip(&self.column(j)[..rows]) {
             *own = -h;
         }
@@ -142,12 +142,12 @@ impl<T: TimeBase> FrequencyResponder<T> {
     }
 
     /// Row of B in columns from a block's first one on; zeros behind the last.
-    fn block<const K: usize>(&self, number: usize, row: usize) -> Block<K> {
+    fn block<const K: usize>(&self, number: usize, row: usize) -> EntryGroup<K> {
         let m = self.d.ncols();
         let own = &self.b[row * m..(row + 1) * m];
         let entry = |k: usize| own.get(k).copied().unwrap_or(0.0).into();
         let first = |g: usize| WIDTH * (number * K + g);
-        Block(std::array::from_fn(|g| Lanes::from_fn(|l| entry(first(g) + l))))
+        EntryGroup(std::array::from_fn(|g| Lanes::from_fn(|l| entry(first(g) + l))))
     }
 
     /// Continuous or sampled time.
@@ -165,7 +165,7 @@ impl<T: TimeBase> FrequencyResponder<T> {
 }
 
 /// (I − βvvᵀ) M for rows of a width, from a column on: those before it are zero.
-fn reflect_rows(m: &mut [f64], (width, from): (usize, usize), (v, beta): (&[f64], f64)) {
+fn reflect_rows(m: &mut [f64], width: usize, from: usize, v: &[f64], beta: f64) {
     let mut sums = vec![0.0; width - from];
     for (row, x) in m.chunks_exact(width.max(1)).zip(v) {
         for (sum, entry) in sums.iter_mut().zip(&row[from..]) {
@@ -188,9 +188,9 @@ impl<T: TimeBase> Response for FrequencyResponder<T> {
 
 /// Entries of a row in a few groups of columns.
 #[derive(Clone, Copy, Debug)]
-struct Block<const K: usize>([Lanes; K]);
+struct EntryGroup<const K: usize>([Lanes; K]);
 
-impl<const K: usize> Block<K> {
+impl<const K: usize> EntryGroup<K> {
     const ZERO: Self = Self([Lanes::ZERO; K]);
 
     fn times(&self, factor: c64) -> Self {
@@ -210,13 +210,13 @@ impl<const K: usize> Block<K> {
 
 /// A column of [ζI − H; C] after some combinations, real and imaginary parts of the upper part apart. Rows below those
 /// that are combined are left of columns before it.
-struct Column {
+struct CombinedColumn {
     re: Vec<f64>,
     im: Vec<f64>,
     read: Vec<c64>,
 }
 
-impl Column {
+impl CombinedColumn {
     fn zeros(n: usize, outputs: usize) -> Self {
         Self { re: vec![0.0; n], im: vec![0.0; n], read: vec![c64::new(0.0, 0.0); outputs] }
     }
@@ -227,12 +227,12 @@ impl Column {
 
     /// Becomes `factor` times itself plus a column of [−H; C] in its first `rows` rows.
     #[inline]
-    fn add(&mut self, factor: c64, (upper, read, rows): (&[f64], &[f64], usize)) {
+    fn add(&mut self, factor: c64, upper: &[f64], read: &[f64], rows: usize) {
         let own = self.re[..rows].iter_mut().zip(&mut self.im[..rows]);
         for ((re, im), h) in own.zip(upper) {
             let before = (*re, *im);
-            *re = fused(factor.re, before.0, fused(-factor.im, before.1, -h));
-            *im = fused(factor.re, before.1, factor.im * before.0);
+            *re = multiply_add(factor.re, before.0, multiply_add(-factor.im, before.1, -h));
+            *im = multiply_add(factor.re, before.1, factor.im * before.0);
         }
         for (own, c) in self.read.iter_mut().zip(read) {
             *own = *own * factor + c;
@@ -256,7 +256,7 @@ impl Column {
 
     /// As column `i` of R: row `i` of y by that of `b`, which the rows above lose; what is read of it goes to `sum`.
     #[inline]
-    fn solve<const K: usize>(&self, (b, n): (&mut [Block<K>], usize), sum: &mut [Block<K>], i: usize) {
+    fn solve<const K: usize>(&self, b: &mut [EntryGroup<K>], n: usize, sum: &mut [EntryGroup<K>], i: usize) {
         let inverse = c64::new(1.0, 0.0) / self.at(i);
         let p = self.read.len();
         for (number, b) in b.chunks_exact_mut(n).enumerate() {

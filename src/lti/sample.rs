@@ -77,8 +77,8 @@ pub fn match_impulse(system: &StateSpace<Continuous>, period_s: f64) -> Result<S
     }
     in_even_states(system, |s| {
         let (a, _) = hold(&s.a, &s.b, period_s)?;
-        let b = scaled(&(&a * &s.b), period_s);
-        StateSpace::new(a, b, s.c.clone(), scaled(&(&s.c * &s.b), period_s), Discrete { period_s })
+        let b = scale_matrix(&(&a * &s.b), period_s);
+        StateSpace::new(a, b, s.c.clone(), scale_matrix(&(&s.c * &s.b), period_s), Discrete { period_s })
     })
 }
 
@@ -147,19 +147,25 @@ fn inverse_bilinear(system: &StateSpace<Discrete>) -> Result<StateSpace<Continuo
     let plus = &system.a + &one;
     let (pa, pb) = (solve(&plus, &(&system.a - &one))?, solve(&plus, &system.b)?);
     let c = right_divide(&system.c, &plus)?;
-    StateSpace::new(scaled(&pa, k), scaled(&pb, k), scaled(&c, 2.0), &system.d - &system.c * &pb, Continuous)
+    StateSpace::new(
+        scale_matrix(&pa, k),
+        scale_matrix(&pb, k),
+        scale_matrix(&c, 2.0),
+        &system.d - &system.c * &pb,
+        Continuous,
+    )
 }
 
 /// With M = kI − A: Ad = M⁻¹(kI + A), Bd = 2M⁻¹B, Cd = k C M⁻¹, Dd = D + C M⁻¹B; the states stay those of A to first
 /// order in T.
 fn bilinear(system: &StateSpace<Continuous>, k: f64, period_s: f64) -> Result<StateSpace<Discrete>, NumericError> {
     let n = system.order();
-    let shift = scaled(&Mat::identity(n, n), k);
+    let shift = scale_matrix(&Mat::identity(n, n), k);
     let minus = &shift - &system.a;
     let named = |error| pole_at_centre(&system.a, k).unwrap_or(error);
     let (ad, b) = (solve(&minus, &(&shift + &system.a)).map_err(named)?, solve(&minus, &system.b).map_err(named)?);
     let c = right_divide(&system.c, &minus)?;
-    StateSpace::new(ad, scaled(&b, 2.0), scaled(&c, k), &system.d + &system.c * &b, Discrete { period_s })
+    StateSpace::new(ad, scale_matrix(&b, 2.0), scale_matrix(&c, k), &system.d + &system.c * &b, Discrete { period_s })
 }
 
 /// The failure of Tustin's rule for a pole where it has its own.
@@ -191,7 +197,7 @@ fn right_divide(c: &Mat<f64>, m: &Mat<f64>) -> Result<Mat<f64>, NumericError> {
     Ok(solve(&m.transpose().to_owned(), &c.transpose().to_owned())?.transpose().to_owned())
 }
 
-fn scaled(m: &Mat<f64>, factor: f64) -> Mat<f64> {
+fn scale_matrix(m: &Mat<f64>, factor: f64) -> Mat<f64> {
     Mat::from_fn(m.nrows(), m.ncols(), |i, j| factor * m[(i, j)])
 }
 

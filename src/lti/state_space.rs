@@ -9,7 +9,7 @@ pub trait TimeBase: Copy + std::fmt::Debug + PartialEq + Send + Sync {
     /// The point of the complex plane (s or z) that belongs to `omega_rad_s`.
     fn point(&self, omega_rad_s: f64) -> c64;
     /// Distance of a pole from the stability boundary, negative when stable:
-    /// Re λ (rad/s) in continuous time, (|λ| − 1)/Tₛ in sampled time.
+    /// Re λ (rad/s) in continuous time, ln|λ|/Tₛ in sampled time.
     fn growth_rate(&self, pole: c64) -> f64;
     /// Largest growth rate over poles, 1/s; negative for a stable system, −∞ without poles.
     fn largest_growth_rate(&self, poles: &[c64]) -> f64 {
@@ -43,7 +43,8 @@ impl TimeBase for Discrete {
         c64::from_polar(1.0, omega_rad_s * self.period_s)
     }
     fn growth_rate(&self, pole: c64) -> f64 {
-        (pole.norm() - 1.0) / self.period_s
+        // A pole at 0 is a delay and decays faster than any other: ln of the smallest number stands for −∞.
+        pole.norm().max(f64::MIN_POSITIVE).ln() / self.period_s
     }
 }
 

@@ -97,7 +97,7 @@ impl PidCertificate {
 
     /// True when stability, zone B, noise and gain are all within what was asked.
     pub fn meets(&self, settings: &TuneSettings) -> bool {
-        self.judged().violation(settings) == 0.0
+        self.judge_figures().violation(settings) == 0.0
     }
 
     /// Rotors with shifted modes whose loop is unstable: one with all modes lowered, one with all raised, and the one
@@ -118,7 +118,7 @@ impl PidCertificate {
     }
 
     /// What it is judged by.
-    pub(crate) fn judged(&self) -> JudgedFigures {
+    pub(crate) fn judge_figures(&self) -> JudgedFigures {
         JudgedFigures {
             stable: self.is_stable(),
             sensitivity_peak_db: self.sensitivity_peak_db(),
@@ -159,7 +159,7 @@ impl JudgedFigures {
 }
 
 /// Figures of a PID on the full plant but for the loops with shifted modes, which take most of the time.
-pub(super) struct Figures {
+pub(super) struct PidFigures {
     parameters: PidParameters,
     name: String,
     law: StateSpace<Discrete>,
@@ -170,7 +170,7 @@ pub(super) struct Figures {
     high_frequency_hz: f64,
 }
 
-impl Figures {
+impl PidFigures {
     /// The PID of these parameters.
     ///
     /// # Errors
@@ -223,7 +223,7 @@ impl Figures {
     }
 
     /// What they are judged by.
-    pub(super) fn judged(&self) -> JudgedFigures {
+    pub(super) fn judge_figures(&self) -> JudgedFigures {
         let peaks = self.rest.sensitivity.iter().chain(&self.fast.sensitivity);
         JudgedFigures {
             stable: self.nominal.is_stable(),
@@ -237,14 +237,14 @@ impl Figures {
     ///
     /// # Errors
     /// As [`certify`].
-    pub(super) fn certified(
+    pub(super) fn certify_pid(
         self,
         machine: &Machine,
         settings: &TuneSettings,
         evaluations: usize,
     ) -> Result<TunedPid, VerificationError> {
         let law = &self.law;
-        let judged = self.judged();
+        let judged = self.judge_figures();
         // With shifted modes nothing is learnt of a loop that is unstable as it is.
         let is_stable = self.nominal.is_stable();
         let whole = |factor: f64, words: &str| {
@@ -292,7 +292,7 @@ pub fn certify(
     evaluations: usize,
     name: &str,
 ) -> Result<TunedPid, VerificationError> {
-    Figures::new(machine, parameters, settings, name)?.certified(machine, settings, evaluations)
+    PidFigures::new(machine, parameters, settings, name)?.certify_pid(machine, settings, evaluations)
 }
 
 struct FullFigures {
@@ -332,7 +332,13 @@ fn full_figures(
     Ok(FullFigures {
         sensitivity: [0, 1].map(|j| peaks.get(j).copied().unwrap_or(UNBOUNDED)),
         noise_current_a: noise * machine.spindle.electronics.sensor_noise_m,
-        stiffness: softest(&full.plant, law, poles, machine.spindle.stiffness_band_hz),
+        stiffness: softest(
+            &full.plant,
+            law,
+            poles,
+            machine.spindle.stiffness_band_hz.0,
+            machine.spindle.stiffness_band_hz.1,
+        ),
     })
 }
 
@@ -349,7 +355,7 @@ fn peak(found: &HinfNorm) -> PeakSensitivity {
 
 /// Smallest tool stiffness in the band, N/m, and its frequency, Hz: the force at the tool acts continuously, only the
 /// currents go through the hold. The poles of the sampled loop, points of the z plane, say where to look.
-pub fn softest(plant: &Plant, law: &StateSpace<Discrete>, poles: Vec<c64>, (from_hz, to_hz): (f64, f64)) -> (f64, f64) {
+pub fn softest(plant: &Plant, law: &StateSpace<Discrete>, poles: Vec<c64>, from_hz: f64, to_hz: f64) -> (f64, f64) {
     let poles = law.time.continuous_poles(poles);
     let grid = FrequencyGrid::log_hz(from_hz, to_hz.min(0.49 / law.time.period_s), 300).refine_round_poles(&poles, 12);
     let responder = FrequencyResponder::new(law);

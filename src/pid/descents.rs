@@ -70,11 +70,11 @@ impl Descent {
     }
 
     /// Descends once and renews the lines; true when that pays for another round.
-    fn round(&mut self, effort: &Effort, fresh: &FreshLoss) -> Result<bool, VerificationError> {
+    fn run_round(&mut self, effort: &Effort, fresh: &FreshLoss) -> Result<bool, VerificationError> {
         // A descent that stands still on the curvature learnt on its way goes on without it.
         let how = (effort, &mut Memory::default());
-        self.evaluations += descend(&mut self.loss, &self.law, &mut self.x, how)?;
-        self.own = judged(&self.loss, &self.loss.evaluate(&self.law, &self.x));
+        self.evaluations += descend(&mut self.loss, &self.law, &mut self.x, how.0, how.1)?;
+        self.own = judge_evaluation(&self.loss, &self.loss.evaluate(&self.law, &self.x));
         let earlier = (&mut self.poles, Some(&self.loss));
         let (loss, found) = fresh(&self.law, &self.x, earlier)?;
         self.loss = loss;
@@ -92,13 +92,13 @@ impl Descent {
             if self.idle >= IDLE {
                 break;
             }
-            self.idle = if self.round(effort, fresh)? { 0 } else { self.idle + 1 };
+            self.idle = if self.run_round(effort, fresh)? { 0 } else { self.idle + 1 };
         }
         Ok(())
     }
 }
 
-pub(super) fn judged(loss: &Loss, found: &Evaluation) -> Judged {
+pub(super) fn judge_evaluation(loss: &Loss, found: &Evaluation) -> Judged {
     let mut lost = [0; 2];
     for (rotor, active) in loss.rotors.iter().zip(&loss.active) {
         let shifted = usize::from(!rotor.role.is_nominal());
@@ -111,7 +111,8 @@ pub(super) fn judged(loss: &Loss, found: &Evaluation) -> Judged {
 /// is far behind. The controllers judged come with it.
 pub(super) fn best_end(
     mut descents: Vec<Descent>,
-    (effort, rounds): (&Effort, usize),
+    effort: &Effort,
+    rounds: usize,
     fresh: &FreshLoss,
 ) -> Result<(Option<Descent>, usize), VerificationError> {
     let short = Effort { steps: effort.steps.min(SHORT), ..*effort };

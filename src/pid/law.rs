@@ -3,7 +3,7 @@
 
 use super::parameters::{AxisParameters, LOWPASS_DAMPING, PER_AXIS, PidParameters, each_gain};
 use crate::controller::polish::matrix2::{Matrix2, ONE, ZERO};
-use crate::controller::polish::structure::{Fixed, Line, Structure};
+use crate::controller::polish::structure::{FixedLaw, LawStructure, LoopLine};
 use crate::linalg::c64;
 
 /// A PID with some parameters held: those listed in `free` move.
@@ -37,12 +37,12 @@ impl PidLaw {
     }
 }
 
-impl Structure for PidLaw {
+impl LawStructure for PidLaw {
     fn natural_steps(&self, _x: &[f64]) -> Vec<f64> {
         vec![1.0; self.free.len()]
     }
 
-    fn with<'a>(&'a self, x: &[f64]) -> Box<dyn Fixed + 'a> {
+    fn with<'a>(&'a self, x: &[f64]) -> Box<dyn FixedLaw + 'a> {
         let logs = self.logs(x);
         let axes = self.axes(x);
         // A parameter beyond its bound has no effect.
@@ -64,24 +64,24 @@ struct FixedPid<'a> {
     free: &'a [usize],
 }
 
-impl Fixed for FixedPid<'_> {
+impl FixedLaw for FixedPid<'_> {
     fn parameters(&self) -> usize {
         self.free.len()
     }
 
-    fn without_integrators(&self, line: &Line) -> c64 {
+    fn without_integrators(&self, line: &LoopLine) -> c64 {
         let free = |axis: &Option<AxisParameters>| axis.as_ref().map_or(ONE, |a| line.s / (line.s + a.integral_rad_s));
         let [front, rear] = &self.axes;
         free(front) * free(rear)
     }
 
-    fn add_gains(&self, lines: &[Line], to: &mut Vec<Matrix2>) {
+    fn add_gains(&self, lines: &[LoopLine], to: &mut Vec<Matrix2>) {
         each_gain(self.axes.each_ref().map(Option::as_ref), lines, |[front, rear]| {
             to.push([[front, ZERO], [ZERO, rear]]);
         });
     }
 
-    fn add_gradients(&self, (line, k): (&Line, &Matrix2), parts: &mut [(Matrix2, Vec<f64>)]) {
+    fn add_gradients(&self, line: &LoopLine, k: &Matrix2, parts: &mut [(Matrix2, Vec<f64>)]) {
         // ∂K_jj/∂ ln p.
         let slopes = [0, 1].map(|axis: usize| {
             let Some(p) = &self.axes[axis] else {

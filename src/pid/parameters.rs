@@ -5,7 +5,7 @@
 //! Stiffness and damping: K = k_i kp − k_s, c = k_i kp T_d net of lags; textbook choice K = k_s, ζ 0.5–0.7,
 //! T_d = 2ζ√(K m_e)/(k_i kp) with m_e the mass that a rigid rotor shows at the actuator.
 
-use crate::controller::polish::structure::Line;
+use crate::controller::polish::structure::LoopLine;
 use crate::controller::{ControlLaw, Controller, ControllerError, in_step};
 use crate::linalg::lanes::{Lanes, Reals, WIDTH, reals};
 use crate::linalg::{Mat, c64};
@@ -201,7 +201,7 @@ impl PidParameters {
 }
 
 /// Hands over −C of both axes at each of some lines; what is not a number of parameters that are none.
-pub(super) fn each_gain(axes: [Option<&AxisParameters>; 2], lines: &[Line], mut add: impl FnMut([c64; 2])) {
+pub(super) fn each_gain(axes: [Option<&AxisParameters>; 2], lines: &[LoopLine], mut add: impl FnMut([c64; 2])) {
     const NONE: Lanes = Lanes::splat(c64::new(f64::NAN, 0.0));
     for four in lines.chunks(WIDTH) {
         let v = reals(|l| four[l.min(four.len() - 1)].s.im);

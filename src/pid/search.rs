@@ -3,7 +3,7 @@
 //! what these lead to further, fewer and fewer of them ([`super::descents`]). Which of them ends best is not seen
 //! before.
 
-use super::descents::{Descent, Earlier, Judged, best_end, judged, order};
+use super::descents::{Descent, Earlier, Judged, best_end, judge_evaluation, order};
 use super::law::PidLaw;
 use super::parameters::{PidParameters, pid_controller};
 use super::shifted_loops::SHIFTED_MODES;
@@ -14,8 +14,8 @@ use crate::controller::polish::descent::{Effort, Memory, descend};
 use crate::controller::polish::lines::{lines, sharp_lines};
 use crate::controller::polish::loop_poles::{SampledPlants, oscillating};
 use crate::controller::polish::loss::Loss;
-use crate::controller::polish::responses::{Known, Plants, Rotor, ShiftedRotor};
-use crate::controller::polish::structure::Line;
+use crate::controller::polish::responses::{Known, Plants, ServedRotor, ShiftedRotor};
+use crate::controller::polish::structure::LoopLine;
 use crate::controller::verification_error::VerificationError;
 use crate::controller::{ControlLaw, ControllerError, in_step};
 use crate::linalg::c64;
@@ -81,9 +81,10 @@ pub(super) fn search(
     asked: &PidSearch,
     further: &[ShiftedRotor],
     given: &[PidParameters],
-    (shape, free): (&Shape, &[usize]),
+    shape: &Shape,
+    free: &[usize],
 ) -> Result<FoundPid, VerificationError> {
-    let ground = Ground::new(machine, asked, further)?;
+    let ground = PidGround::new(machine, asked, further)?;
     let shortlist = ground.shortlist(machine, given, shape)?;
     let of = |start: &Start| {
         let base = start.parameters.to_log();
@@ -104,26 +105,26 @@ pub(super) fn search(
     let begun: Result<Vec<Descent>, VerificationError> =
         begun.into_par_iter().map(|(law, x)| Descent::new(law, x, &fresh)).collect();
     let effort = Effort { steps: asked.steps, tolerance: LAST };
-    let (best, steps) = best_end(begun?, (&effort, asked.rounds), &fresh)?;
+    let (best, steps) = best_end(begun?, &effort, asked.rounds, &fresh)?;
     let evaluations = asked.starts + given.len() + tried.iter().sum::<usize>() + steps;
     let parameters = best.and_then(|end| end.law.parameters_of(&end.best.1));
     Ok(FoundPid { parameters: parameters.ok_or_else(|| infeasible(evaluations, 0))?, evaluations })
 }
 
 /// What a PID is searched on: the rotors, on plain lines and on those of a loop.
-struct Ground<'a> {
+struct PidGround<'a> {
     asked: &'a PidSearch,
     plants: Plants,
-    plain: Vec<Line>,
+    plain: Vec<LoopLine>,
     /// On the plain lines.
-    rotors: Vec<Rotor>,
+    rotors: Vec<ServedRotor>,
     /// Of one plane of the plant at rest.
     unstable_poles: i64,
     /// All plants, sampled: their loops have to be stable by their eigenvalues.
     sampled: SampledPlants,
 }
 
-impl<'a> Ground<'a> {
+impl<'a> PidGround<'a> {
     fn new(machine: &Machine, asked: &'a PidSearch, further: &[ShiftedRotor]) -> Result<Self, VerificationError> {
         let shifts = shifts(asked.mode_shift);
         let plants = Plants::new(machine, OVERSPEED, &shifts)?;
@@ -178,14 +179,14 @@ impl<'a> Ground<'a> {
         let ranked = starts.into_par_iter().map(|(law, x)| {
             let mut loss = self.loss(self.plain.clone(), None);
             let found = loss.activate(&law, &x, |_| self.unstable_poles);
-            (judged(&loss, &found), law, x)
+            (judge_evaluation(&loss, &found), law, x)
         });
         let mut ranked: Vec<Ranked> = ranked.collect();
         ranked.sort_by(|a, b| order(&a.0, &b.0));
         ranked.truncate(TRIED * basins);
         let first = ranked.into_par_iter().map(|(_, law, x)| {
             let loss = self.loss(self.plain.clone(), None);
-            first_descent(loss, (law, x), self.asked.steps / 12, self.unstable_poles)
+            first_descent(loss, law, x, self.asked.steps / 12, self.unstable_poles)
         });
         let first: Result<Vec<_>, VerificationError> = first.collect();
         let (tried, mut ranked): (Vec<usize>, Vec<_>) = first?.into_iter().unzip();
@@ -196,12 +197,12 @@ impl<'a> Ground<'a> {
     }
 
     /// The loss on some lines; responses on the same ones are those of `earlier`, or on the plain lines.
-    fn loss(&self, lines: Vec<Line>, earlier: Option<&Loss>) -> Loss {
+    fn loss(&self, lines: Vec<LoopLine>, earlier: Option<&Loss>) -> Loss {
         let (known, rotors) = match earlier {
             Some(earlier) => (&earlier.lines, &earlier.rotors),
             None => (&self.plain, &self.rotors),
         };
-        let list: Vec<&Rotor> = rotors.iter().collect();
+        let list: Vec<&ServedRotor> = rotors.iter().collect();
         let known = Known { lines: known, list: &list };
         let rotors = self.plants.on(&lines, &known);
         Loss::new(lines, rotors, None, self.asked.limits, self.plants.period_s())
@@ -213,7 +214,7 @@ impl<'a> Ground<'a> {
         met.extend(poles);
         // From here on the gain counts, and often it is the largest there.
         let edge = [self.asked.limits.high_frequency_hz * TAU];
-        let lines = sharp_lines(&self.plants, FROM_HZ, (met, &edge), APART);
+        let lines = sharp_lines(&self.plants, FROM_HZ, met, &edge, APART);
         let mut loss = self.loss(lines, earlier);
         let mut found = loss.activate(law, x, |_| self.unstable_poles);
         // Turns on lines can miss a sharp pole; eigenvalues do not.
@@ -224,7 +225,7 @@ impl<'a> Ground<'a> {
         if loss.active != by_turns {
             found = loss.evaluate(law, x);
         }
-        let judged = judged(&loss, &found);
+        let judged = judge_evaluation(&loss, &found);
         Ok((loss, judged))
     }
 }
@@ -235,7 +236,8 @@ type Ranked = (Judged, PidLaw, Vec<f64>);
 /// A few steps from a start on the lines of `loss`, and their number.
 fn first_descent(
     mut loss: Loss,
-    (law, mut x): (PidLaw, Vec<f64>),
+    law: PidLaw,
+    mut x: Vec<f64>,
     steps: usize,
     unstable_poles: i64,
 ) -> Result<(usize, Ranked), VerificationError> {
@@ -246,10 +248,10 @@ fn first_descent(
         loss.activate(&law, &x, |_| unstable_poles);
         let effort = Effort { steps: steps + part, tolerance: FIRST };
         memory.begin();
-        tried += descend(&mut loss, &law, &mut x, (&effort, &mut memory))?;
+        tried += descend(&mut loss, &law, &mut x, &effort, &mut memory)?;
     }
     let found = loss.activate(&law, &x, |_| unstable_poles);
-    Ok((tried, (judged(&loss, &found), law, x)))
+    Ok((tried, (judge_evaluation(&loss, &found), law, x)))
 }
 
 /// Factors on the first natural frequencies of the rotors with shifted modes: all raised, all lowered. The certificate
@@ -261,7 +263,7 @@ fn shifts(shift: f64) -> [Vec<f64>; 2] {
 
 /// Unstable poles of one plane of the plant at rest.
 fn unstable_poles(plants: &Plants) -> Result<i64, VerificationError> {
-    let sampled = plants.at_rest().sampled()?;
+    let sampled = plants.at_rest().sample_plant()?;
     let plane = x_plane(&sampled);
     let poles = plane.poles().map_err(in_step("poles of the plant"))?;
     Ok(poles.iter().filter(|z| z.norm() > 1.0).count() as i64)

@@ -74,7 +74,7 @@ pub(super) fn shifted_loops(
         .par_iter()
         .map(|((_, plant), factors)| {
             let shifted = plant.with_scaled_modes(factors);
-            let rate = growth_rate_of(&shifted, &shifted.sampled()?, law);
+            let rate = growth_rate_of(&shifted, &shifted.sample_plant()?, law);
             Ok(rate.map_err(in_step("PID with shifted modes"))?)
         })
         .collect();

@@ -8,8 +8,8 @@
 use super::parameters::{AxisParameters, Biquad, PidParameters, each_gain};
 use super::rigid_bearing::{RigidBearing, rigid_bearings};
 use crate::controller::polish::phase_count::{PhaseCount, turns_of};
-use crate::controller::polish::responses::{LoopResponse, Rotor};
-use crate::controller::polish::structure::Line;
+use crate::controller::polish::responses::{LoopResponse, ServedRotor};
+use crate::controller::polish::structure::LoopLine;
 use crate::linalg::c64;
 use crate::linalg::lanes::{Lanes, Reals, WIDTH};
 use crate::spindle::{Machine, SpindleError};
@@ -92,7 +92,7 @@ pub(super) struct Start {
 
 /// Nominal loops of the machine that starts are screened on, four in a pack.
 pub(super) struct Screen<'a> {
-    lines: &'a [Line],
+    lines: &'a [LoopLine],
     /// Packs, each of all lines.
     packs: Vec<Vec<ScreenedLoops>>,
     /// Flat indices of the loops of each rotor.
@@ -120,7 +120,7 @@ impl ScreenedLoops {
 
     /// 1 − G_jj K_j, and det(I − G K), of a diagonal K.
     #[inline]
-    fn closed(&self, k: &[c64; 2]) -> ([Lanes; 2], Lanes) {
+    fn close_loops(&self, k: &[c64; 2]) -> ([Lanes; 2], Lanes) {
         let open = [0, 1].map(|j| Lanes::ONE.plus(-k[j], &self.own[j]));
         let determinant = open[0].product(&open[1]);
         (open, determinant.plus(-(k[0] * k[1]), &self.beside))
@@ -129,7 +129,7 @@ impl ScreenedLoops {
 
 impl<'a> Screen<'a> {
     /// The nominal ones of some rotors on their lines.
-    pub(super) fn new(lines: &'a [Line], rotors: &[Rotor], unstable_poles: i64) -> Self {
+    pub(super) fn new(lines: &'a [LoopLine], rotors: &[ServedRotor], unstable_poles: i64) -> Self {
         let nominal = rotors.iter().filter(|rotor| rotor.role.is_nominal());
         let mut list: Vec<&Vec<LoopResponse>> = vec![];
         let mut sides = vec![];
@@ -157,10 +157,10 @@ impl<'a> Screen<'a> {
     pub(super) fn start(&self, parameters: PidParameters) -> Start {
         let (front, rear) = (&parameters.front, &parameters.rear);
         let gains = self.gains(&parameters);
-        let determinant = |(line, (loops, k)): (&Line, (&ScreenedLoops, &[c64; 2]))| {
+        let determinant = |(line, (loops, k)): (&LoopLine, (&ScreenedLoops, &[c64; 2]))| {
             // The product of both axes without integrators over that with them, but for its size.
             let corners = (line.s + front.integral_rad_s) * (line.s + rear.integral_rad_s);
-            Lanes::ZERO.plus(-corners.conj(), &loops.closed(k).1)
+            Lanes::ZERO.plus(-corners.conj(), &loops.close_loops(k).1)
         };
         let mut phases = Vec::with_capacity(WIDTH * self.packs.len());
         for pack in &self.packs {
@@ -191,7 +191,7 @@ impl<'a> Screen<'a> {
         let mut largest = Reals::splat(0.0);
         for pack in &self.packs {
             for (loops, k) in pack.iter().zip(gains) {
-                let (open, determinant) = loops.closed(k);
+                let (open, determinant) = loops.close_loops(k);
                 let square = determinant.squares();
                 for own in open {
                     largest = largest.max(own.squares() / square);

@@ -100,7 +100,7 @@ pub fn find_surviving_law(machine: &Machine, to_rpm: f64) -> Result<SurvivingLaw
     let flexible = machine.spindle.flexible_modes + FURTHER_MODES;
     let detail = ModelDetail::Modes { flexible, static_residual: false };
     let count = AtomicUsize::new(0);
-    let few = SampledSpeeds::of(machine, detail, (to_rpm, FEW_SPEEDS))?;
+    let few = SampledSpeeds::of(machine, detail, to_rpm, FEW_SPEEDS)?;
     let mut random = ChaCha8Rng::seed_from_u64(SEED);
     let drawn: Vec<Vec<f64>> = (0..STARTS).map(|_| rule.draw(&mut random)).collect();
     let mut starts: Vec<(f64, Vec<f64>)> = drawn.into_par_iter().map(|x| (few.growth(&rule, &x), x)).collect();
@@ -111,9 +111,9 @@ pub fn find_surviving_law(machine: &Machine, to_rpm: f64) -> Result<SurvivingLaw
         |speeds: &SampledSpeeds, starts, steps| improve(Growth { speeds, rule: &rule, count: &count }, starts, steps);
     let mut tried = improve(&few, starts, TRIED_STEPS);
     tried.truncate(KEPT);
-    let all = SampledSpeeds::of(machine, detail, (to_rpm, SPEEDS))?;
+    let all = SampledSpeeds::of(machine, detail, to_rpm, SPEEDS)?;
     let ends = improve(&all, tried, KEPT_STEPS);
-    let judged = SampledSpeeds::of(machine, ModelDetail::Full, (to_rpm, JUDGED_SPEEDS))?;
+    let judged = SampledSpeeds::of(machine, ModelDetail::Full, to_rpm, JUDGED_SPEEDS)?;
     let judge = |x: &Vec<f64>| {
         let plane = rule.plane(x).map_err(in_step("law that survives"))?;
         let worst = judged.worst(&plane).map_err(in_step("law that survives"))?;
@@ -168,12 +168,12 @@ struct SampledSpeeds(Vec<(f64, Plant, StateSpace<Discrete>)>);
 
 impl SampledSpeeds {
     /// So many speeds from rest to the last, evenly spaced.
-    fn of(machine: &Machine, detail: ModelDetail, (to_rpm, count): (f64, usize)) -> Result<Self, VerificationError> {
+    fn of(machine: &Machine, detail: ModelDetail, to_rpm: f64, count: usize) -> Result<Self, VerificationError> {
         let machine = isotropic(machine);
         let at = |k: usize| {
             let speed_rpm = to_rpm * k as f64 / (count - 1) as f64;
             let plant = Plant::new(&machine, speed_rpm * TAU / 60.0, detail)?;
-            let sampled = plant.sampled()?;
+            let sampled = plant.sample_plant()?;
             Ok((speed_rpm, plant, sampled))
         };
         Ok(Self((0..count).into_par_iter().map(at).collect::<Result<_, SpindleError>>()?))

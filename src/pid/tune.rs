@@ -5,7 +5,7 @@
 //! judged on the full plant ([`crate::pid::certificate`]); where that finds a limit exceeded, the search goes on from
 //! there with the limit lowered by as much.
 
-use super::certificate::{Figures, JudgedFigures, TunedPid, ZONE_B_DB, certify};
+use super::certificate::{JudgedFigures, PidFigures, TunedPid, ZONE_B_DB, certify};
 use super::parameters::{PER_AXIS, PidParameters, textbook_gains};
 use super::search::{PidSearch, search};
 use super::settings::TuneSettings;
@@ -27,7 +27,7 @@ pub fn tune(
     settings: &TuneSettings,
     progress: &mut dyn FnMut(usize, f64),
 ) -> Result<TunedPid, VerificationError> {
-    let first = searched(machine, settings, None, progress);
+    let first = search_pid(machine, settings, None, progress);
     with_further_searches(first, machine, settings, progress)
 }
 
@@ -42,9 +42,9 @@ pub fn tune_from(
     settings: &TuneSettings,
     progress: &mut dyn FnMut(usize, f64),
 ) -> Result<TunedPid, VerificationError> {
-    let mut first = searched(machine, settings, Some(start), progress);
+    let mut first = search_pid(machine, settings, Some(start), progress);
     if !matches!(&first, Ok(pid) if pid.certificate.meets(settings)) {
-        let anew = || searched(machine, settings, None, progress);
+        let anew = || search_pid(machine, settings, None, progress);
         first = best_of(first, anew, settings);
     }
     with_further_searches(first, machine, settings, progress)
@@ -60,7 +60,7 @@ fn with_further_searches(
     (1..settings.searches as u64).fold(first, |found, number| {
         let seed = settings.seed.wrapping_add(number);
         let settings = TuneSettings { seed, ..*settings };
-        let next = || searched(machine, &settings, None, progress);
+        let next = || search_pid(machine, &settings, None, progress);
         best_of(found, next, &settings)
     })
 }
@@ -85,7 +85,7 @@ fn best_of(
 }
 
 /// One search from the seed of the settings, or from a PID.
-fn searched(
+fn search_pid(
     machine: &Machine,
     settings: &TuneSettings,
     start: Option<&PidParameters>,
@@ -107,11 +107,11 @@ fn searched(
     let mut evaluations = 0;
     let mut best: Option<TunedPid> = None;
     // What exceeds a limit without shifted modes: it is certified if nothing better is found.
-    let mut set_aside: Option<(f64, Figures, usize)> = None;
+    let mut set_aside: Option<(f64, PidFigures, usize)> = None;
     let (mut repairs, mut renewals) = (0, 0);
     for attempt in 0.. {
-        let asked = asked(machine, &goal, machine.spindle.stiffness_band_hz)?;
-        let found = match search(machine, &asked, &unstable, &given, (&Some, &free)) {
+        let asked = set_up_search(machine, &goal, machine.spindle.stiffness_band_hz)?;
+        let found = match search(machine, &asked, &unstable, &given, &Some, &free) {
             Ok(found) => found,
             // A repair that fails leaves what was found before it.
             Err(_) if best.is_some() || set_aside.is_some() => break,
@@ -120,9 +120,9 @@ fn searched(
         evaluations += found.evaluations;
         given = vec![found.parameters];
         (goal.starts, goal.basins) = ONE_START;
-        let figures = Figures::new(machine, found.parameters, settings, "PID")?;
+        let figures = PidFigures::new(machine, found.parameters, settings, "PID")?;
         progress(attempt, figures.stiffness_n_per_m());
-        let judged = figures.judged();
+        let judged = figures.judge_figures();
         let violation = judged.violation(settings);
         let (judged, unstable_loops) = if violation > 0.0 {
             let unstable_loops = figures.unstable_loop().into_iter().collect();
@@ -132,12 +132,12 @@ fn searched(
             }
             (judged, unstable_loops)
         } else {
-            let tuned = figures.certified(machine, settings, evaluations)?;
+            let tuned = figures.certify_pid(machine, settings, evaluations)?;
             if tuned.certificate.meets(settings) {
                 return Ok(tuned);
             }
             let certificate = &tuned.certificate;
-            let seen = (certificate.judged(), certificate.unstable_loops());
+            let seen = (certificate.judge_figures(), certificate.unstable_loops());
             best = Some(nearer(best, tuned, settings));
             seen
         };
@@ -157,10 +157,10 @@ fn searched(
     }
     let beaten = |least: f64| {
         let best = best.as_ref();
-        best.is_none_or(|pid| least < pid.certificate.judged().violation(settings))
+        best.is_none_or(|pid| least < pid.certificate.judge_figures().violation(settings))
     };
     if let Some((_, figures, evaluations)) = set_aside.filter(|(least, ..)| beaten(*least)) {
-        let tuned = figures.certified(machine, settings, evaluations)?;
+        let tuned = figures.certify_pid(machine, settings, evaluations)?;
         best = Some(nearer(best, tuned, settings));
     }
     best.ok_or_else(|| nothing_found("no attempt was made".to_owned()).into())
@@ -168,7 +168,7 @@ fn searched(
 
 /// Of two PIDs the one that is less far outside what was asked, the earlier of equal ones.
 fn nearer(earlier: Option<TunedPid>, later: TunedPid, settings: &TuneSettings) -> TunedPid {
-    let violation = |pid: &TunedPid| pid.certificate.judged().violation(settings);
+    let violation = |pid: &TunedPid| pid.certificate.judge_figures().violation(settings);
     match earlier {
         Some(earlier) if violation(&earlier) <= violation(&later) => earlier,
         _ => later,
@@ -177,7 +177,7 @@ fn nearer(earlier: Option<TunedPid>, later: TunedPid, settings: &TuneSettings) -
 
 /// Of two PIDs that are equally far outside what was asked, or within it, the stiffer one.
 fn better(earlier: TunedPid, later: TunedPid, settings: &TuneSettings) -> TunedPid {
-    let violation = |pid: &TunedPid| pid.certificate.judged().violation(settings);
+    let violation = |pid: &TunedPid| pid.certificate.judge_figures().violation(settings);
     let stiffness = |pid: &TunedPid| {
         let at_speed = pid.certificate.stiffness_at_speed_n_per_m;
         pid.certificate.stiffness_n_per_m.min(at_speed)
@@ -222,7 +222,11 @@ fn lower(goal: &mut TuneSettings, settings: &TuneSettings, found: &JudgedFigures
 }
 
 /// The search for these settings; `band_hz` is that of the tool's stiffness.
-fn asked(machine: &Machine, settings: &TuneSettings, band_hz: (f64, f64)) -> Result<PidSearch, VerificationError> {
+fn set_up_search(
+    machine: &Machine,
+    settings: &TuneSettings,
+    band_hz: (f64, f64),
+) -> Result<PidSearch, VerificationError> {
     let electronics = &machine.spindle.electronics;
     Ok(PidSearch {
         limits: LoopLimits {
@@ -264,11 +268,11 @@ pub fn textbook(machine: &Machine, settings: &TuneSettings) -> Result<TunedPid, 
         Some(p)
     };
     let free: Vec<usize> = (0..2 * PER_AXIS).filter(|k| k % PER_AXIS >= FIXED_BY_TEXTBOOK).collect();
-    let mut asked = asked(machine, settings, NO_BAND)?;
+    let mut asked = set_up_search(machine, settings, NO_BAND)?;
     // A limit of 0 dB is never met: the search ends at the smallest peak it finds.
     asked.limits.sensitivity = 1.0;
     (asked.basins, asked.rounds) = TEXTBOOK_EFFORT;
-    let found = search(machine, &asked, &[], &[gains], (&shape, &free))?;
+    let found = search(machine, &asked, &[], &[gains], &shape, &free)?;
     certify(machine, found.parameters, settings, found.evaluations, "textbook PID")
 }
 

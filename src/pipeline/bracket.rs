@@ -16,7 +16,7 @@ pub struct Bracket {
 
 impl Bracket {
     /// Between a factor that is too small, with its γ if that is known, and one that brings γ to `target`, with its γ.
-    pub fn new((short, gamma): (f64, Option<f64>), (factor, reached): (f64, f64), target: f64) -> Self {
+    pub fn new(short: f64, gamma: Option<f64>, factor: f64, reached: f64, target: f64) -> Self {
         Self {
             short: (short.ln(), gamma),
             factor: (factor.ln(), reached),

@@ -11,7 +11,7 @@ use crate::robust::MuError;
 use crate::robust::dk::DkOutcome;
 use crate::robust::mu::peak::MuPeak;
 use crate::robust::mu::system::MuSystem;
-use crate::robust::prescale::scaled;
+use crate::robust::prescale::scale_signals;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
@@ -94,7 +94,7 @@ pub(super) fn stage(
     controller: &StateSpace<Continuous>,
     known: KnownStage,
 ) -> Result<Stage, PipelineError> {
-    let certificate = |plant: &GeneralizedPlant| certified(name, plant, controller, problems.period_s);
+    let certificate = |plant: &GeneralizedPlant| certify_peak(name, plant, controller, problems.period_s);
     let ((specification, covered), synthesis) = rayon::join(
         || {
             rayon::join(
@@ -107,7 +107,7 @@ pub(super) fn stage(
         },
         || match known.synthesis {
             Some(mu) => Ok(Some(mu)),
-            None => attained(&problems.synthesis, controller),
+            None => attained_gain(&problems.synthesis, controller),
         },
     );
     Ok(Stage {
@@ -128,10 +128,10 @@ pub fn peak(
     controller: &StateSpace<Continuous>,
 ) -> Result<MuPeak, PipelineError> {
     // Certified a tenth of a percent above what is attained: below the digits reported.
-    closed(name, plant, controller)?.peak(1e-3).map_err(PipelineError::mu(name))
+    close_problem(name, plant, controller)?.peak(1e-3).map_err(PipelineError::mu(name))
 }
 
-pub(super) fn closed(
+pub(super) fn close_problem(
     name: &'static str,
     plant: &GeneralizedPlant,
     controller: &StateSpace<Continuous>,
@@ -141,7 +141,7 @@ pub(super) fn closed(
     MuSystem::new(&loop_system, blocks).map_err(PipelineError::mu(name))
 }
 
-pub(super) fn certified(
+pub(super) fn certify_peak(
     name: &'static str,
     plant: &GeneralizedPlant,
     controller: &StateSpace<Continuous>,
@@ -160,20 +160,20 @@ pub(super) fn certified(
 }
 
 /// Largest upper bound of μ found over frequency; `None` for an unstable loop.
-pub(super) fn attained(
+pub(super) fn attained_gain(
     plant: &GeneralizedPlant,
     controller: &StateSpace<Continuous>,
 ) -> Result<Option<f64>, PipelineError> {
     Ok(attained_at(plant, controller)?.map(|(mu, _)| mu))
 }
 
-/// As [`attained`], with its frequency in rad/s.
+/// As [`attained_gain`], with its frequency in rad/s.
 pub(super) fn attained_at(
     plant: &GeneralizedPlant,
     controller: &StateSpace<Continuous>,
 ) -> Result<Option<(f64, f64)>, PipelineError> {
     const STAGE: &str = "largest bound of μ";
-    match closed(STAGE, plant, controller) {
+    match close_problem(STAGE, plant, controller) {
         Ok(system) => {
             let (top, _) = system.largest().map_err(PipelineError::mu(STAGE))?;
             Ok(Some((top.upper, top.omega_rad_s)))
@@ -190,8 +190,8 @@ pub(super) fn d_scales(
     outcome: &DkOutcome,
 ) -> Result<Vec<DScaleCurve>, PipelineError> {
     const STAGE: &str = "D-scales";
-    let plant = scaled(&problems.posed, constant);
-    let system = closed(STAGE, &plant, &outcome.controller)?;
+    let plant = scale_signals(&problems.posed, constant);
+    let system = close_problem(STAGE, &plant, &outcome.controller)?;
     let grid = FrequencyGrid::log_hz(1.0, 0.9 * 0.5 / problems.period_s, D_POINTS);
     let points = grid
         .omega_rad_s()
@@ -247,7 +247,7 @@ pub(super) fn mu_curve(
     if !peak.upper.is_finite() {
         return Ok(vec![]);
     }
-    let system = closed(STAGE, plant, controller)?;
+    let system = close_problem(STAGE, plant, controller)?;
     let nyquist_hz = 0.5 / period_s;
     let grid = FrequencyGrid::log_hz(1.0, 0.98 * nyquist_hz, CURVE_POINTS);
     let mut lines: Vec<f64> = grid.hz();

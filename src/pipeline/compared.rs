@@ -13,7 +13,7 @@ use crate::controller::Controller;
 use crate::controller::speed_proof::SpeedProof;
 use crate::controller::verification::{Verification, verify_with_proof};
 use crate::pid::settings::TuneSettings;
-use crate::predict::chatter::{Engagement, Material, StabilityLimit};
+use crate::predict::chatter::{CuttingMaterial, Engagement, StabilityLimit};
 use crate::spindle::Machine;
 
 /// Speeds checked for stability, evenly spaced from zero to the top speed.
@@ -29,7 +29,7 @@ pub struct Ground<'a> {
     /// Relative uncertainty of the natural frequencies, mode by mode.
     pub mode_uncertainty: &'a [f64],
     /// The workpiece.
-    pub material: &'a Material,
+    pub material: &'a CuttingMaterial,
     /// The cut.
     pub cut: &'a Engagement,
 }
@@ -79,7 +79,7 @@ pub(crate) fn own_controllers(
     pid: TuneSettings,
     progress: &mut Listener,
 ) -> Result<OwnControllers, PipelineError> {
-    let design = design_in_words(machine, weights, &DesignSettings::polished(), progress)?;
+    let design = design_in_words(machine, weights, &DesignSettings::with_polish(), progress)?;
     progress(Event::Begins("PID"));
     let rivals = rivals(machine, &design, pid)?;
     Ok(OwnControllers { design, rivals })
@@ -87,7 +87,7 @@ pub(crate) fn own_controllers(
 
 /// What the design or the PID search that found a controller has computed of it.
 #[derive(Clone, Debug, Default)]
-pub struct Known {
+pub struct KnownFigures {
     /// Its loop at some speeds.
     pub predictions: Vec<Prediction>,
     /// Its stability over speed, with a proof that reaches the top speed.
@@ -96,15 +96,15 @@ pub struct Known {
 
 impl OwnControllers {
     /// What is known of the delivered controller, the tuned and the textbook PID.
-    pub(crate) fn known(&self) -> [Known; 3] {
+    pub(crate) fn known_controllers(&self) -> [KnownFigures; 3] {
         let delivery = &self.design.delivery;
         let verification = &delivery.verification;
         let of_pid = |pid: &Rival| {
             let predictions = pid.as_ref().map(|(_, own)| own.to_vec());
-            Known { predictions: predictions.unwrap_or_default(), verification: None }
+            KnownFigures { predictions: predictions.unwrap_or_default(), verification: None }
         };
         let judged = self.design.judged_with(&delivery.controller);
-        let delivered = Known {
+        let delivered = KnownFigures {
             predictions: judged.map_or(vec![], Vec::from),
             verification: verification.is_proven().then(|| verification.clone()),
         };
@@ -116,11 +116,11 @@ impl OwnControllers {
 ///
 /// # Errors
 /// [`PipelineError`] when a plant or a loop cannot be built, or the cut is out of range.
-pub fn compared(
+pub fn compare_controller(
     ground: &Ground<'_>,
     name: &str,
     controller: &Controller,
-    known: &Known,
+    known: &KnownFigures,
 ) -> Result<Compared, PipelineError> {
     let machine = ground.machine;
     let top_rpm = machine.spindle.max_rpm;

@@ -1,14 +1,14 @@
 //! Predictions for a controller: dynamic stiffness at the tool and sensitivity at the sensors.
 
 use super::PipelineError;
-use super::loop_stability::{LoopPoles, loop_poles};
+use super::loop_stability::{SpeedPoles, loop_poles};
 use crate::controller::amplifier_demand::amplifier_demand;
 use crate::controller::{ControlLaw, Controller};
 use crate::linalg::c64;
 use crate::lti::sample::tustin;
 use crate::lti::{Discrete, FrequencyGrid, StateSpace};
 use crate::pid::settings::TuneSettings;
-use crate::predict::chatter::{Engagement, Material, StabilityLimit, milling};
+use crate::predict::chatter::{CuttingMaterial, Engagement, StabilityLimit, milling};
 use crate::predict::closed_loop::compliance;
 use crate::predict::modes::{LoopModes, loop_modes, modes_of_poles};
 use crate::predict::sensitivity::{AxisSensitivity, Zone};
@@ -142,7 +142,7 @@ pub(super) struct LoopAtSpeed {
     /// The full plant.
     pub(super) plant: Plant,
     /// Poles of the loop.
-    pub(super) poles: LoopPoles,
+    pub(super) poles: SpeedPoles,
     /// A grid that is dense round the poles.
     pub(super) grid: FrequencyGrid,
 }
@@ -178,7 +178,7 @@ pub(crate) fn chatter_limit(
     machine: &Machine,
     controller: &Controller,
     speed_rpm: f64,
-    material: &Material,
+    material: &CuttingMaterial,
     cut: &Engagement,
 ) -> Result<Option<StabilityLimit>, PipelineError> {
     let LoopAtSpeed { plant, poles, grid } = closed_loop(machine, controller, speed_rpm, chatter_band_hz(machine))?;

@@ -7,7 +7,7 @@ use crate::controller::scaling::{ScaledRealisation, SignalLimits};
 use crate::controller::{ControlLaw, Controller};
 use crate::predict::recovery::{Recovery, touching_force_n};
 use crate::predict::time::{TimeResponse, TimeSettings};
-use crate::predict::time_cases::{Case, PUSH_S, run_case};
+use crate::predict::time_cases::{PUSH_S, StandardCase, run_case};
 use crate::spindle::Machine;
 use std::f64::consts::TAU;
 
@@ -47,11 +47,11 @@ pub fn contact(
     let with_pid = || match pid.map(|p| &p.law) {
         Some(ControlLaw::Discrete(law)) => {
             let (rows, _) = firmware_rows(law, machine)?;
-            pushed(machine, &rows, force_n).map(Some)
+            push_tool(machine, &rows, force_n).map(Some)
         }
         _ => Ok(None),
     };
-    let (delivered, pid) = rayon::join(|| pushed(machine, delivered, force_n), with_pid);
+    let (delivered, pid) = rayon::join(|| push_tool(machine, delivered, force_n), with_pid);
     Ok(Contact {
         force_n,
         length_s: PUSH_S,
@@ -69,11 +69,11 @@ pub fn contact(
 /// [`PipelineError`] when the simulation fails.
 pub(super) fn recovers(machine: &Machine, rows: &ScaledRealisation) -> Result<bool, PipelineError> {
     let force_n = touching_force_n(machine, SignalLimits::of(machine).output_a, PUSH_S)?;
-    Ok(Recovery::of(machine, &pushed(machine, rows, force_n)?) != Recovery::Lost)
+    Ok(Recovery::of(machine, &push_tool(machine, rows, force_n)?) != Recovery::Lost)
 }
 
-fn pushed(machine: &Machine, rows: &ScaledRealisation, force_n: f64) -> Result<TimeResponse, PipelineError> {
-    let case = Case::Impulse { force_n, length_s: PUSH_S };
+fn push_tool(machine: &Machine, rows: &ScaledRealisation, force_n: f64) -> Result<TimeResponse, PipelineError> {
+    let case = StandardCase::Impulse { force_n, length_s: PUSH_S };
     let speed = machine.spindle.max_rpm * TAU / 60.0;
     let settings = TimeSettings::default();
     let program = float32(rows)?;

@@ -2,7 +2,7 @@
 //! machine, stability over speed, arithmetics.
 
 use super::PipelineError;
-use super::certificates::{KnownStage, PeakFigures, Stage, attained, mu_curve, stage};
+use super::certificates::{KnownStage, PeakFigures, Stage, attained_gain, mu_curve, stage};
 use super::overspeed::{OVERSPEED, OVERSPEEDS};
 use super::problems::Problems;
 use super::speed_mu::{SpeedMu, mu_at_speed, mu_over_speed};
@@ -116,7 +116,7 @@ impl KnownMu {
 
 /// A realised controller with the certificates that decide whether it is delivered but for the proof of its stability
 /// over speed.
-pub(super) struct Candidate {
+pub(super) struct DeliveryCandidate {
     realised: Realised,
     /// After rounding to float32, in sampled time.
     pub rounded: Stage,
@@ -126,7 +126,7 @@ pub(super) struct Candidate {
     speed_mu: Vec<SpeedMu>,
 }
 
-impl Candidate {
+impl DeliveryCandidate {
     /// A realised controller with its μ at rest and over speed.
     ///
     /// # Errors
@@ -144,11 +144,12 @@ impl Candidate {
     ///
     /// # Errors
     /// As [`Self::new`] and [`Self::proof`].
-    pub(super) fn proven(
+    pub(super) fn prove_candidate(
         machine: &Machine,
         weights: &Weights,
         problems: &Problems,
-        (realised, known): (Realised, Option<KnownMu>),
+        realised: Realised,
+        known: Option<KnownMu>,
     ) -> Result<(Self, SpeedProof), PipelineError> {
         let proof = |law: &StateSpace<Discrete>| prove_law(machine, law);
         let from = (realised, known);
@@ -220,7 +221,7 @@ impl Candidate {
     ///
     /// # Errors
     /// [`PipelineError`] says which step failed.
-    pub(super) fn delivered(
+    pub(super) fn deliver_candidate(
         self,
         machine: &Machine,
         problems: &Problems,
@@ -258,8 +259,8 @@ impl Candidate {
             speed_mu: self.speed_mu,
             controller_growth_rate_per_s: self.growth_rate_per_s,
             realisation,
-            controller: named("mu", ControlLaw::Discrete(law)),
-            continuous: named("mu", ControlLaw::Continuous(both_planes(&back))),
+            controller: name_law("mu", ControlLaw::Discrete(law)),
+            continuous: name_law("mu", ControlLaw::Continuous(both_planes(&back))),
             verification,
             overspeed: overspeed?,
         })
@@ -282,7 +283,7 @@ fn arithmetics(
         ("float64", Some(realisation.rows.to_state_space()?), None),
         ("float32", Some(rounded.clone()), Some(known)),
         // A range that Q31 does not hold is said by the firmware export; the design stands without it.
-        ("Q31", q31(realisation).and_then(|p| p.rounded()).ok(), None),
+        ("Q31", q31(realisation).and_then(|p| p.to_rounded_system()).ok(), None),
     ];
     laws.into_par_iter()
         .filter_map(|(name, law, known)| Some((name, law?, known)))
@@ -290,13 +291,13 @@ fn arithmetics(
             let plane = plane_of(&law)?;
             let mu = |plant: &GeneralizedPlant, known: Option<PeakFigures>| match known {
                 Some(peak) => Ok(peak.attained),
-                None => attained(plant, &plane).map(|mu| mu.unwrap_or(f64::INFINITY)),
+                None => attained_gain(plant, &plane).map(|mu| mu.unwrap_or(f64::INFINITY)),
             };
             Ok(Arithmetic {
                 name,
                 specification: mu(&problems.specification, known.map(|k| k.specification))?,
                 covered: mu(&problems.covered, known.map(|k| k.covered))?,
-                controller: named("mu", ControlLaw::Discrete(law)),
+                controller: name_law("mu", ControlLaw::Discrete(law)),
             })
         })
         .collect()
@@ -331,6 +332,6 @@ pub(super) fn scaled_plane(plane: &StateSpace<Discrete>) -> Result<StateSpace<Co
     Ok(scale_controller(&back))
 }
 
-fn named(name: &str, law: ControlLaw) -> Controller {
+fn name_law(name: &str, law: ControlLaw) -> Controller {
     Controller { name: name.to_owned(), law }
 }

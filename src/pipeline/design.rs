@@ -171,7 +171,7 @@ pub fn design(
     let weights = &weights.on(machine)?;
     let (problems, scales, _) = pose(machine, weights, settings)?;
     progress(Event::Stage("problems and constant scales"));
-    let job = PolishJob::asked(machine, weights, &problems, settings);
+    let job = PolishJob::set_up_job(machine, weights, &problems, settings);
     let again = job.zip(settings.earlier.as_ref()).map(|(job, earlier)| {
         progress(Event::Begins("polish of the earlier design"));
         polished_again(job, earlier)
@@ -180,7 +180,7 @@ pub fn design(
         Some(PolishedAgain::Delivered(made)) => {
             let (delivery, outcome) = *made;
             let made = (None, (delivery, Some(outcome)));
-            return finished(machine, weights, (problems, scales), made, progress);
+            return finish_design(machine, weights, (problems, scales), made, progress);
         }
         Some(PolishedAgain::Entrant(entrant)) => {
             progress(Event::Begins("design from the D-K iteration"));
@@ -189,14 +189,14 @@ pub fn design(
         None => None,
     };
     let found = synthesise_for_machine(machine, weights, settings, (problems, scales), progress)?;
-    let (dk, made) = dk_design(machine, weights, settings, (&found, entrant))?;
+    let (dk, made) = dk_design(machine, weights, settings, &found, entrant)?;
     progress(Event::Stage("reduction, polish and certificates"));
     let posed = (found.problems, found.scales);
-    finished(machine, weights, posed, (Some(dk), made), progress)
+    finish_design(machine, weights, posed, (Some(dk), made), progress)
 }
 
 /// The design of a delivery, with what is said of the delivered controller only.
-fn finished(
+fn finish_design(
     machine: &Machine,
     weights: &Weights,
     (problems, constant_scales): (Problems, Vec<f64>),
@@ -205,7 +205,7 @@ fn finished(
 ) -> Result<Design, PipelineError> {
     let specification_scale = match &delivery.controller.law {
         ControlLaw::Discrete(law) => {
-            specification_scale(machine, (weights, &problems.written_modes), law, &delivery.speed_mu)?
+            specification_scale(machine, weights, &problems.written_modes, law, &delivery.speed_mu)?
         }
         ControlLaw::Continuous(_) => None,
     };

@@ -3,10 +3,10 @@
 
 use super::PipelineError;
 use super::certificates::{DScaleCurve, KnownStage, Stage, d_scales, stage};
-use super::delivery::{Candidate, Delivery, Realised};
+use super::delivery::{Delivery, DeliveryCandidate, Realised};
 use super::emulation::Emulated;
 use super::polish_job::PolishJob;
-use super::polishing::{Entrant, PolishOutcome, polished};
+use super::polishing::{Entrant, PolishOutcome, polish_law};
 use super::problems::Problems;
 use super::reduction::reduce;
 use super::settings::DesignSettings;
@@ -62,7 +62,8 @@ pub(super) fn dk_design(
     machine: &Machine,
     weights: &Weights,
     settings: &DesignSettings,
-    (found, entrant): (&Synthesised, Option<Entrant>),
+    found: &Synthesised,
+    entrant: Option<Entrant>,
 ) -> Result<(DkDesign, Made), PipelineError> {
     let (problems, scales, outcome) = (&found.problems, &found.scales, &found.outcome);
     let (full, synthesis) = (&found.full, found.synthesis);
@@ -73,7 +74,7 @@ pub(super) fn dk_design(
         let (made, at_reduced) = rayon::join(
             || {
                 let from = (&reduced.controller, entrant);
-                delivered(machine, weights, settings, problems, from)
+                deliver_reduced(machine, weights, settings, problems, from.0, from.1)
             },
             || {
                 let known = known(reduced.synthesis);
@@ -107,23 +108,24 @@ pub(super) fn dk_design(
 
 /// What a controller of scaled signals in the w plane becomes: sampled, polished where that is asked, rounded and
 /// proven.
-fn delivered(
+fn deliver_reduced(
     machine: &Machine,
     weights: &Weights,
     settings: &DesignSettings,
     problems: &Problems,
-    (reduced, entrant): (&StateSpace<Continuous>, Option<Entrant>),
+    reduced: &StateSpace<Continuous>,
+    entrant: Option<Entrant>,
 ) -> Result<Made, PipelineError> {
     let period_s = machine.spindle.electronics.sample_period_s();
     let physical = unscale_controller(reduced);
     let sampled = tustin(&physical, period_s).map_err(PipelineError::numeric("discretisation"))?;
-    let Some(job) = PolishJob::asked(machine, weights, problems, settings) else {
+    let Some(job) = PolishJob::set_up_job(machine, weights, problems, settings) else {
         let realised = Realised::new(machine, &sampled)?;
-        let from_dk = Candidate::new(machine, weights, problems, realised)?;
+        let from_dk = DeliveryCandidate::new(machine, weights, problems, realised)?;
         let proof = from_dk.proof(machine)?;
-        let delivery = from_dk.delivered(machine, problems, settings.speeds, proof)?;
+        let delivery = from_dk.deliver_candidate(machine, problems, settings.speeds, proof)?;
         return Ok((delivery, None));
     };
-    let (delivery, outcome) = polished(job, &sampled, entrant)?;
+    let (delivery, outcome) = polish_law(job, &sampled, entrant)?;
     Ok((delivery, Some(outcome)))
 }

@@ -7,7 +7,7 @@
 //! stretch of the frequency axis, nothing else.
 
 use super::PipelineError;
-use super::certificates::attained;
+use super::certificates::attained_gain;
 use super::problems::Problems;
 use crate::linalg::Mat;
 use crate::lti::{Continuous, StateSpace};
@@ -46,7 +46,7 @@ pub(super) fn sampled_by_tustin(
     for omega in &tried {
         let half = 0.5 * omega * problems.period_s;
         let stretched = stretch(controller, half / half.tan());
-        let Some(mu) = attained(&problems.synthesis, &stretched)? else {
+        let Some(mu) = attained_gain(&problems.synthesis, &stretched)? else {
             continue;
         };
         if best.as_ref().is_none_or(|b| mu < b.1) {
@@ -60,7 +60,7 @@ pub(super) fn sampled_by_tustin(
         sampled,
         Emulated {
             prewarp_hz: omega / TAU,
-            mu_continuous: attained(&problems.posed, controller)?.unwrap_or(f64::INFINITY),
+            mu_continuous: attained_gain(&problems.posed, controller)?.unwrap_or(f64::INFINITY),
             mu_sampled,
         },
     ))

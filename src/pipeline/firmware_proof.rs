@@ -37,7 +37,7 @@ pub(crate) fn proven_as_rounded(machine: &Machine, rows: &ScaledRealisation) -> 
         verify_with_proof(machine, law, SPEEDS, &conditions)
     };
     let float = check(&rows.rows.rounded_f32()?, "float32 and to Q31")?;
-    let fixed = check(&q31(rows)?.rounded()?, "Q31")?;
+    let fixed = check(&q31(rows)?.to_rounded_system()?, "Q31")?;
     Ok(if float.is_proven() && !fixed.is_proven() { fixed } else { float })
 }
 
@@ -59,6 +59,6 @@ pub(crate) fn changed_by_rounding(
 ) -> Result<RoundedTransfer, ControllerError> {
     Ok(RoundedTransfer {
         float32: transfer_change_by_entry(law, &rows.rows.rounded_f32()?)?,
-        q31: transfer_change_by_entry(law, &q31(rows)?.rounded()?)?,
+        q31: transfer_change_by_entry(law, &q31(rows)?.to_rounded_system()?)?,
     })
 }

@@ -71,7 +71,7 @@ impl Instability {
         let poles = loop_poles(&plant, &delivery.controller)?.poles_rad_s;
         let fastest = poles.iter().max_by(|a, b| a.re.total_cmp(&b.re));
         let frequency_hz = fastest.map_or(0.0, |pole| pole.im.abs() / TAU);
-        let mode = GrowingMode::near(machine, problems, (frequency_hz, speed_rpm))?;
+        let mode = GrowingMode::near(machine, problems, frequency_hz, speed_rpm)?;
         Ok(Some(Self { growth_rate_per_s, speed_rpm, frequency_hz, mode }))
     }
 
@@ -109,11 +109,7 @@ impl Instability {
 
 impl GrowingMode {
     /// The motion of the free rotor next to a frequency in Hz at a speed in rpm.
-    fn near(
-        machine: &Machine,
-        problems: &Problems,
-        (frequency_hz, speed_rpm): (f64, f64),
-    ) -> Result<Self, SpindleError> {
+    fn near(machine: &Machine, problems: &Problems, frequency_hz: f64, speed_rpm: f64) -> Result<Self, SpindleError> {
         let machine = isotropic(machine);
         let speed_rad_s = speed_rpm * TAU / 60.0;
         let split = gyroscopic_split(&machine, speed_rad_s, problems.split.len())?;

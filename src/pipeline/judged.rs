@@ -3,7 +3,7 @@
 use super::PipelineError;
 use super::certificates::Stage;
 use super::comparison::{Prediction, predict};
-use super::delivery::{Candidate, Delivery};
+use super::delivery::{Delivery, DeliveryCandidate};
 use super::overspeed::OVERSPEED;
 use super::starting_pid::ToolStiffness;
 use crate::augment::weights::StiffnessFloor;
@@ -42,28 +42,32 @@ impl Judged {
     /// A controller that is delivered.
     pub(super) fn of(machine: &Machine, name: &str, delivery: &Delivery) -> Result<Self, PipelineError> {
         let to_rpm = delivery.speed_proof.proven_to_rpm();
-        let figures = (delivery.largest_mu(), delivery.controller_growth_rate_per_s);
-        let law = delivery.controller.law.clone();
-        Self::with(machine, (name, law), &delivery.rounded, figures, to_rpm)
+        let controller = Controller { name: name.to_owned(), law: delivery.controller.law.clone() };
+        let growth_rate_per_s = delivery.controller_growth_rate_per_s;
+        Self::with(machine, controller, &delivery.rounded, delivery.largest_mu(), growth_rate_per_s, to_rpm)
     }
 
-    /// A candidate that counts as proven as far as a proof may reach ([`Candidate::provable_to_rpm`]).
-    pub(super) fn unproven(machine: &Machine, name: &str, candidate: &Candidate) -> Result<Self, PipelineError> {
+    /// A candidate that counts as proven as far as a proof may reach ([`DeliveryCandidate::provable_to_rpm`]).
+    pub(super) fn judge_unproven(
+        machine: &Machine,
+        name: &str,
+        candidate: &DeliveryCandidate,
+    ) -> Result<Self, PipelineError> {
         let to_rpm = candidate.provable_to_rpm(machine);
-        let figures = (candidate.largest_mu(), candidate.growth_rate_per_s);
-        let law = ControlLaw::Discrete(candidate.law().clone());
-        Self::with(machine, (name, law), &candidate.rounded, figures, to_rpm)
+        let controller = Controller { name: name.to_owned(), law: ControlLaw::Discrete(candidate.law().clone()) };
+        let growth_rate_per_s = candidate.growth_rate_per_s;
+        Self::with(machine, controller, &candidate.rounded, candidate.largest_mu(), growth_rate_per_s, to_rpm)
     }
 
     fn with(
         machine: &Machine,
-        (name, law): (&str, ControlLaw),
+        controller: Controller,
         rounded: &Stage,
-        (mu, growth_rate_per_s): (f64, f64),
+        mu: f64,
+        growth_rate_per_s: f64,
         proven_to_rpm: f64,
     ) -> Result<Self, PipelineError> {
         let top = machine.spindle.max_rpm;
-        let controller = Controller { name: name.to_owned(), law };
         let at = |rpm: f64| predict(machine, &controller, rpm);
         let (rest, fast) = rayon::join(|| at(0.0), || at(top));
         let both = [rest?, fast?];

@@ -3,6 +3,7 @@
 
 use super::PipelineError;
 use super::comparison::Prediction;
+use super::overspeed::OVERSPEED;
 use crate::controller::Controller;
 use crate::predict::loop_shape::{LoopShape, unbalance_response};
 use crate::rotor::modes::PlanarModes;
@@ -69,7 +70,7 @@ impl LoopCurves {
         let lines = lines_hz(&plant, &rest.sensitivity.frequency_hz);
         let shape = LoopShape::new(&plant, &*controller.responder(), &lines).map_err(SpindleError::from)?;
         let top_rpm = machine.spindle.max_rpm;
-        let speeds = (1..=UNBALANCE_SPEEDS).map(|k| 1.2 * top_rpm * k as f64);
+        let speeds = (1..=UNBALANCE_SPEEDS).map(|k| OVERSPEED * top_rpm * k as f64);
         let speed_rpm: Vec<f64> = speeds.map(|v| v / UNBALANCE_SPEEDS as f64).collect();
         let displacement = unbalance_response(machine, controller, &speed_rpm)?;
         Ok(Self { whirl, stable: Some(StableLoop { shape, unbalance: UnbalanceCurve { speed_rpm, displacement } }) })

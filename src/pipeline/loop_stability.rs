@@ -4,7 +4,7 @@
 //! loop, the delay as a Padé approximant of order 8 (phase error below 1e-6 rad up to ωτ = 5, far above any crossover).
 
 use super::PipelineError;
-use crate::controller::verification::rate_words;
+use crate::controller::verification::growth_words;
 use crate::controller::{ControlLaw, Controller};
 use crate::linalg::c64;
 use crate::lti::TimeBase;
@@ -18,7 +18,7 @@ const PADE: usize = 8;
 
 /// Poles of a loop at one speed and how fast the least damped of them grows.
 #[derive(Clone, Debug)]
-pub(crate) struct LoopPoles {
+pub(crate) struct SpeedPoles {
     /// As continuous poles, rad/s; those of pure delays left out.
     pub poles_rad_s: Vec<c64>,
     /// Largest growth rate, 1/s; negative: stable.
@@ -29,13 +29,13 @@ pub(crate) struct LoopPoles {
 ///
 /// # Errors
 /// [`PipelineError`] when the sample times differ or the eigenvalues fail.
-pub(crate) fn loop_poles(plant: &Plant, controller: &Controller) -> Result<LoopPoles, PipelineError> {
+pub(crate) fn loop_poles(plant: &Plant, controller: &Controller) -> Result<SpeedPoles, PipelineError> {
     let numeric = PipelineError::numeric("closed-loop stability");
     match &controller.law {
         ControlLaw::Discrete(law) => {
-            let sampled = plant.sampled()?;
+            let sampled = plant.sample_plant()?;
             let poles = plant.loop_poles(&sampled, law).map_err(&numeric)?;
-            Ok(LoopPoles {
+            Ok(SpeedPoles {
                 growth_rate_per_s: sampled.time.largest_growth_rate(&poles),
                 poles_rad_s: sampled.time.continuous_poles(poles),
             })
@@ -45,7 +45,7 @@ pub(crate) fn loop_poles(plant: &Plant, controller: &Controller) -> Result<LoopP
             let open = plant.state_space(PADE)?.select(&axes, &axes);
             let closed = lower_lft(&open, law).map_err(&numeric)?;
             let poles_rad_s = closed.poles().map_err(&numeric)?;
-            Ok(LoopPoles { growth_rate_per_s: closed.time.largest_growth_rate(&poles_rad_s), poles_rad_s })
+            Ok(SpeedPoles { growth_rate_per_s: closed.time.largest_growth_rate(&poles_rad_s), poles_rad_s })
         }
     }
 }
@@ -62,8 +62,7 @@ pub(crate) fn growth_rate_at(machine: &Machine, controller: &Controller, speed_r
 /// The first line of the message about an unstable loop.
 pub(crate) fn unstable_words(growth_rate_per_s: f64, speed_rpm: f64) -> String {
     format!(
-        "unstable: the closed loop grows by {} 1/s at {speed_rpm} rpm; it has no stiffness, no zone and no \
-         response that lasts",
-        rate_words(growth_rate_per_s, 2)
+        "unstable: the closed loop {}; it has no stiffness, no zone and no response that lasts",
+        growth_words(growth_rate_per_s, speed_rpm)
     )
 }

@@ -109,7 +109,7 @@ pub(crate) fn lowest_order(
     if let Some(delivery) = lowest {
         if let ControlLaw::Discrete(law) = &delivery.controller.law {
             let asked = (weights, design.problems.written_modes.as_slice());
-            design.specification_scale = specification_scale(machine, asked, law, &delivery.speed_mu)?;
+            design.specification_scale = specification_scale(machine, asked.0, asked.1, law, &delivery.speed_mu)?;
         }
         if let Some(polish) = &mut design.polish {
             polish.sentence = format!(
@@ -145,7 +145,7 @@ fn shorter(
     let balancing = loop_balancing(job.problems, scales, &full).map_err(|e| words(&e))?;
     let limits = limits(job.machine, ZONE_A).map_err(|e| words(&e))?;
     let mut failure = String::new();
-    for cut in [balancing.truncated(order), balancing.residualised(order)] {
+    for cut in [balancing.truncate_states(order), balancing.residualise_states(order)] {
         let polished = cut
             .and_then(|cut| tustin(&unscale_controller(&cut), plane.time.period_s))
             .map_err(|e| words(&e))

@@ -7,8 +7,8 @@
 //! continues.
 
 use super::PipelineError;
-use super::certificates::certified;
-use super::delivery::{Candidate, Delivery, KnownMu, Realised};
+use super::certificates::certify_peak;
+use super::delivery::{Delivery, DeliveryCandidate, KnownMu, Realised};
 use super::judged::Judged;
 use super::loop_stability::growth_rate_at;
 use super::overspeed::OVERSPEED;
@@ -93,7 +93,8 @@ impl<'a> Goal<'a> {
 /// μ of the goal with a controller as it runs: certified at rest, on the exact responses at rest, top speed and beyond.
 fn certificate(
     machine: &Machine,
-    (problems, goal): (&Problems, &Goal<'_>),
+    problems: &Problems,
+    goal: &Goal<'_>,
     realised: &Realised,
 ) -> Result<KnownMu, PipelineError> {
     const STAGE: &str = "certificate of the polish";
@@ -103,7 +104,7 @@ fn certificate(
         mu_at_speed(machine, weights, modes, &realised.law, speed_rpm)
     };
     let (rest, exact) = rayon::join(
-        || certified(STAGE, goal.plant, &realised.rounded_plane, problems.period_s),
+        || certify_peak(STAGE, goal.plant, &realised.rounded_plane, problems.period_s),
         || {
             let found: Result<Vec<SpeedMu>, PipelineError> = [0.0, 1.0, OVERSPEED].par_iter().map(at).collect();
             found
@@ -122,7 +123,7 @@ const WORTH_A_CUT: f64 = 0.25;
 const WORTH_A_ROUND: f64 = 0.01;
 
 /// True when the last round made the tool stiffer by more than [`WORTH_A_ROUND`].
-fn gained(rounds: &[PolishRound]) -> bool {
+fn has_gained(rounds: &[PolishRound]) -> bool {
     match rounds {
         [.., before, last] => last.stiffness_n_per_m > (1.0 + WORTH_A_ROUND) * before.stiffness_n_per_m,
         _ => false,
@@ -138,7 +139,8 @@ const SPEED_SHARES: [f64; 9] = [1.0, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.25, 0.1];
 fn up_to_speed(
     machine: &Machine,
     task: PolishTask<'_>,
-    (plane, effort): (&StateSpace<Discrete>, PolishEffort),
+    plane: &StateSpace<Discrete>,
+    effort: PolishEffort,
 ) -> Result<StateSpace<Discrete>, PipelineError> {
     let slower = |share: f64| {
         let mut slower = machine.clone();
@@ -172,7 +174,7 @@ fn up_to_speed(
                 reached = share;
                 let machine = slower(share);
                 let mut polisher = Polisher::new(&machine, task, &plane, OVERSPEED)?;
-                polisher.round(effort.steps)?;
+                polisher.run_round(effort.steps)?;
                 plane = polisher.plane()?;
             }
         }
@@ -192,14 +194,16 @@ pub(super) struct Polished {
 /// Polishes `plane` until its μ is certified, or to the lowest μ found.
 fn descend(
     machine: &Machine,
-    (limits, effort): (LoopLimits, PolishEffort),
-    (problems, goal): (&Problems, &Goal<'_>),
+    limits: LoopLimits,
+    effort: PolishEffort,
+    problems: &Problems,
+    goal: &Goal<'_>,
     plane: &StateSpace<Discrete>,
 ) -> Result<(Polished, Realised, Option<KnownMu>), PipelineError> {
     let task = PolishTask { weights: goal.weights, modes: &problems.written_modes, floors: goal.floors, limits };
     let mut polisher = Polisher::new(machine, task, plane, OVERSPEED)?;
     if !polisher.is_stable() {
-        let brought = up_to_speed(machine, task, (plane, effort))?;
+        let brought = up_to_speed(machine, task, plane, effort)?;
         polisher = Polisher::new(machine, task, &brought, OVERSPEED)?;
     }
     // Where the specification is far out of reach, the μ of the start is held, not bought with stiffness.
@@ -209,13 +213,13 @@ fn descend(
     let mut rounds = vec![polisher.figures()];
     // Rounds beyond those asked as long as a limit is exceeded or the last one gained: from a distant start they go on.
     while rounds.len() <= effort.rounds
-        || rounds.len() <= MOST_ROUNDS * effort.rounds && (!polisher.within_limits() || gained(&rounds))
+        || rounds.len() <= MOST_ROUNDS * effort.rounds && (!polisher.within_limits() || has_gained(&rounds))
     {
-        rounds.push(polisher.round(effort.steps)?);
+        rounds.push(polisher.run_round(effort.steps)?);
     }
     let certified = |plane: StateSpace<Discrete>| {
         let realised = Realised::new(machine, &plane)?;
-        let known = certificate(machine, (problems, goal), &realised)?;
+        let known = certificate(machine, problems, goal, &realised)?;
         Ok::<_, PipelineError>((known.largest(), (plane, realised, known)))
     };
     let (mut figures, mut best) = certified(polisher.plane()?)?;
@@ -240,9 +244,9 @@ fn descend(
         }
         let lower = !before.is_empty() || polisher.has_line_at(at_hz);
         polisher.add_peak(at_hz, if lower { CUT / mu } else { 1.0 });
-        rounds.push(polisher.round(effort.cut_steps)?);
+        rounds.push(polisher.run_round(effort.cut_steps)?);
         if !polisher.within_limits() {
-            rounds.push(polisher.round(effort.steps)?);
+            rounds.push(polisher.run_round(effort.steps)?);
         }
         let (next, found) = certified(polisher.plane()?)?;
         figures = next;
@@ -272,7 +276,7 @@ pub(super) struct PolishJob<'a> {
 
 impl<'a> PolishJob<'a> {
     /// The polish that the settings of a design ask for, if any.
-    pub(super) fn asked(
+    pub(super) fn set_up_job(
         machine: &'a Machine,
         weights: &'a Weights,
         problems: &'a Problems,
@@ -295,8 +299,9 @@ impl<'a> PolishJob<'a> {
         (course, realised, known): (Polished, Realised, Option<KnownMu>),
     ) -> Result<(Judged, Delivery, Polished), PipelineError> {
         let machine = self.machine;
-        let (candidate, proof) = Candidate::proven(machine, self.weights, self.problems, (realised, known))?;
-        let delivery = candidate.delivered(machine, self.problems, self.speeds, proof)?;
+        let (candidate, proof) =
+            DeliveryCandidate::prove_candidate(machine, self.weights, self.problems, realised, known)?;
+        let delivery = candidate.deliver_candidate(machine, self.problems, self.speeds, proof)?;
         let judged = Judged::of(machine, "mu", &delivery)?.measured_by(machine, &self.weights.tool_stiffness)?;
         Ok((judged, delivery, course))
     }
@@ -308,6 +313,6 @@ impl<'a> PolishJob<'a> {
         plane: &StateSpace<Discrete>,
     ) -> Result<(Judged, Delivery, Polished), PipelineError> {
         let goal = Goal::of(self);
-        self.judge(descend(self.machine, (limits, self.effort), (self.problems, &goal), plane)?)
+        self.judge(descend(self.machine, limits, self.effort, self.problems, &goal, plane)?)
     }
 }

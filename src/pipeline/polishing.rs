@@ -10,7 +10,7 @@
 use super::PipelineError;
 use super::certificates::mu_words;
 use super::contact::recovers;
-use super::delivery::{Candidate, Delivery, Realised, plane_of_law};
+use super::delivery::{Delivery, DeliveryCandidate, Realised, plane_of_law};
 use super::judged::Judged;
 use super::overspeed::OVERSPEED;
 use super::polish_job::{Goal, PolishJob, Polished, ZONE_A, ZONE_B, limits};
@@ -99,7 +99,7 @@ struct Contest<'a> {
     /// Smallest tool stiffness of a tuned PID at rest and at top speed, once there is one, N/m.
     rival: Option<[f64; 2]>,
     /// The controller of the D-K iteration, and the proof of its stability once it was asked for.
-    dk: Candidate,
+    dk: DeliveryCandidate,
     dk_proof: Option<SpeedProof>,
     /// The best so far; no delivery: that of the D-K iteration is.
     delivery: Option<Delivery>,
@@ -111,8 +111,9 @@ impl<'a> Contest<'a> {
     /// Opened by `plane`, the controller of the D-K iteration.
     fn with(job: PolishJob<'a>, limits: LoopLimits, plane: &StateSpace<Discrete>) -> Result<Self, PipelineError> {
         let realised = Realised::new(job.machine, plane)?;
-        let dk = Candidate::new(job.machine, job.weights, job.problems, realised)?;
-        let judged = Judged::unproven(job.machine, "dk", &dk)?.measured_by(job.machine, &job.weights.tool_stiffness)?;
+        let dk = DeliveryCandidate::new(job.machine, job.weights, job.problems, realised)?;
+        let judged =
+            Judged::judge_unproven(job.machine, "dk", &dk)?.measured_by(job.machine, &job.weights.tool_stiffness)?;
         Ok(Self {
             job,
             rival: None,
@@ -328,7 +329,7 @@ pub(super) fn polished_again(job: PolishJob<'_>, earlier: &EarlierDesign) -> Res
 /// one, or `earlier`, what the polish of an earlier design led to. Where that of the D-K iteration misses a goal, a PID
 /// is tuned: the polished controller has to be as stiff, and where it misses a goal too, the polish starts from the PID
 /// as well, within zone A, then within zone B.
-pub(super) fn polished(
+pub(super) fn polish_law(
     job: PolishJob<'_>,
     plane: &StateSpace<Discrete>,
     earlier: Option<Entrant>,
@@ -373,7 +374,7 @@ pub(super) fn polished(
         (None, proof) => {
             let proof = proof.map_or_else(|| contest.dk.proof(machine), Ok)?;
             let (problems, speeds) = (job.problems, job.speeds);
-            contest.dk.delivered(machine, problems, speeds, proof)?
+            contest.dk.deliver_candidate(machine, problems, speeds, proof)?
         }
     };
     Ok((delivery, outcome))

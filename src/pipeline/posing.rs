@@ -9,7 +9,7 @@
 
 use super::PipelineError;
 use super::bracket::Bracket;
-use super::problems::{Cover, Problems, generalized, whole_machine};
+use super::problems::{Cover, Problems, build_generalized, whole_machine};
 use super::settings::DesignSettings;
 use super::widening::Widening;
 use crate::augment::GeneralizedPlant;
@@ -108,9 +108,9 @@ pub(super) fn pose_again(
     };
     let Choice { cover, widening, posed } = match fewer_modes {
         Some((problems, scales)) => posing.kept_or_chosen(problems, scales)?,
-        None => posing.bounded(posing.chosen()?)?,
+        None => posing.bound_choice(posing.choose_cover()?)?,
     };
-    let posed = posing.searched(posed)?;
+    let posed = posing.search_cover(posed)?;
     let aim = widening.apply(weights);
     let covered_modes = posing.modes(Some(cover));
     let written = posing.modes(None);
@@ -124,7 +124,7 @@ pub(super) fn pose_again(
         synthesis: match settings.route {
             Route::Direct => posed.plant.clone(),
             Route::Emulation { .. } => {
-                generalized(machine, &aim, synthesis_modes, &covered_modes, posed.limit, Route::Direct)?
+                build_generalized(machine, &aim, synthesis_modes, &covered_modes, posed.limit, Route::Direct)?
             }
         },
         posed: posed.plant,
@@ -189,10 +189,11 @@ impl Posing<'_> {
         cover: Cover,
         widening: Widening,
         limit: Option<f64>,
-        (from, enough): (Beside<'_>, f64),
+        from: Beside<'_>,
+        enough: f64,
     ) -> Result<Posed, PipelineError> {
         let modes = self.modes(Some(cover));
-        let plant = generalized(
+        let plant = build_generalized(
             self.machine,
             &widening.apply(self.weights),
             self.synthesis_modes,
@@ -219,7 +220,7 @@ impl Posing<'_> {
     }
 
     /// The problem with its best constant scales, where the search for them ended at the target.
-    fn searched(&self, posed: Posed) -> Result<Posed, PipelineError> {
+    fn search_cover(&self, posed: Posed) -> Result<Posed, PipelineError> {
         if !self.reaches(&posed) {
             return Ok(posed);
         }
@@ -239,11 +240,11 @@ impl Posing<'_> {
         if self.reaches(&kept.posed) {
             return Ok(kept);
         }
-        self.bounded(self.chosen()?)
+        self.bound_choice(self.choose_cover()?)
     }
 
     /// Cover and widening without a bound on T but the one given.
-    fn chosen(&self) -> Result<Choice, PipelineError> {
+    fn choose_cover(&self) -> Result<Choice, PipelineError> {
         let given = self.weights.complementary_sensitivity_limit;
         let covers = self.covers();
         let first = self.covering(covers[0], Widening::NONE, given, Beside::Nothing)?;
@@ -268,7 +269,7 @@ impl Posing<'_> {
     ) -> Result<Choice, PipelineError> {
         // Whether the target is reached decides; the choice that is made is searched to its end.
         let ends = (from, self.settings.gamma_target);
-        let posed = self.attempt(cover, widening, limit, ends)?;
+        let posed = self.attempt(cover, widening, limit, ends.0, ends.1)?;
         Ok(Choice { cover, widening, posed })
     }
 
@@ -294,7 +295,7 @@ impl Posing<'_> {
         if self.reaches(&choice.posed) || !self.settings.give_way {
             return Ok(choice);
         }
-        let widened = self.widened(choice)?;
+        let widened = self.widen_choice(choice)?;
         if !self.reaches(&widened.posed) {
             return Ok(widened);
         }
@@ -307,7 +308,7 @@ impl Posing<'_> {
 
     /// The choice with the displacements widened until γ reaches the target, the current as well where they do not
     /// help; the lowest γ found where neither does.
-    fn widened(&self, choice: Choice) -> Result<Choice, PipelineError> {
+    fn widen_choice(&self, choice: Choice) -> Result<Choice, PipelineError> {
         let displacements = Widening::displacements;
         let (wide, choice) = self.widened_by(choice, &displacements)?;
         if self.reaches(&choice.posed) {
@@ -317,17 +318,17 @@ impl Posing<'_> {
         let with_current = |current: f64| Widening { current, ..displacements(wide) };
         let (current, choice) = self.widened_by(choice, &with_current)?;
         let at_this_current = |factor: f64| Widening { current, ..displacements(factor) };
-        let (_, choice) = self.narrowed((1.0, None), (wide, choice), &at_this_current)?;
+        let (_, choice) = self.narrow_widening(1.0, None, wide, choice, &at_this_current)?;
         Ok(choice)
     }
 
     /// Constant scales of a choice's problem at another widening.
-    fn rewidened(&self, choice: &Choice, widening: Widening) -> Result<Choice, PipelineError> {
+    fn rewiden_choice(&self, choice: &Choice, widening: Widening) -> Result<Choice, PipelineError> {
         let cover = choice.cover;
         let limit = choice.posed.limit;
         let from = Beside::Far(&choice.posed.scales);
         // Where γ crosses the target is interpolated: it is searched to its end.
-        let posed = self.attempt(cover, widening, limit, (from, 0.0))?;
+        let posed = self.attempt(cover, widening, limit, from, 0.0)?;
         Ok(Choice { cover, widening, posed })
     }
 
@@ -339,7 +340,7 @@ impl Posing<'_> {
         for _ in 0..STEPS {
             let gamma = best.posed.gamma;
             let next = factor * (gamma / self.settings.gamma_target).max(STEP);
-            let found = self.rewidened(&best, family(next))?;
+            let found = self.rewiden_choice(&best, family(next))?;
             if found.posed.gamma > (1.0 - PROGRESS) * gamma {
                 break;
             }
@@ -349,22 +350,24 @@ impl Posing<'_> {
                 break;
             }
         }
-        self.narrowed(short, (factor, best), family)
+        self.narrow_widening(short.0, short.1, factor, best, family)
     }
 
     /// Narrows the factor of a family between one that is too small, with its γ if that is known, and that of a choice,
     /// if the choice reaches the target.
-    fn narrowed(
+    fn narrow_widening(
         &self,
-        (short, gamma): (f64, Option<f64>),
-        (factor, choice): (f64, Choice),
+        short: f64,
+        gamma: Option<f64>,
+        factor: f64,
+        choice: Choice,
         family: &dyn Fn(f64) -> Widening,
     ) -> Result<(f64, Choice), PipelineError> {
         let mut best = choice;
-        let mut bracket = Bracket::new((short, gamma), (factor, best.posed.gamma), self.settings.gamma_target);
+        let mut bracket = Bracket::new(short, gamma, factor, best.posed.gamma, self.settings.gamma_target);
         while self.reaches(&best.posed) && bracket.ratio() > 1.0 + WIDTH {
             let middle = bracket.next(WIDTH);
-            let found = self.rewidened(&best, family(middle))?;
+            let found = self.rewiden_choice(&best, family(middle))?;
             bracket.add(middle, found.posed.gamma);
             if self.reaches(&found.posed) {
                 best = found;
@@ -374,7 +377,7 @@ impl Posing<'_> {
     }
 
     /// The choice with the tightest bound on T within the target.
-    fn bounded(&self, choice: Choice) -> Result<Choice, PipelineError> {
+    fn bound_choice(&self, choice: Choice) -> Result<Choice, PipelineError> {
         if self.weights.complementary_sensitivity_limit.is_some() || !self.reaches(&choice.posed) {
             return Ok(choice);
         }
@@ -389,7 +392,8 @@ impl Posing<'_> {
                 cover,
                 widening,
                 Some(tighter[middle]),
-                (Beside::Near(&posed.scales), self.settings.gamma_target),
+                Beside::Near(&posed.scales),
+                self.settings.gamma_target,
             )?;
             if self.reaches(&tight) {
                 posed = tight;

@@ -66,7 +66,7 @@ pub struct Problems {
 }
 
 /// The generalized plant of one plane that the synthesis sees, for a list of uncertain modes and a bound on T.
-pub(super) fn generalized(
+pub(super) fn build_generalized(
     machine: &Machine,
     weights: &Weights,
     flexible: usize,

@@ -1,12 +1,12 @@
 //! Closed-loop aware reduction of the controller.
 
 use super::PipelineError;
-use super::certificates::attained;
+use super::certificates::attained_gain;
 use super::problems::Problems;
 use crate::lti::balance::{Balancing, frequency_weighted_balance};
 use crate::lti::connect::lower_lft;
 use crate::lti::{Continuous, StateSpace};
-use crate::robust::prescale::scaled;
+use crate::robust::prescale::scale_signals;
 
 /// A controller of lower order.
 pub(super) struct Reduced {
@@ -35,14 +35,14 @@ pub(super) fn reduce(
     // Truncation must not add an unstable pole.
     let keep_stable = full.growth_rate().map_err(numeric())? < 0.0;
     let mut tried = vec![];
-    for order in balancing.kept().max(1)..full.order() {
-        for candidate in [balancing.truncated(order), balancing.residualised(order)] {
+    for order in balancing.kept_states().max(1)..full.order() {
+        for candidate in [balancing.truncate_states(order), balancing.residualise_states(order)] {
             // A cut that is singular at this order is no candidate.
             let Ok(candidate) = candidate else { continue };
             if keep_stable && candidate.growth_rate().map_err(numeric())? >= 0.0 {
                 continue;
             }
-            let Some(mu) = attained(&problems.synthesis, &candidate)? else {
+            let Some(mu) = attained_gain(&problems.synthesis, &candidate)? else {
                 continue;
             };
             tried.push((order, mu));
@@ -65,7 +65,7 @@ pub(super) fn loop_balancing(
     full: &StateSpace<Continuous>,
 ) -> Result<Balancing, PipelineError> {
     let numeric = || PipelineError::numeric(STAGE);
-    let plant = scaled(&problems.synthesis, scales);
+    let plant = scale_signals(&problems.synthesis, scales);
     let (nw, nz) = (plant.disturbances(), plant.errors());
     let twice = |first: usize, count: usize| -> Vec<usize> {
         (0..first).chain(first..first + count).chain(first..first + count).collect()

@@ -79,7 +79,7 @@ impl RotatingLoop {
             let turn = c64::new(0.0, sign);
             let whirl =
                 |p: &Mat<c64>, q: &Mat<c64>| Mat::from_fn(p.nrows(), p.ncols(), |i, j| p[(i, j)] + turn * q[(i, j)]);
-            self.frame.closed(&weights, &whirl(&a, &b), &whirl(&ka, &kb))
+            self.frame.close_frame(&weights, &whirl(&a, &b), &whirl(&ka, &kb))
         })
     }
 
@@ -110,7 +110,7 @@ struct Frame {
 impl Frame {
     /// The weighted loop z ← w at a frequency, with the weights there, for a plane (v, loads, u) → (q, x, y) and a
     /// controller y → u.
-    fn closed(
+    fn close_frame(
         &self,
         [output, input]: &[Mat<c64>; 2],
         plane: &Mat<c64>,
@@ -128,7 +128,7 @@ impl Frame {
         let inner = solve_complex(&difference, &part(nz, 0, LOOPS, nw));
         let closed = part(0, 0, nz, nw) + part(0, nw, nz, LOOPS) * (&k * inner);
         let performance = (nw - uncertain, nz - uncertain);
-        let blocks = problem_blocks(self.modes, &self.channels, performance);
+        let blocks = problem_blocks(self.modes, &self.channels, performance.0, performance.1);
         (closed, blocks)
     }
 }

@@ -156,8 +156,8 @@ pub fn run(task: &Task<'_>, listen: &mut Listener<'_>) -> Result<Run, PipelineEr
         Extent::Controller => None,
     };
     listen(Event::Begins("predictions"));
-    let delivered = delivered(&machine, &design)?;
-    let unpolished = unpolished(&machine, &design)?;
+    let delivered = predict_delivered(&machine, &design)?;
+    let unpolished = predict_unpolished(&machine, &design)?;
     let arithmetic = by_arithmetic(&machine, &design)?;
     let mut run = Run {
         nominal: task.nominal.clone(),
@@ -231,7 +231,11 @@ pub(crate) fn at_rest_and_top_speed(
 ///
 /// # Errors
 /// As [`at_rest_and_top_speed`].
-fn predicted(machine: &Machine, design: &Design, controller: &Controller) -> Result<[Prediction; 2], PipelineError> {
+fn predict_stiffness(
+    machine: &Machine,
+    design: &Design,
+    controller: &Controller,
+) -> Result<[Prediction; 2], PipelineError> {
     let known = design.judged_with(controller);
     known.map_or_else(|| at_rest_and_top_speed(machine, controller), Ok)
 }
@@ -240,18 +244,18 @@ fn predicted(machine: &Machine, design: &Design, controller: &Controller) -> Res
 ///
 /// # Errors
 /// As [`at_rest_and_top_speed`].
-pub(crate) fn delivered(machine: &Machine, design: &Design) -> Result<[Prediction; 2], PipelineError> {
-    predicted(machine, design, &design.delivery.controller)
+pub(crate) fn predict_delivered(machine: &Machine, design: &Design) -> Result<[Prediction; 2], PipelineError> {
+    predict_stiffness(machine, design, &design.delivery.controller)
 }
 
 /// Predictions at rest and top speed with the controller of the D-K iteration, where a polished one is delivered.
 ///
 /// # Errors
 /// As [`at_rest_and_top_speed`].
-pub(crate) fn unpolished(machine: &Machine, design: &Design) -> Result<Option<[Prediction; 2]>, PipelineError> {
+pub(crate) fn predict_unpolished(machine: &Machine, design: &Design) -> Result<Option<[Prediction; 2]>, PipelineError> {
     let polish = design.polish.as_ref().filter(|p| p.delivered.is_some());
     let dk = polish.and_then(|p| p.dk.as_ref());
-    dk.map(|dk| predicted(machine, design, &dk.controller)).transpose()
+    dk.map(|dk| predict_stiffness(machine, design, &dk.controller)).transpose()
 }
 
 /// The loop at rest with the coefficients of each arithmetic of a design.

@@ -83,7 +83,7 @@ impl Default for DesignSettings {
 impl DesignSettings {
     /// With the polish: what the commands deliver.
     #[must_use]
-    pub fn polished() -> Self {
+    pub fn with_polish() -> Self {
         Self { polish: Some(PolishEffort::default()), ..Self::default() }
     }
 }

@@ -5,7 +5,7 @@ use crate::controller::arithmetic::Float32Program;
 use crate::controller::scaling::SignalLimits;
 use crate::predict::recovery::Recovery;
 use crate::predict::time::{TimeError, TimeResponse, TimeSample, TimeSettings};
-use crate::predict::time_cases::{Case, Quantisation, TimeFigures, figures, run_case};
+use crate::predict::time_cases::{Quantisation, StandardCase, TimeFigures, figures, run_case};
 use crate::spindle::Machine;
 use std::f64::consts::TAU;
 
@@ -22,9 +22,9 @@ pub(crate) enum Goal {
 
 /// What is simulated.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Scenario {
+pub(crate) struct SimulationScenario {
     /// The case with its size.
-    pub case: Case,
+    pub case: StandardCase,
     /// When it went well.
     pub goal: Goal,
     /// Speed, rpm.
@@ -37,7 +37,7 @@ pub(crate) struct Scenario {
 
 /// Limits that the spindle file does not hold in this form.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Limits {
+pub(crate) struct SimulationLimits {
     /// Control current that the firmware allows, A.
     pub current_a: f64,
     /// Bus voltage of the amplifiers, V.
@@ -52,7 +52,7 @@ pub(crate) struct Simulated {
     /// Its figures.
     pub figures: TimeFigures,
     /// Limits of current and voltage.
-    pub limits: Limits,
+    pub limits: SimulationLimits,
     /// Whether the loop is stable at the speed.
     pub stable: bool,
     /// Recovery from contact with the backup bearings.
@@ -69,10 +69,10 @@ pub(crate) struct Simulated {
 ///
 /// # Errors
 /// [`TimeError`] for settings out of range or a plant that cannot be built.
-pub(crate) fn simulated(
+pub(crate) fn simulate_scenario(
     machine: &Machine,
     program: &Float32Program,
-    scenario: &Scenario,
+    scenario: &SimulationScenario,
     settings: &TimeSettings,
 ) -> Result<Simulated, TimeError> {
     let (case, seconds) = (scenario.case, scenario.duration_s);
@@ -90,7 +90,7 @@ pub(crate) fn simulated(
     };
     Ok(Simulated {
         figures: figures(machine, &response),
-        limits: Limits { current_a: SignalLimits::of(machine).output_a, voltage_v: settings.bus_voltage_v },
+        limits: SimulationLimits { current_a: SignalLimits::of(machine).output_a, voltage_v: settings.bus_voltage_v },
         stable: scenario.stable,
         response,
         recovery,

@@ -51,7 +51,7 @@ const WIDTH: f64 = 4e-3;
 const LOOSER: f64 = 1.1;
 /// A row of the specification.
 #[derive(Clone, Copy)]
-enum Row {
+enum SpecificationRow {
     /// Displacement at a place: 0 tool, 1 front, 2 rear.
     Displacement(usize),
     Current,
@@ -60,7 +60,7 @@ enum Row {
     Hardware,
 }
 
-impl Row {
+impl SpecificationRow {
     /// The rows that a specification has.
     fn all(weights: &Weights) -> Vec<Self> {
         let mut rows = [0, 1, 2].map(Self::Displacement).to_vec();
@@ -108,7 +108,12 @@ impl Row {
     }
 
     /// Specification and modes, widened by a factor, with this row wider still.
-    fn loosened(self, factor: f64, (weights, modes): (&Weights, &[UncertainMode])) -> (Weights, Vec<UncertainMode>) {
+    fn loosen_specification(
+        self,
+        factor: f64,
+        weights: &Weights,
+        modes: &[UncertainMode],
+    ) -> (Weights, Vec<UncertainMode>) {
         let mut wider = Widening::all(factor);
         let (mut modes, mut looser) = (modes.to_vec(), weights.clone());
         match self {
@@ -130,7 +135,8 @@ impl Row {
 /// [`PipelineError`] when a plant, a weight or a bound fails.
 pub(crate) fn specification_scale(
     machine: &Machine,
-    (weights, modes): (&Weights, &[UncertainMode]),
+    weights: &Weights,
+    modes: &[UncertainMode],
     law: &StateSpace<Discrete>,
     over_speed: &[SpeedMu],
 ) -> Result<Option<SpecificationScale>, PipelineError> {
@@ -183,16 +189,16 @@ pub(crate) fn specification_scale(
         factor = high;
     }
     let used = factor.min(LARGEST);
-    let rows = Row::all(weights);
+    let rows = SpecificationRow::all(weights);
     let loosened: Result<Vec<f64>, PipelineError> = rows
         .par_iter()
         .map(|row| {
-            let (specification, modes) = row.loosened(used, (weights, modes));
+            let (specification, modes) = row.loosen_specification(used, weights, modes);
             Ok(mu_at_speed(machine, &specification, &modes, law, binding.speed_rpm)?.mu)
         })
         .collect();
     let softest = rows.into_iter().zip(loosened?);
-    let row = softest.min_by(|a, b| a.1.total_cmp(&b.1)).map_or(Row::Displacement(0), |(row, _)| row);
+    let row = softest.min_by(|a, b| a.1.total_cmp(&b.1)).map_or(SpecificationRow::Displacement(0), |(row, _)| row);
     let frequency_hz = binding.frequency_hz.abs();
     Ok(Some(SpecificationScale {
         factor,

@@ -83,7 +83,7 @@ pub fn mu_at_speed(
 ) -> Result<SpeedMu, PipelineError> {
     let machine = isotropic(machine);
     let plant = Plant::new(&machine, speed_rpm * TAU / 60.0, ModelDetail::Full)?;
-    let sampled = plant.sampled()?;
+    let sampled = plant.sample_plant()?;
     let poles = plant.loop_poles(&sampled, law);
     let poles = poles.map_err(PipelineError::numeric(STAGE))?;
     let poles = sampled.time.continuous_poles(poles);
@@ -157,12 +157,12 @@ impl<'a> PeakSearch<'a> {
         tops.retain(|top| top.0 >= (1.0 - BETWEEN_LINES) * peak.0);
         tops.truncate(MOST_TOPS);
         let refined: Result<Vec<(f64, f64)>, PipelineError> =
-            tops.par_iter().map(|top| self.refined(*top, &high, last)).collect();
+            tops.par_iter().map(|top| self.refine_peak(*top, &high, last)).collect();
         Ok(refined?.into_iter().fold(peak, larger))
     }
 
     /// The largest bound round a line that is larger than its neighbours; `high` are the bounds known on lines.
-    fn refined(&self, top: (f64, f64), high: &[(f64, f64)], last: f64) -> Result<(f64, f64), PipelineError> {
+    fn refine_peak(&self, top: (f64, f64), high: &[(f64, f64)], last: f64) -> Result<(f64, f64), PipelineError> {
         let (centre, side) = (top.1.abs(), usize::from(top.1 < 0.0));
         let number = self.lines.partition_point(|w| *w < centre);
         let line = |number: Option<usize>| number.and_then(|k| self.lines.get(k)).copied();
@@ -179,7 +179,7 @@ impl<'a> PeakSearch<'a> {
         while let Some(omega) = search.next() {
             let mut least = [peak.0; 2];
             least[side] = 0.0;
-            let found = self.bound(omega, least)?;
+            let found = self.bound_at(omega, least)?;
             search.add(omega, found.map_or(f64::NAN, |found| found.0));
             peak = found.into_iter().fold(peak, larger);
         }
@@ -189,13 +189,13 @@ impl<'a> PeakSearch<'a> {
     /// Bounds on lines, with their signed frequencies, where they may exceed `least`.
     fn above(&self, lines: &[f64], least: f64) -> Result<Vec<(f64, f64)>, PipelineError> {
         let found: Result<Vec<Option<(f64, f64)>>, PipelineError> =
-            lines.par_iter().map(|omega| self.bound(*omega, [least; 2])).collect();
+            lines.par_iter().map(|omega| self.bound_at(*omega, [least; 2])).collect();
         Ok(found?.into_iter().flatten().collect())
     }
 
     /// The larger bound at a frequency, with its sign, of those forwards and backwards that may exceed `least`. Any
     /// scaling gives a bound: where that of the nearest guide is below `least` already, the optimum is, too.
-    fn bound(&self, omega: f64, least: [f64; 2]) -> Result<Option<(f64, f64)>, PipelineError> {
+    fn bound_at(&self, omega: f64, least: [f64; 2]) -> Result<Option<(f64, f64)>, PipelineError> {
         let after = self.guides.partition_point(|k| self.lines[*k] < omega);
         let guide = self.guided.get(after).or(self.guided.last());
         let mut largest: Option<(f64, f64)> = None;

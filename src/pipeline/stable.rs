@@ -7,13 +7,13 @@
 //! most 5 % above the one found is delivered.
 
 use super::PipelineError;
-use super::certificates::attained;
+use super::certificates::attained_gain;
 use crate::augment::{Block, GeneralizedPlant};
 use crate::controller::verification::rate_words;
 use crate::lti::{Continuous, StateSpace};
 use crate::robust::dk::DkOutcome;
 use crate::robust::hinf::{HinfSettings, synthesise};
-use crate::robust::prescale::scaled;
+use crate::robust::prescale::scale_signals;
 use crate::robust::structure::Structure;
 
 /// Growth of μ that a stable controller may cost.
@@ -116,7 +116,7 @@ pub(super) fn prefer_stable(
     if report.found_growth_rate_per_s < 0.0 {
         return Ok((outcome.controller.clone(), report));
     }
-    report.found_mu = attained(posed, &outcome.controller)?.unwrap_or(f64::INFINITY);
+    report.found_mu = attained_gain(posed, &outcome.controller)?.unwrap_or(f64::INFINITY);
     let mut levers: Vec<(String, GeneralizedPlant, f64)> = vec![];
     for relaxed in RELAXED {
         let words = format!("γ {:.1} % above the optimum", 100.0 * relaxed);
@@ -140,11 +140,12 @@ pub(super) fn prefer_stable(
         }
     }
     for (lever, plant, relaxed) in levers {
-        let Some(k) = central(&scaled(&plant, constant), outcome, relaxed) else {
+        let Some(k) = central(&scale_signals(&plant, constant), outcome, relaxed) else {
             continue;
         };
         let growth_rate_per_s = growth(&k)?;
-        let mu = if growth_rate_per_s < 0.0 { attained(posed, &k)?.unwrap_or(f64::INFINITY) } else { f64::INFINITY };
+        let mu =
+            if growth_rate_per_s < 0.0 { attained_gain(posed, &k)?.unwrap_or(f64::INFINITY) } else { f64::INFINITY };
         report.alternatives.push(Alternative { lever, growth_rate_per_s, mu });
         if mu <= report.found_mu * (1.0 + PRICE) {
             report.chosen = Some(report.alternatives.len() - 1);

@@ -8,9 +8,9 @@ use super::emulation::PADE_ORDER;
 use super::loop_curves::LoopCurves;
 use super::order_curve::{OrderCurve, lowest_order};
 use super::progress::{Event, Listener};
-use super::run::{by_arithmetic, delivered, unpolished};
+use super::run::{by_arithmetic, predict_delivered, predict_unpolished};
 use super::settings::DesignSettings;
-use super::tightening::{Tightening, tightened, tighter};
+use super::tightening::{Tightening, tighten_specification, tighter};
 use crate::augment::plane::Route;
 use crate::augment::weights::Weights;
 use crate::controller::stiffness_limit::StiffnessLimit;
@@ -95,7 +95,7 @@ pub(crate) fn study(
     let settings = &settings;
     let (mut found, factor) = match questions.tightening {
         None => (design_in_words(machine, written, settings, progress)?, 1.0),
-        Some(asked) => tightened(machine, written, settings, asked, progress)?,
+        Some(asked) => tighten_specification(machine, written, settings, asked, progress)?,
     };
     let weights = tighter(written, factor);
     let orders = if questions.lowest_order {
@@ -104,7 +104,7 @@ pub(crate) fn study(
         None
     };
     progress(Event::Begins("predictions"));
-    let delivered = delivered(machine, &found)?;
+    let delivered = predict_delivered(machine, &found)?;
     let as_written = match questions.tightening {
         Some(asked) => {
             let design = design_in_words(machine, written, settings, progress)?;
@@ -128,7 +128,7 @@ pub(crate) fn study(
         None
     };
     progress(Event::Begins("predictions"));
-    let unpolished = unpolished(machine, &found)?;
+    let unpolished = predict_unpolished(machine, &found)?;
     let (arithmetic, curves) = rayon::join(
         || by_arithmetic(machine, &found),
         || LoopCurves::of(machine, &found.delivery.controller, &delivered[0]),

@@ -5,10 +5,10 @@
 //! already, with a target lower by the excess. The controller with the lowest μ of the whole machine is taken.
 
 use super::PipelineError;
-use super::certificates::{attained, attained_at, true_frequency_hz};
+use super::certificates::{attained_at, attained_gain, true_frequency_hz};
 use super::emulation::{Emulated, sampled_by_tustin};
 use super::posing::pose_again;
-use super::problems::{Problems, generalized};
+use super::problems::{Problems, build_generalized};
 use super::progress::{Event, Listener};
 use super::settings::DesignSettings;
 use super::stable::{OwnStability, prefer_stable};
@@ -16,7 +16,7 @@ use crate::augment::plane::{LOADS, LOOPS, Route};
 use crate::augment::weights::Weights;
 use crate::lti::{Continuous, StateSpace};
 use crate::robust::dk::{DkOutcome, iterate};
-use crate::robust::prescale::scaled;
+use crate::robust::prescale::scale_signals;
 use crate::spindle::Machine;
 use std::f64::consts::TAU;
 
@@ -71,7 +71,7 @@ pub(super) fn synthesise_for_machine(
     let mut best: Option<(f64, Synthesised)> = None;
     let mut rounds: Vec<Round> = vec![];
     loop {
-        let found = posed.and_then(|posed| synthesise_once(machine, &settings, posed, progress));
+        let found = posed.and_then(|posed| synthesise_once(machine, &settings, posed.0, posed.1, progress));
         let found = match found {
             Ok(found) => found,
             // A further round that fails leaves what the earlier ones found.
@@ -138,10 +138,11 @@ fn further(round: &Round, problems: &Problems, settings: &DesignSettings, target
 fn synthesise_once(
     machine: &Machine,
     settings: &DesignSettings,
-    (problems, scales): (Problems, Vec<f64>),
+    problems: Problems,
+    scales: Vec<f64>,
     progress: &mut Listener,
 ) -> Result<Synthesised, PipelineError> {
-    let outcome = iterate(&scaled(&problems.posed, &scales), &settings.dk, &mut |step| {
+    let outcome = iterate(&scale_signals(&problems.posed, &scales), &settings.dk, &mut |step| {
         progress(Event::Step(step));
     })?;
     progress(Event::Stage("D-K iteration"));
@@ -154,7 +155,7 @@ fn synthesise_once(
     let (synthesised, own_stability) =
         prefer_stable(&problems.posed, &scales, &outcome, noise..noise + LOOPS, looser, &|limit| {
             let (flexible, modes) = (problems.synthesis_modes, &problems.covered_modes);
-            generalized(machine, &problems.aim, flexible, modes, Some(limit), settings.route)
+            build_generalized(machine, &problems.aim, flexible, modes, Some(limit), settings.route)
         })?;
     progress(Event::Stage("stable controller"));
     let (full, emulated) = match settings.route {
@@ -164,6 +165,6 @@ fn synthesise_once(
             (sampled, Some(emulated))
         }
     };
-    let synthesis = attained(&problems.synthesis, &full)?.unwrap_or(f64::INFINITY);
+    let synthesis = attained_gain(&problems.synthesis, &full)?.unwrap_or(f64::INFINITY);
     Ok(Synthesised { problems, scales, outcome, own_stability, full, synthesis, emulated, rounds: vec![] })
 }

@@ -33,7 +33,7 @@ pub(crate) fn tighter(weights: &Weights, factor: f64) -> Weights {
 ///
 /// # Errors
 /// [`PipelineError`] of the stage that failed.
-pub(crate) fn tightened(
+pub(crate) fn tighten_specification(
     machine: &Machine,
     weights: &Weights,
     settings: &DesignSettings,

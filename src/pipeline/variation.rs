@@ -36,7 +36,7 @@ impl Quantity {
 
     /// The machine with this quantity times a factor.
     #[must_use]
-    pub fn scaled(self, machine: &Machine, factor: f64) -> Machine {
+    pub fn scale_quantity(self, machine: &Machine, factor: f64) -> Machine {
         let mut varied = machine.clone();
         let spindle = &mut varied.spindle;
         for bearing in [&mut spindle.front, &mut spindle.rear] {
@@ -82,7 +82,7 @@ pub fn variants(machine: &Machine, variations: &[Variation]) -> Vec<(String, Mac
             let percent = 100.0 * v.relative;
             let name = format!("{tool}-{}-{word}-{percent}", v.name);
             let factor = 1.0 + sign * v.relative;
-            all.push((name, v.quantity.scaled(machine, factor)));
+            all.push((name, v.quantity.scale_quantity(machine, factor)));
         }
     }
     all

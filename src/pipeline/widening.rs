@@ -1,6 +1,6 @@
 //! A specification with wider limits.
 
-use crate::augment::weights::{Curves, Limits, Weights};
+use crate::augment::weights::{GivenCurves, Limits, Weights};
 
 /// Factors on the limits of a specification; loads, noise and natural-frequency uncertainty stay.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -47,13 +47,13 @@ impl Widening {
         )
     }
 
-    fn wider(&self, curves: &Curves) -> Curves {
+    fn wider(&self, curves: &GivenCurves) -> GivenCurves {
         let places = [self.tool, self.front, self.rear];
         let divided = |place: usize| {
             let weight = curves.displacement[place].as_ref();
             weight.map(|w| w.times(places[place].recip()))
         };
-        Curves {
+        GivenCurves {
             load: curves.load.clone(),
             noise: curves.noise.clone(),
             displacement: [0, 1, 2].map(divided),

@@ -71,7 +71,8 @@ pub fn uncertainty(machine: &Machine, mode_uncertainty: &[f64]) -> ModeUncertain
 pub(crate) fn worst_prediction(
     machine: &Machine,
     controller: &Controller,
-    (speed_rpm, asked): (f64, bool),
+    speed_rpm: f64,
+    asked: bool,
     uncertainty: &ModeUncertainty,
 ) -> Result<WorstPrediction, PipelineError> {
     let band_hz = machine.spindle.stiffness_band_hz;
@@ -82,7 +83,7 @@ pub(crate) fn worst_prediction(
         .par_iter()
         .map(|factors| {
             let shifted = plant.with_scaled_modes(factors);
-            growth_rate_of(&shifted, &shifted.sampled()?, &law)
+            growth_rate_of(&shifted, &shifted.sample_plant()?, &law)
                 .map_err(PipelineError::numeric("loop with shifted modes"))
         })
         .collect();
@@ -137,7 +138,7 @@ pub(crate) fn worst_predictions(
     // A speed that is both stays as one that was asked for.
     speeds.sort_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(&a.1)));
     speeds.dedup_by(|a, b| a.0 == b.0);
-    speeds.into_iter().map(|speed| worst_prediction(machine, controller, speed, &uncertainty)).collect()
+    speeds.into_iter().map(|speed| worst_prediction(machine, controller, speed.0, speed.1, &uncertainty)).collect()
 }
 
 /// Frequencies between the neighbours of the highest line of every curve, Hz.

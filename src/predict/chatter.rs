@@ -39,7 +39,7 @@ pub enum ChatterError {
 
 /// Cutting force coefficients of a material with a tool.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Material {
+pub struct CuttingMaterial {
     /// Tangential force over chip area, Pa. Aluminium 6–9·10⁸, steel 2·10⁹ and more.
     pub tangential_pa: f64,
     /// Radial over tangential force, 0.2–0.4.
@@ -118,7 +118,7 @@ pub fn directional_coefficients(cut: &Engagement, radial_ratio: f64) -> [[f64; 2
 pub fn milling(
     omega_rad_s: &[f64],
     compliance: &[Mat<c64>],
-    material: &Material,
+    material: &CuttingMaterial,
     cut: &Engagement,
 ) -> Result<StabilityLimit, ChatterError> {
     check(omega_rad_s, compliance, material, cut)?;
@@ -239,7 +239,7 @@ fn ascending(omega_rad_s: &[f64], responses: usize) -> Result<(), ChatterError> 
 fn check(
     omega_rad_s: &[f64],
     compliance: &[Mat<c64>],
-    material: &Material,
+    material: &CuttingMaterial,
     cut: &Engagement,
 ) -> Result<(), ChatterError> {
     positive("tangential cutting force", material.tangential_pa)?;

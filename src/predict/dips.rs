@@ -19,7 +19,8 @@ pub struct Dip {
 pub fn dips(
     frequency_hz: &[f64],
     stiffness_n_per_m: &[f64],
-    (from_hz, to_hz): (f64, f64),
+    from_hz: f64,
+    to_hz: f64,
     least_prominence: f64,
 ) -> Vec<Dip> {
     let inside: Vec<(f64, f64)> = frequency_hz

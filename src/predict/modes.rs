@@ -48,7 +48,7 @@ const RIGID: usize = 2;
 /// # Errors
 /// [`SpindleError`] when the loop is not well posed or its eigenvalues fail.
 pub fn loop_modes(plant: &Plant, controller: &StateSpace<Discrete>) -> Result<LoopModes, SpindleError> {
-    let sampled = plant.sampled()?;
+    let sampled = plant.sample_plant()?;
     let poles = plant.loop_poles(&sampled, controller)?;
     modes_of_poles(plant, controller, &sampled.time.continuous_poles(poles))
 }

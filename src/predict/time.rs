@@ -138,7 +138,7 @@ pub fn simulate(
     check(scenario, settings)?;
     let period = machine.spindle.electronics.sample_period_s();
     let step = period / settings.substeps as f64;
-    let mut shaft = Shaft::new(machine, scenario.speed_rad_s, settings, step)?;
+    let mut shaft = SampledShaft::new(machine, scenario.speed_rad_s, settings, step)?;
     let samples = |seconds: f64| (seconds / period).round() as usize;
     let (before, after) = (samples(scenario.rest_s), samples(scenario.duration_s));
     let mut controller = controller.clone();
@@ -171,7 +171,7 @@ pub fn simulate(
             let mut y = [0.0; AXES];
             for ((y, clean), start) in y.iter_mut().zip(sample.sensors_m).zip(start) {
                 let deviation = noise.as_mut().map_or(0.0, normal) * shaft.noise_m;
-                let signal = quantised(clean + deviation, settings.quantum_m);
+                let signal = quantise(clean + deviation, settings.quantum_m);
                 *y = (signal - left * start) as f32;
             }
             let u = controller.step(&y);
@@ -247,7 +247,7 @@ fn modes_in_band(machine: &Machine) -> Result<usize, SpindleError> {
 }
 
 /// Shaft, sensors and magnets between two samples.
-struct Shaft {
+struct SampledShaft {
     phi: Mat<f64>,
     gamma: [Mat<f64>; 2],
     outputs: Mat<f64>,
@@ -265,7 +265,7 @@ struct Shaft {
     touching: bool,
 }
 
-impl Shaft {
+impl SampledShaft {
     fn new(machine: &Machine, speed_rad_s: f64, settings: &TimeSettings, step_s: f64) -> Result<Self, TimeError> {
         let effective = machine.effective();
         let contact = machine.spindle.backup_contact()?;
@@ -404,7 +404,7 @@ impl Shaft {
     }
 }
 
-fn quantised(value: f64, quantum: f64) -> f64 {
+fn quantise(value: f64, quantum: f64) -> f64 {
     if quantum > 0.0 { (value / quantum).round() * quantum } else { value }
 }
 

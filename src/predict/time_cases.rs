@@ -19,7 +19,7 @@ pub(crate) const PUSH_S: f64 = 5e-4;
 
 /// A standard case with its size.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Case {
+pub enum StandardCase {
     /// Half-sine push at the tool in x, N and s.
     Impulse {
         /// Peak force, N.
@@ -67,7 +67,7 @@ pub struct TimeFigures {
 pub fn run_case(
     machine: &Machine,
     controller: &Float32Program,
-    case: Case,
+    case: StandardCase,
     speed_rad_s: f64,
     duration_s: f64,
     settings: &TimeSettings,
@@ -77,17 +77,17 @@ pub fn run_case(
     let load = |t: f64| -> [f64; LOADS] {
         let mut f = [0.0; LOADS];
         match case {
-            Case::Impulse { force_n, length_s } => {
+            StandardCase::Impulse { force_n, length_s } => {
                 if (0.0..length_s).contains(&t) {
                     f[0] = force_n * (PI * t / length_s).sin();
                 }
             }
-            Case::Step { force_n } => {
+            StandardCase::Step { force_n } => {
                 if t >= 0.0 {
                     f[0] = force_n;
                 }
             }
-            Case::Unbalance { grade_m_s } => {
+            StandardCase::Unbalance { grade_m_s } => {
                 let force = weight / GRAVITY * grade_m_s * speed_rad_s;
                 let (sin, cos) = (speed_rad_s * t).sin_cos();
                 for (k, share) in shares.iter().enumerate() {
@@ -95,7 +95,7 @@ pub fn run_case(
                     f[3 + 2 * k] = share * force * sin;
                 }
             }
-            Case::LiftOff => {
+            StandardCase::LiftOff => {
                 for (k, share) in shares.iter().enumerate() {
                     f[2 + 2 * k] = -share * weight * FRAC_1_SQRT_2;
                     f[3 + 2 * k] = -share * weight * FRAC_1_SQRT_2;
@@ -107,7 +107,7 @@ pub fn run_case(
     let scenario = Scenario {
         speed_rad_s,
         duration_s,
-        rest_s: if case == Case::LiftOff { SETTLING_S } else { 0.0 },
+        rest_s: if case == StandardCase::LiftOff { SETTLING_S } else { 0.0 },
         load_n: &load,
     };
     simulate(machine, controller, &scenario, settings)

@@ -9,7 +9,7 @@
 //! Limits: dampers 2ζω of the modes keep their values; bounds hold at the frequencies asked, not between them.
 
 use super::closed_loop::AXES;
-use super::worst_search::Search;
+use super::worst_search::ChannelSearch;
 pub use super::worst_search::{Extreme, SETTLED};
 use crate::linalg::{Mat, c64, solve_complex};
 use crate::lti::{FrequencyGrid, HeldResponse, Response};
@@ -110,7 +110,7 @@ fn at_frequency(
     omega_rad_s: &[f64],
     omega: f64,
 ) -> [Extreme; OUTPUTS] {
-    let n = closed(plant, controller, omega_rad_s, omega);
+    let n = close_plant(plant, controller, omega_rad_s, omega);
     let m = 2 * omega_rad_s.len();
     let kappa: Vec<[f64; 2]> = uncertainty
         .relative
@@ -120,10 +120,10 @@ fn at_frequency(
         .collect();
     let both = |x: usize| {
         if alike(&n, m, x, x + 1) {
-            let found = Search::of_equal_planes(&n, m, x).run(&kappa);
+            let found = ChannelSearch::of_equal_planes(&n, m, x).run(&kappa);
             [found.clone(), found]
         } else {
-            [x, x + 1].map(|channel| Search::new(&n, m, channel).run(&kappa))
+            [x, x + 1].map(|channel| ChannelSearch::new(&n, m, channel).run(&kappa))
         }
     };
     let [[tool_x, tool_y], [front_x, front_y], [rear_x, rear_y]] = [0, 2, 4].map(both);
@@ -132,7 +132,7 @@ fn at_frequency(
 
 /// N: outputs (q, tool, signals) × inputs (forces of the stiffness changes per κ, tool forces, disturbances at the
 /// sensors).
-fn closed(plant: &Plant, controller: &dyn HeldResponse, omega_rad_s: &[f64], omega: f64) -> Mat<c64> {
+fn close_plant(plant: &Plant, controller: &dyn HeldResponse, omega_rad_s: &[f64], omega: f64) -> Mat<c64> {
     let p = plant.at(omega);
     let k = controller.held_at(omega);
     let m = 2 * omega_rad_s.len();

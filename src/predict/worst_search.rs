@@ -33,11 +33,11 @@ pub const SETTLED: f64 = 2e-3;
 const MOST_BOXES: usize = 3000;
 
 /// One channel at one frequency.
-pub(super) struct Search(Vec<Part>);
+pub(super) struct ChannelSearch(Vec<SearchPart>);
 
 /// A part of f; matrices are row-major.
 #[derive(Clone, Debug, PartialEq)]
-struct Part {
+struct SearchPart {
     /// Coordinates of each mode.
     planes: usize,
     n11: Vec<c64>,
@@ -64,18 +64,18 @@ struct Branch {
     split: usize,
 }
 
-impl Search {
+impl ChannelSearch {
     /// Channel `channel` of N, whose first `m` rows and columns are the modal coordinates, x and y in turn.
     pub(super) fn new(n: &Mat<c64>, m: usize, channel: usize) -> Self {
         let own: Vec<usize> = (0..m).chain([m + channel]).collect();
-        Self(vec![Part::new(2, m, |i, j| n[(own[i], own[j])])])
+        Self(vec![SearchPart::new(2, m, |i, j| n[(own[i], own[j])])])
     }
 
     /// The same where the planes are equal; `channel` is one of x, behind which that of y follows.
     pub(super) fn of_equal_planes(n: &Mat<c64>, m: usize, channel: usize) -> Self {
         let x = |k: usize| if 2 * k < m { 2 * k } else { m + channel };
         let direction =
-            |sign: f64| Part::new(1, m / 2, |i, j| n[(x(i), x(j))] + c64::new(0.0, sign) * n[(x(i) + 1, x(j))]);
+            |sign: f64| SearchPart::new(1, m / 2, |i, j| n[(x(i), x(j))] + c64::new(0.0, sign) * n[(x(i) + 1, x(j))]);
         let mut directions = vec![direction(1.0), direction(-1.0)];
         // At rest both are one.
         directions.dedup();
@@ -89,9 +89,9 @@ impl Search {
         let half: Vec<f64> = kappa.iter().map(|k| 0.5 * (k[1] - k[0])).collect();
         let mut best = (nominal, vec![0.0; kappa.len()]);
         if half.iter().all(|h| *h == 0.0) {
-            return extreme(nominal, nominal, best);
+            return extreme(nominal, nominal, best.0, best.1);
         }
-        let mut open = vec![self.bound(centre, half, &mut best)];
+        let mut open = vec![self.bound_branch(centre, half, &mut best)];
         let mut settled = 0.0f64;
         for _ in 0..MOST_BOXES {
             // The box with the largest bound; ties fall to the first, so that the order is fixed.
@@ -106,7 +106,7 @@ impl Search {
                 let (mut centre, mut half) = (parent.centre.clone(), parent.half.clone());
                 half[parent.split] *= 0.5;
                 centre[parent.split] += side * half[parent.split];
-                let child = self.bound(centre, half, &mut best);
+                let child = self.bound_branch(centre, half, &mut best);
                 if child.upper > best.0 * (1.0 + SETTLED) {
                     open.push(child);
                 } else {
@@ -115,7 +115,7 @@ impl Search {
             }
         }
         let upper = open.iter().map(|b| b.upper).fold(settled.max(best.0), f64::max);
-        extreme(nominal, upper, best)
+        extreme(nominal, upper, best.0, best.1)
     }
 
     /// Share of a part in the mean.
@@ -123,19 +123,19 @@ impl Search {
         (self.0.len() as f64).recip()
     }
 
-    fn mean(&self, of: impl Fn(&Part) -> c64) -> c64 {
+    fn mean(&self, of: impl Fn(&SearchPart) -> c64) -> c64 {
         let parts = self.0.iter().map(|part| of(part) * self.share());
         parts.sum()
     }
 
     /// Upper bound over a box; points met on the way raise `best`.
-    fn bound(&self, centre: Vec<f64>, half: Vec<f64>, best: &mut (f64, Vec<f64>)) -> Branch {
+    fn bound_branch(&self, centre: Vec<f64>, half: Vec<f64>, best: &mut (f64, Vec<f64>)) -> Branch {
         let mut raise = |value: f64, at: &[f64]| {
             if value > best.0 {
                 *best = (value, at.to_vec());
             }
         };
-        let centred = |part: &Part| part.centred(self.share(), &centre, &half);
+        let centred = |part: &SearchPart| part.centre_part(self.share(), &centre, &half);
         let parts: Vec<Centred> = self.0.iter().map(centred).collect();
         let value: c64 = parts.iter().map(|part| part.value).sum();
         raise(value.norm(), &centre);
@@ -168,7 +168,7 @@ impl Search {
         let weight = |k: usize| -> f64 {
             let each = parts.iter().zip(&rests).zip(&self.0);
             let of = each.map(|((part, rest), own)| match (rest, regular) {
-                (Some((x, _)), Some(_)) => part.fed(own, k, x),
+                (Some((x, _)), Some(_)) => part.feed_mode(own, k, x),
                 (None, _) => part.fed_first(own, k),
                 (Some(_), None) => 0.0,
             });
@@ -179,7 +179,7 @@ impl Search {
     }
 }
 
-impl Part {
+impl SearchPart {
     /// With the entries of N: `size` modal coordinates, then the channel.
     fn new(planes: usize, size: usize, at: impl Fn(usize, usize) -> c64) -> Self {
         Self {
@@ -192,7 +192,7 @@ impl Part {
     }
 
     /// Coordinates of a mode.
-    fn own(&self, mode: usize) -> std::ops::Range<usize> {
+    fn own_range(&self, mode: usize) -> std::ops::Range<usize> {
         self.planes * mode..self.planes * (mode + 1)
     }
 
@@ -216,7 +216,7 @@ impl Part {
     }
 
     /// With its share of the mean, recentred at κ = c: (I − N₁₁C)⁻¹ applied to N₁₁ and N₁₂, N₂₁ and N₂₂ to fit.
-    fn centred(&self, share: f64, centre: &[f64], half: &[f64]) -> Centred {
+    fn centre_part(&self, share: f64, centre: &[f64], half: &[f64]) -> Centred {
         let m = self.n12.len();
         let columns = m + 1;
         let mut both: Vec<c64> = (0..m)
@@ -238,7 +238,7 @@ impl Part {
             c: (0..m).map(|j| share * modulus(read[j]) * width(j)).collect(),
             slope: (0..half.len())
                 .map(|k| {
-                    let own = self.own(k).map(|j| read[j] * drive(j));
+                    let own = self.own_range(k).map(|j| read[j] * drive(j));
                     own.sum::<c64>() * (half[k] * share)
                 })
                 .collect(),
@@ -277,24 +277,24 @@ impl Centred {
     }
 
     /// What a mode feeds into the remainder.
-    fn fed(&self, part: &Part, mode: usize, x: &[f64]) -> f64 {
+    fn feed_mode(&self, part: &SearchPart, mode: usize, x: &[f64]) -> f64 {
         let m = self.b.len();
         let of = |j: usize| {
             let through: f64 = (0..m).map(|i| self.c[i] * self.a[i * m + j]).sum();
             through * x[j] + self.c[j] * x[j] * 1e-3
         };
-        part.own(mode).map(of).sum()
+        part.own_range(mode).map(of).sum()
     }
 
     /// What a mode feeds into A.
-    fn fed_first(&self, part: &Part, mode: usize) -> f64 {
+    fn fed_first(&self, part: &SearchPart, mode: usize) -> f64 {
         let m = self.b.len();
         let of = |j: usize| (0..m).map(|i| self.a[i * m + j]).sum::<f64>();
-        part.own(mode).map(of).sum()
+        part.own_range(mode).map(of).sum()
     }
 }
 
-fn extreme(nominal: f64, upper: f64, (lower, at): (f64, Vec<f64>)) -> Extreme {
+fn extreme(nominal: f64, upper: f64, lower: f64, at: Vec<f64>) -> Extreme {
     Extreme { nominal, lower, upper, factors: at.iter().map(|k| (1.0 + k).max(0.0).sqrt()).collect() }
 }
 
@@ -323,8 +323,8 @@ mod tests {
         let kappa = [[-0.06, 0.06], [0.0, 0.0], [-0.03, 0.09]];
         for turn in [0.0, 0.7] {
             let n = equal_planes(turn);
-            let whole = Search::new(&n, 6, 0);
-            let whirl = Search::of_equal_planes(&n, 6, 0);
+            let whole = ChannelSearch::new(&n, 6, 0);
+            let whirl = ChannelSearch::of_equal_planes(&n, 6, 0);
             assert_eq!(whirl.0.len(), if turn == 0.0 { 1 } else { 2 });
             for point in [[0.0; 3], [0.05, 0.0, -0.02]] {
                 let values = [&whole, &whirl].map(|s| s.mean(|part| part.at(&point)));
@@ -343,7 +343,7 @@ mod tests {
     #[test]
     fn no_point_of_the_box_exceeds_the_bound() {
         let n = equal_planes(0.7);
-        let search = Search::of_equal_planes(&n, 6, 0);
+        let search = ChannelSearch::of_equal_planes(&n, 6, 0);
         let found = search.run(&[[-0.1, 0.2]; 3]);
         let at = |k: usize| -0.1 + 0.3 * k as f64 / 20.0;
         let points = (0..21 * 21 * 21).map(|k| [at(k % 21), at(k / 21 % 21), at(k / 441)]);

@@ -16,7 +16,7 @@ pub(super) type Matrices<'py> = (Real<'py>, Real<'py>, Real<'py>, Real<'py>);
 pub(super) type SystemOut<'py> = (RealOut<'py>, RealOut<'py>, RealOut<'py>, RealOut<'py>);
 
 /// An error as `ValueError` with its words.
-pub(super) fn refused(error: impl std::fmt::Display) -> PyErr {
+pub(super) fn to_value_error(error: impl std::fmt::Display) -> PyErr {
     PyValueError::new_err(error.to_string())
 }
 
@@ -25,7 +25,7 @@ pub(super) fn matrix(array: &Real<'_>, name: &str) -> PyResult<Mat<f64>> {
     let view = array.as_array();
     let (rows, columns) = view.dim();
     if view.iter().any(|x| !x.is_finite()) {
-        return Err(refused(format!("{name} holds NaN or infinity")));
+        return Err(to_value_error(format!("{name} holds NaN or infinity")));
     }
     Ok(Mat::from_fn(rows, columns, |i, j| view[[i, j]]))
 }
@@ -35,7 +35,7 @@ pub(super) fn complex(array: &PyReadonlyArray2<'_, Complex64>, name: &str) -> Py
     let view = array.as_array();
     let (rows, columns) = view.dim();
     if view.iter().any(|x| !(x.re.is_finite() && x.im.is_finite())) {
-        return Err(refused(format!("{name} holds NaN or infinity")));
+        return Err(to_value_error(format!("{name} holds NaN or infinity")));
     }
     Ok(Mat::from_fn(rows, columns, |i, j| c64::new(view[[i, j]].re, view[[i, j]].im)))
 }
@@ -61,5 +61,5 @@ pub(super) fn system<'py, T: TimeBase>(python: Python<'py>, s: &StateSpace<T>) -
 pub(super) fn continuous(p: &Matrices<'_>) -> PyResult<StateSpace<Continuous>> {
     let (a, b) = (matrix(&p.0, "A")?, matrix(&p.1, "B")?);
     let (c, d) = (matrix(&p.2, "C")?, matrix(&p.3, "D")?);
-    StateSpace::new(a, b, c, d, Continuous).map_err(refused)
+    StateSpace::new(a, b, c, d, Continuous).map_err(to_value_error)
 }

@@ -1,7 +1,7 @@
 //! A spindle with its tool as Python holds it.
 
 use super::compute::compute;
-use super::convert::{SystemOut, refused, system};
+use super::convert::{SystemOut, system, to_value_error};
 use crate::cli::Failure;
 use crate::cli::embedded;
 use crate::export::json::controller_json;
@@ -44,9 +44,9 @@ impl NativeMachine {
 
     /// The design model at a speed as a continuous system with Padé approximants of the delay.
     fn plant<'py>(&self, python: Python<'py>, rpm: f64, pade_order: usize) -> PyResult<SystemOut<'py>> {
-        let (machine, speed) = (self.0.clone(), speed(rpm)?);
+        let (machine, speed) = (self.0.clone(), check_speed(rpm)?);
         if pade_order > PADE_LIMIT {
-            return Err(refused(format!("pade_order = {pade_order} must be at most {PADE_LIMIT}")));
+            return Err(to_value_error(format!("pade_order = {pade_order} must be at most {PADE_LIMIT}")));
         }
         let found = compute(python, move |_| {
             let plant = Plant::design_model(&machine, speed).map_err(|e| e.to_string())?;
@@ -62,9 +62,9 @@ impl NativeMachine {
         omega: Vec<f64>,
         rpm: f64,
     ) -> PyResult<Bound<'py, PyArray3<Complex64>>> {
-        let (machine, speed) = (self.0.clone(), speed(rpm)?);
+        let (machine, speed) = (self.0.clone(), check_speed(rpm)?);
         if let Some(bad) = omega.iter().find(|w| !w.is_finite()) {
-            return Err(refused(format!("omega holds {bad}: give numbers in rad/s")));
+            return Err(to_value_error(format!("omega holds {bad}: give numbers in rad/s")));
         }
         let all = compute(python, move |_| {
             let plant = Plant::new(&machine, speed, ModelDetail::Full).map_err(|e| e.to_string())?;
@@ -83,7 +83,8 @@ impl NativeMachine {
     /// The machine with the frequencies of a measurement folder, and the figures as JSON.
     fn update(&self, python: Python<'_>, measurement: String) -> PyResult<(Self, String)> {
         let machine = self.0.clone();
-        let (machine, figures) = compute(python, move |_| embedded::updated(&machine, &measurement).map_err(words))?;
+        let (machine, figures) =
+            compute(python, move |_| embedded::update_machine(&machine, &measurement).map_err(words))?;
         Ok((Self(machine), figures.to_string()))
     }
 
@@ -93,7 +94,7 @@ impl NativeMachine {
         let (design, figures) = compute(python, move |stop| {
             let weights = load_weights(&weights).map_err(|e| words(e.into()))?;
             let progress = || stop.here();
-            embedded::designed(&machine, &weights, polish, &progress).map_err(words)
+            embedded::design_controller(&machine, &weights, polish, &progress).map_err(words)
         })?;
         let controller = controller_json(&design.delivery.controller, None);
         Ok((String::from_utf8_lossy(&controller).into_owned(), figures.to_string()))
@@ -104,7 +105,7 @@ impl NativeMachine {
         let machine = self.0.clone();
         let (machine, figures) = compute(python, move |stop| {
             let progress = || stop.here();
-            embedded::diagnosed(&machine, &measurement, &progress).map_err(words)
+            embedded::diagnose_machine(&machine, &measurement, &progress).map_err(words)
         })?;
         Ok((Self(machine), figures.to_string()))
     }
@@ -113,11 +114,11 @@ impl NativeMachine {
 /// Order of a Padé approximant beyond which its coefficients leave the range where they are exact.
 const PADE_LIMIT: usize = 10;
 
-fn speed(rpm: f64) -> PyResult<f64> {
+fn check_speed(rpm: f64) -> PyResult<f64> {
     if rpm.is_finite() && rpm >= 0.0 {
         Ok(rpm * TAU / 60.0)
     } else {
-        Err(refused(format!("rpm = {rpm} must be zero or a positive number")))
+        Err(to_value_error(format!("rpm = {rpm} must be zero or a positive number")))
     }
 }
 

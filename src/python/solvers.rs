@@ -2,7 +2,7 @@
 
 use super::compute::compute;
 use super::convert::{
-    Matrices, Real, RealOut, SystemOut, array, complex, complex_array, continuous, matrix, refused, system,
+    Matrices, Real, RealOut, SystemOut, array, complex, complex_array, continuous, matrix, system, to_value_error,
 };
 use crate::augment::{Block, GeneralizedPlant};
 use crate::linalg::riccati::care;
@@ -12,7 +12,7 @@ use crate::lti::norm::{hinf_norm, hinf_norm_discrete};
 use crate::lti::sample::{tustin, tustin_prewarped, zoh};
 use crate::lti::{Discrete, StateSpace};
 use crate::robust::dk::{DkError, DkSettings, iterate};
-use crate::robust::hinf::regularise::{Regularisation, regularised};
+use crate::robust::hinf::regularise::{Regularisation, regularise_plant};
 use crate::robust::riccati_cause::find_cause;
 use crate::robust::{HinfSettings, SynthesisError, mu, synthesise};
 use numpy::{Complex64, PyArray2, PyReadonlyArray2};
@@ -50,7 +50,7 @@ fn care_of<'py>(python: Python<'py>, a: Real<'py>, g: Real<'py>, q: Real<'py>) -
 fn hinfnorm(python: Python<'_>, p: Matrices<'_>, period: f64) -> PyResult<(f64, f64, f64)> {
     let s = continuous(&p)?;
     if !(period.is_finite() && period >= 0.0) {
-        return Err(refused(format!("dt = {period} must be a time in seconds")));
+        return Err(to_value_error(format!("dt = {period} must be a time in seconds")));
     }
     let found = compute(python, move |_| {
         let found = if period > 0.0 {
@@ -74,13 +74,13 @@ fn plant(p: &Matrices<'_>, measurements: usize, controls: usize, blocks: Vec<Blo
     let lacks: Vec<&str> = lacks.iter().filter(|(is_so, _)| *is_so).map(|(_, words)| *words).collect();
     if !lacks.is_empty() {
         let words = lacks.join(" and ");
-        return Err(refused(format!("the plant has {words}: the gain from w to z is what is made small")));
+        return Err(to_value_error(format!("the plant has {words}: the gain from w to z is what is made small")));
     }
     let fits = |name: &str, part: usize, whole: usize| {
         if part > 0 && part < whole {
             Ok(())
         } else {
-            Err(refused(format!(
+            Err(to_value_error(format!(
                 "{name} = {part} must lie between 1 and {}: the plant has {whole} channels there, errors or \
              disturbances included",
                 whole.saturating_sub(1)
@@ -93,10 +93,10 @@ fn plant(p: &Matrices<'_>, measurements: usize, controls: usize, blocks: Vec<Blo
 }
 
 /// The plant as it is posed: enlarged by a share of the gains of its channels where one is given.
-fn posed(plant: &GeneralizedPlant, share: Option<f64>) -> Result<(GeneralizedPlant, Regularisation), String> {
+fn pose_problem(plant: &GeneralizedPlant, share: Option<f64>) -> Result<(GeneralizedPlant, Regularisation), String> {
     match share {
         None => Ok((plant.clone(), Regularisation::default())),
-        Some(share) if share > 0.0 && share < 1.0 => regularised(plant, share).ok_or_else(|| {
+        Some(share) if share > 0.0 && share < 1.0 => regularise_plant(plant, share).ok_or_else(|| {
             "regularise: a control reaches no error, or no disturbance reaches a measurement".to_owned()
         }),
         Some(share) => Err(format!("regularise = {share} must be True or a share of the gains between 0 and 1")),
@@ -123,8 +123,8 @@ fn hinfsyn<'py>(
     let given = plant(&p, measurements, controls, vec![])?;
     let settings = HinfSettings { gamma, ..HinfSettings::default() };
     let (found, norm, added) = compute(python, move |_| {
-        let (plant, added) = posed(&given, share)?;
-        let found = synthesise(&plant, &settings).map_err(|e| explained(&e))?;
+        let (plant, added) = pose_problem(&given, share)?;
+        let found = synthesise(&plant, &settings).map_err(|e| explain_error(&e))?;
         let norm = if added == Regularisation::default() {
             (found.closed_loop_norm, found.closed_loop_peak_rad_s)
         } else {
@@ -155,7 +155,7 @@ fn hinfsyn<'py>(
 }
 
 /// A failed synthesis with what to do.
-fn explained(error: &SynthesisError) -> String {
+fn explain_error(error: &SynthesisError) -> String {
     let hair = matches!(
         error,
         SynthesisError::ControlCost { .. }
@@ -174,7 +174,7 @@ fn blocks(list: &[BlockIn]) -> PyResult<Vec<Block>> {
         "complex_full" => Ok(Block::ComplexFull { rows: *rows, cols: *cols }),
         "complex_scalar" => Ok(Block::ComplexScalar { n: *rows }),
         "real_scalar" => Ok(Block::RealScalar { n: *rows }),
-        other => Err(refused(format!("block kind {other:?}: complex_full, complex_scalar or real_scalar"))),
+        other => Err(to_value_error(format!("block kind {other:?}: complex_full, complex_scalar or real_scalar"))),
     };
     list.iter().map(one).collect()
 }
@@ -196,15 +196,15 @@ fn musyn<'py>(
     let given = plant(&p, channels.0, channels.1, blocks(&structure)?)?;
     let mut settings = DkSettings::default();
     match max_iterations {
-        Some(0) => return Err(refused("max_iterations must be at least 1")),
+        Some(0) => return Err(to_value_error("max_iterations must be at least 1")),
         Some(most) => settings.max_iterations = most,
         None => {}
     }
     let (found, added) = compute(python, move |stop| {
-        let (plant, added) = posed(&given, share)?;
+        let (plant, added) = pose_problem(&given, share)?;
         let found = iterate(&plant, &settings, &mut |_| stop.here());
         let found = found.map_err(|e| match &e {
-            DkError::Synthesis(cause) => explained(cause),
+            DkError::Synthesis(cause) => explain_error(cause),
             _ => format!("D-K iteration: {e}"),
         })?;
         Ok((found, added))
@@ -231,7 +231,7 @@ fn mussv<'py>(
     let rows: usize = structure.iter().map(Block::rows).sum();
     let cols: usize = structure.iter().map(Block::cols).sum();
     if (m.nrows(), m.ncols()) != (cols, rows) {
-        return Err(refused(format!(
+        return Err(to_value_error(format!(
             "M is {} x {}, but the blocks [r, c] sum to r = {rows} and c = {cols}: M must be {cols} x {rows}",
             m.nrows(),
             m.ncols()
@@ -251,7 +251,7 @@ fn balred<'py>(
 ) -> PyResult<(SystemOut<'py>, f64, String, Vec<f64>)> {
     let full = continuous(&p)?;
     if order > full.order() {
-        return Err(refused(format!("order {order}, but the system has {} states", full.order())));
+        return Err(to_value_error(format!("order {order}, but the system has {} states", full.order())));
     }
     let (best, hankel) = compute(python, move |_| {
         let balancing = Balancing::with_check(&full).map_err(|e| e.to_string())?;
@@ -278,11 +278,13 @@ fn c2d<'py>(
 ) -> PyResult<SystemOut<'py>> {
     let s = continuous(&p)?;
     if !(period.is_finite() && period > 0.0) {
-        return Err(refused(format!("Ts = {period} must be a positive time in seconds")));
+        return Err(to_value_error(format!("Ts = {period} must be a positive time in seconds")));
     }
     let limit = std::f64::consts::PI / period;
     if method == "tustin_prewarp" && !(prewarp > 0.0 && prewarp < limit) {
-        return Err(refused(format!("prewarp_frequency = {prewarp} must lie between 0 and pi/Ts = {limit} rad/s")));
+        return Err(to_value_error(format!(
+            "prewarp_frequency = {prewarp} must lie between 0 and pi/Ts = {limit} rad/s"
+        )));
     }
     let found = compute(python, move |_| {
         let found = match method.as_str() {

@@ -19,7 +19,7 @@ pub(crate) const ROW_FILE: &str = "row.json";
 /// One line of the table.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Row {
+pub struct BatchRow {
     /// Tool, with what a variant differs in; the name of its folder.
     pub tool: String,
     /// Hash of all that the row was computed from.
@@ -27,7 +27,7 @@ pub struct Row {
     /// Why there are no figures, when the run failed.
     pub failure: Option<String>,
     /// Figures.
-    pub figures: Option<Figures>,
+    pub figures: Option<ToolFigures>,
     /// That the design is unstable, and why; its figures are left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub instability: Option<String>,
@@ -36,7 +36,7 @@ pub struct Row {
 /// Figures of a tool.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Figures {
+pub struct ToolFigures {
     /// Certified µ of the specification as written at rest.
     pub mu_as_specified: Option<f64>,
     /// The same with the gyroscopic split covered, of what the synthesis aimed at.
@@ -75,7 +75,7 @@ pub struct LoopFigures {
     pub stiffness_n_per_m: Vec<f64>,
 }
 
-impl Row {
+impl BatchRow {
     /// The row of a finished tool.
     pub fn of(tool: &str, inputs_sha256: &str, found: &Finished) -> Self {
         let design = &found.run.design;
@@ -87,7 +87,7 @@ impl Row {
             tool: tool.to_owned(),
             inputs_sha256: inputs_sha256.to_owned(),
             failure: None,
-            figures: Some(Figures {
+            figures: Some(ToolFigures {
                 mu_as_specified: of_stable(design.delivery.rounded.specification.upper),
                 mu_with_gyroscopic_cover: of_stable(design.delivery.rounded.covered.upper),
                 largest_mu: finite(design.largest_mu()),
@@ -106,7 +106,7 @@ impl Row {
     }
 
     /// The row of a tool whose run failed.
-    pub(crate) fn failed(tool: &str, inputs_sha256: &str, failure: String) -> Self {
+    pub(crate) fn failed_row(tool: &str, inputs_sha256: &str, failure: String) -> Self {
         Self {
             tool: tool.to_owned(),
             inputs_sha256: inputs_sha256.to_owned(),
@@ -188,7 +188,7 @@ impl LoopFigures {
 }
 
 /// How a batch ended, in a sentence.
-pub fn verdict(rows: &[Row]) -> String {
+pub fn verdict(rows: &[BatchRow]) -> String {
     let met = rows.iter().filter(|r| r.met()).count();
     let failed = rows.iter().filter(|r| r.failure.is_some()).count();
     let words = format!("{met} of {} tools meet the specification", rows.len());
@@ -201,7 +201,7 @@ pub fn verdict(rows: &[Row]) -> String {
 }
 
 /// The batch in sentences.
-pub(crate) fn sentences(rows: &[Row]) -> Vec<String> {
+pub(crate) fn sentences(rows: &[BatchRow]) -> Vec<String> {
     let mut words = vec![];
     for row in rows {
         words.extend(row.instability.iter().map(|why| format!("{}: {why}", row.tool)));
@@ -267,8 +267,8 @@ pub(crate) struct OverviewRow {
 }
 
 /// The table of the report: one record a tool.
-pub(crate) fn overview(rows: &[Row]) -> Vec<OverviewRow> {
-    let record = |r: &Row| {
+pub(crate) fn overview(rows: &[BatchRow]) -> Vec<OverviewRow> {
+    let record = |r: &BatchRow| {
         let figures = r.figures.as_ref();
         OverviewRow {
             tool: r.tool.clone(),
@@ -292,7 +292,7 @@ pub(crate) fn overview(rows: &[Row]) -> Vec<OverviewRow> {
 }
 
 /// The table as CSV.
-pub fn table(rows: &[Row]) -> Table {
+pub fn table(rows: &[BatchRow]) -> Table {
     let mut table = Table::with_columns(&[
         "tool",
         "mu_as_specified",
@@ -335,13 +335,13 @@ pub fn table(rows: &[Row]) -> Table {
 }
 
 /// True when a PID was tuned for some tool.
-fn has_pid<'a>(mut rows: impl Iterator<Item = &'a Row>) -> bool {
+fn has_pid<'a>(mut rows: impl Iterator<Item = &'a BatchRow>) -> bool {
     rows.any(|r| r.loop_of(1).is_some())
 }
 
 /// Bars over the tools, and their stiffness curves.
-pub fn figures(rows: &[Row], top_speed_hz: f64) -> Vec<(Picture, Figure)> {
-    let rows: Vec<&Row> = rows.iter().filter(|r| r.figures.is_some()).collect();
+pub fn figures(rows: &[BatchRow], top_speed_hz: f64) -> Vec<(Picture, Figure)> {
+    let rows: Vec<&BatchRow> = rows.iter().filter(|r| r.figures.is_some()).collect();
     if rows.is_empty() {
         return vec![];
     }
@@ -368,9 +368,9 @@ pub fn figures(rows: &[Row], top_speed_hz: f64) -> Vec<(Picture, Figure)> {
 }
 
 /// The bars of the picture over the tools.
-fn quantities(rows: &[&Row]) -> Vec<ToolQuantity<'static>> {
-    let column = |f: &dyn Fn(&Row) -> f64| rows.iter().map(|r| f(r)).collect::<Vec<f64>>();
-    let both = |f: &dyn Fn(&Row, usize) -> f64| {
+fn quantities(rows: &[&BatchRow]) -> Vec<ToolQuantity<'static>> {
+    let column = |f: &dyn Fn(&BatchRow) -> f64| rows.iter().map(|r| f(r)).collect::<Vec<f64>>();
+    let both = |f: &dyn Fn(&BatchRow, usize) -> f64| {
         let mut bars = vec![("µ controller", column(&|r| f(r, 0)))];
         if has_pid(rows.iter().copied()) {
             bars.push(("tuned PID", column(&|r| f(r, 1))));
@@ -382,7 +382,7 @@ fn quantities(rows: &[&Row]) -> Vec<ToolQuantity<'static>> {
             label: "µ of the specification as written",
             unit: "",
             references: vec![(1.0, "µ = 1")],
-            bars: vec![("µ controller", column(&Row::mu))],
+            bars: vec![("µ controller", column(&BatchRow::mu))],
         },
         ToolQuantity {
             label: "Smallest tool stiffness at rest",
@@ -421,7 +421,7 @@ fn quantities(rows: &[&Row]) -> Vec<ToolQuantity<'static>> {
 }
 
 /// Rows of a table for a person: tool, verdict, µ, order, stiffness, zone, speed.
-pub(crate) fn shown_rows(rows: &[Row]) -> Vec<Vec<String>> {
+pub(crate) fn shown_rows(rows: &[BatchRow]) -> Vec<Vec<String>> {
     let stiffness = |x: f64| if x.is_finite() { stiffness_words(x) } else { "-".to_owned() };
     rows.iter()
         .map(|r| {

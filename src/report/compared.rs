@@ -18,7 +18,7 @@ use crate::controller::Controller;
 use crate::controller::verification::Verification;
 use crate::identify::HammerFrf;
 use crate::identify::peaks::Resonance;
-use crate::pipeline::compared::{Compared, Ground, Known, OwnControllers};
+use crate::pipeline::compared::{Compared, Ground, KnownFigures, OwnControllers};
 use crate::pipeline::comparison::Prediction;
 use crate::pipeline::run::Rivals;
 use crate::predict::chatter::StabilityLimit;
@@ -30,7 +30,7 @@ use std::path::Path;
 const LOBE_POINTS: usize = 1000;
 
 /// A measured hammer test: its curve, its key, the resonances that a local fit resolves.
-pub(crate) struct Hammer {
+pub(crate) struct HammerCurve {
     /// Curve.
     pub curve: Measured,
     /// Key under `tool_plane`.
@@ -39,7 +39,7 @@ pub(crate) struct Hammer {
     pub resonances: Vec<Resonance>,
 }
 
-impl Hammer {
+impl HammerCurve {
     /// Of the record in a file.
     pub(crate) fn of(file: &str, frf: &HammerFrf) -> Self {
         let name = Path::new(file).file_stem().and_then(|s| s.to_str());
@@ -60,8 +60,8 @@ impl Hammer {
 
 /// Adds what the PID search found to the summary, and returns the controllers that there are, with what is known of
 /// them.
-pub(crate) fn add_own(summary: &mut Summary, own: OwnControllers) -> Vec<(Role, Controller, Known)> {
-    let [of_mu, of_pid, of_textbook] = own.known();
+pub(crate) fn add_own(summary: &mut Summary, own: OwnControllers) -> Vec<(Role, Controller, KnownFigures)> {
+    let [of_mu, of_pid, of_textbook] = own.known_controllers();
     let Rivals { tuned, textbook, effort } = own.rivals;
     let mut controllers = vec![(Role::Mu, own.design.delivery.controller, of_mu)];
     match tuned {
@@ -91,7 +91,7 @@ pub(crate) fn add_compared(
     ground: &Ground<'_>,
     flexible_hz: &[f64],
     list: &[(Role, Compared)],
-    hammers: Vec<Hammer>,
+    hammers: Vec<HammerCurve>,
 ) -> Result<(), ReportError> {
     let top_hz = ground.machine.spindle.max_rpm / 60.0;
     for (_, each) in list {
@@ -113,7 +113,7 @@ pub(crate) fn add_compared(
     let worst: Vec<NamedWorst> = list.iter().map(|(role, c)| (*role, c.name.clone(), c.worst.clone())).collect();
     let mut statements = statements_table(&every, &worst, flexible_hz, top_hz);
     let rows = measured.iter();
-    statements.extend(rows.map(|m| StatementRow::measured(m, flexible_hz, top_hz)));
+    statements.extend(rows.map(|m| StatementRow::measured_row(m, flexible_hz, top_hz)));
     let summary = &mut report.summary;
     summary.set("statements", statements);
     summary.set("plain_words", figure_9_words(&every, &worst));

@@ -2,7 +2,7 @@
 //! records.
 
 use super::summary::{Named, finite};
-use crate::controller::verification::rate_words;
+use crate::controller::verification::growth_words;
 use crate::identify::peaks::Resonance;
 use crate::pipeline::comparison::{LOW_HZ, Prediction};
 use crate::pipeline::worst::WorstPrediction;
@@ -183,7 +183,7 @@ impl CurveSummary {
     fn of(f: &[f64], k: &[f64], flexible_hz: &[f64], top_speed_hz: f64) -> Self {
         let lowest = f.iter().zip(k).min_by(|a, b| a.1.total_cmp(b.1)).map_or((f64::NAN, f64::NAN), |(f, k)| (*f, *k));
         let (first, last) = (f.first().copied().unwrap_or(f64::NAN), f.last().copied().unwrap_or(f64::NAN));
-        let found = dips(f, k, (first, last), SEEN);
+        let found = dips(f, k, first, last, SEEN);
         let bending_hz = flexible_hz.first().copied().unwrap_or(last);
         let rigid_hz = RIGID_FROM * first..RIGID_TO * bending_hz;
         let rigid = found
@@ -300,7 +300,7 @@ impl StatementRow {
     }
 
     /// A measured record as a row of the same table.
-    pub(crate) fn measured(measured: &Measured, flexible_hz: &[f64], top_speed_hz: f64) -> Self {
+    pub(crate) fn measured_row(measured: &Measured, flexible_hz: &[f64], top_speed_hz: f64) -> Self {
         let (f, k) = (&measured.frequency_hz, &measured.stiffness_n_per_m);
         let figures = CurveSummary::of(f, k, flexible_hz, top_speed_hz);
         Self::of(&measured.name, measured.speed_rpm, None, &figures)
@@ -362,11 +362,7 @@ fn stiffness_words(prediction: &Prediction, n_per_m: f64) -> String {
 /// The loops that are unstable, speed by speed.
 fn unstable_sentence(runs: &[&Prediction]) -> Option<String> {
     let bad = runs.iter().filter(|p| !p.is_stable());
-    let each: Vec<String> = bad
-        .map(|p| {
-            let (growth, rpm) = (p.growth_rate_per_s, p.speed_rpm);
-            format!("{} grows by {} 1/s at {rpm:.0} rpm", p.name, rate_words(growth, 1))
-        })
-        .collect();
+    let each: Vec<String> =
+        bad.map(|p| format!("{} {}", p.name, growth_words(p.growth_rate_per_s, p.speed_rpm))).collect();
     (!each.is_empty()).then(|| format!("Unstable: {}.", each.join(", ")))
 }

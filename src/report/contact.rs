@@ -6,7 +6,7 @@ use super::simulation::{RecoverySummary, push_figure};
 use super::summary::{Named, finite};
 use super::whole::{Report, ReportError};
 use crate::pipeline::contact::Contact;
-use crate::pipeline::simulation::Limits;
+use crate::pipeline::simulation::SimulationLimits;
 use crate::predict::recovery::Recovery;
 use crate::predict::time::TimeResponse;
 use crate::spindle::Machine;
@@ -27,7 +27,7 @@ struct ContactSummary {
 /// # Errors
 /// [`ReportError`] when the picture cannot be drawn.
 pub(crate) fn add_contact(report: &mut Report, machine: &Machine, contact: &Contact) -> Result<String, ReportError> {
-    let limits = Limits { current_a: contact.current_limit_a, voltage_v: contact.voltage_limit_v };
+    let limits = SimulationLimits { current_a: contact.current_limit_a, voltage_v: contact.voltage_limit_v };
     let (force_n, top_rpm) = (contact.force_n, contact.speed_rpm);
     let mut runs = vec![("mu", "μ", Role::Mu, &contact.delivered)];
     runs.extend(contact.pid.iter().map(|r| ("pid", "PID", Role::Pid, r)));

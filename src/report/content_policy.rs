@@ -11,8 +11,8 @@ const PLACE: &str = "CONTENT-POLICY";
 
 /// The page with its policy.
 pub(super) fn with_policy(page: &str) -> String {
-    let styles = [between(page, "<style>", "</style>"), REDUCED_MOTION].map(hash_source).join(" ");
-    let script = page.rfind("<script>").map_or("", |at| between(&page[at..], "<script>", "</script>"));
+    let styles = [text_between(page, "<style>", "</style>"), REDUCED_MOTION].map(hash_source).join(" ");
+    let script = page.rfind("<script>").map_or("", |at| text_between(&page[at..], "<script>", "</script>"));
     let policy = format!(
         "default-src 'none'; style-src {styles}; img-src data:; script-src {}; base-uri 'none'; form-action 'none'",
         hash_source(script)
@@ -20,7 +20,7 @@ pub(super) fn with_policy(page: &str) -> String {
     page.replacen(PLACE, &policy, 1)
 }
 
-fn between<'a>(page: &'a str, begin: &str, end: &str) -> &'a str {
+fn text_between<'a>(page: &'a str, begin: &str, end: &str) -> &'a str {
     let rest = page.split_once(begin).map_or("", |(_, rest)| rest);
     rest.split_once(end).map_or("", |(text, _)| text)
 }

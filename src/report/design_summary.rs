@@ -2,7 +2,7 @@
 
 use super::polish_summary::PolishSummary;
 use super::speed_summary::{
-    SpeedInterval, SpeedMuSummary, SpeedProofSummary, VerificationSummary, speed_intervals, speed_mu,
+    ProofCentre, SpeedMuSummary, SpeedProofSummary, VerificationSummary, speed_intervals, speed_mu,
 };
 use super::summary::{finite, finite_all};
 use super::variant_summary::route_word;
@@ -102,7 +102,7 @@ struct Certificates {
     rounded: StageSummary,
     verification: VerificationSummary,
     overspeed: VerificationSummary,
-    speed_proof: Vec<SpeedInterval>,
+    speed_proof: Vec<ProofCentre>,
 }
 
 /// Bounds on µ of a stage.

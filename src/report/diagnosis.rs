@@ -7,7 +7,7 @@ use super::plot::{Curve, Figure};
 use super::results::{ResultsError, ResultsFolder};
 use super::tables::Table;
 use crate::diagnose::Diagnosis;
-use crate::diagnose::decide::residuals::{Channel, Record};
+use crate::diagnose::decide::residuals::{MeasuredChannel, Record};
 use crate::diagnose::locate::localisation::PortScore;
 use crate::diagnose::locate::place::Place;
 use crate::diagnose::locate::recovered_law::Law;
@@ -88,7 +88,7 @@ fn localisation(d: &Diagnosis) -> Vec<Named> {
 }
 
 fn laws(d: &Diagnosis) -> Vec<Named> {
-    let Some(best) = d.localisation.named() else {
+    let Some(best) = d.localisation.named_port() else {
         return vec![];
     };
     let mut figures = vec![];
@@ -103,7 +103,7 @@ fn laws(d: &Diagnosis) -> Vec<Named> {
             .map(|(v, sd)| if v.norm() > *sd { *v } else { c64::new(f64::NAN, f64::NAN) })
             .collect();
         let figure = plot::impedance(&title, law.unit.text(), &law.frequency_hz, &shown, &law.fitted, &law.words());
-        figures.push((Picture::Impedance.numbered(k + 1), figure));
+        figures.push((Picture::Impedance.with_number(k + 1), figure));
     }
     figures
 }
@@ -179,20 +179,20 @@ fn channels(d: &Diagnosis) -> Vec<Named> {
         };
         let title = format!("{words}, {rpm:.0} rpm ({part})");
         let figure = channel_figure(&title, quantity, unit, &hz, channel);
-        figures.push((kind.detailed(detail), figure));
+        figures.push((kind.with_detail(detail), figure));
     }
     figures.push(overview(d));
     figures
 }
 
-fn channel_figure(title: &str, quantity: &str, unit: &str, hz: &[f64], channel: &Channel) -> Figure {
+fn channel_figure(title: &str, quantity: &str, unit: &str, hz: &[f64], channel: &MeasuredChannel) -> Figure {
     let (before, after) = channel.residual();
     plot::channel(title, quantity, unit, hz, [&channel.measured, &channel.before, &channel.after], [&before, &after])
 }
 
 /// Residuals of the direct channels, and of the held-out ones, in one picture.
 fn overview(d: &Diagnosis) -> Named {
-    let shown: Vec<&Channel> = d
+    let shown: Vec<&MeasuredChannel> = d
         .channels
         .iter()
         .filter(|c| match c.record {
@@ -258,7 +258,7 @@ fn law_tables(folder: &mut ResultsFolder, laws: &[Law]) -> Result<(), ResultsErr
 }
 
 fn correction(folder: &mut ResultsFolder, d: &Diagnosis) -> Result<(), ResultsError> {
-    let (Some(c), Some(best)) = (&d.correction, d.localisation.named()) else {
+    let (Some(c), Some(best)) = (&d.correction, d.localisation.named_port()) else {
         return Ok(());
     };
     law_tables(folder, &best.laws)?;

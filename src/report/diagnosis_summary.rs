@@ -246,7 +246,7 @@ impl From<&Diagnosis> for DiagnosisSummary {
             ranking: ranking.collect(),
             correction: d.correction.as_ref().map(|c| CorrectionSummary {
                 port: c.port.clone(),
-                shape: d.localisation.named().map(PortScore::shape),
+                shape: d.localisation.named_port().map(PortScore::shape),
                 gaps: GapsOfParts::of(used, held),
                 law: "correction.csv".to_owned(),
                 corrected_response: "corrected-frf.csv".to_owned(),
@@ -305,11 +305,11 @@ impl PlaceSummary {
 }
 
 fn parameters(effect: &Effect) -> Named<Option<f64>> {
-    keyed(effect, effect.values.iter().map(|x| finite(*x)))
+    key_values(effect, effect.values.iter().map(|x| finite(*x)))
 }
 
 /// Values under the names of an effect's parameters.
-fn keyed<T>(effect: &Effect, values: impl Iterator<Item = T>) -> Named<T> {
+fn key_values<T>(effect: &Effect, values: impl Iterator<Item = T>) -> Named<T> {
     let parameters = effect.kind.parameters().iter();
     parameters.map(|p| p.name.to_owned()).zip(values).collect()
 }
@@ -317,9 +317,9 @@ fn keyed<T>(effect: &Effect, values: impl Iterator<Item = T>) -> Named<T> {
 impl From<&NamedEffect> for EffectSummary {
     fn from(e: &NamedEffect) -> Self {
         let deviations = e.standard_deviations.iter().map(|x| finite(*x));
-        let mut deviations = keyed(&e.effect, deviations);
+        let mut deviations = key_values(&e.effect, deviations);
         let intervals = e.intervals.iter().map(|(a, b)| [finite(*a), finite(*b)]);
-        let mut intervals = keyed(&e.effect, intervals);
+        let mut intervals = key_values(&e.effect, intervals);
         if let Some(sd) = e.position_sd_m {
             deviations.0.push(("position_m".to_owned(), finite(sd)));
         }

@@ -47,7 +47,7 @@ fn grid(label: &str, columns: &[&str], rows: Vec<Vec<String>>) -> Option<Grid> {
 }
 
 /// A number, or a dash where there is none.
-fn known(value: Option<f64>, shown: impl Fn(f64) -> String) -> String {
+fn show_known(value: Option<f64>, shown: impl Fn(f64) -> String) -> String {
     value.map_or_else(|| "–".to_owned(), shown)
 }
 
@@ -83,7 +83,7 @@ fn parameters(d: &DiagnosisSummary) -> Option<Grid> {
     let mut rows = vec![];
     for effect in d.shown_effects() {
         for (name, value) in &effect.parameters.0 {
-            let shown = |v: Option<f64>| known(v, |x| figure(name, x));
+            let shown = |v: Option<f64>| show_known(v, |x| figure(name, x));
             let deviation = effect.standard_deviations.get(name).copied().flatten();
             let interval = effect.intervals_90.get(name);
             rows.push(vec![
@@ -104,7 +104,7 @@ fn parameters(d: &DiagnosisSummary) -> Option<Grid> {
 }
 
 fn menu(d: &DiagnosisSummary) -> Option<Grid> {
-    let row = d.menu.iter().map(|m| vec![m.measurement.clone(), known(m.separation_chi2, four_digits)]);
+    let row = d.menu.iter().map(|m| vec![m.measurement.clone(), show_known(m.separation_chi2, four_digits)]);
     grid(
         "Measurements that would separate the members of the tie",
         &["measurement", "expected separation, χ²"],
@@ -113,13 +113,19 @@ fn menu(d: &DiagnosisSummary) -> Option<Grid> {
 }
 
 fn ranking(d: &DiagnosisSummary) -> Option<Grid> {
-    let row = d.ranking.iter().map(|r| vec![words(&r.effect), r.place.words(), known(r.score_above_best, four_digits)]);
+    let row =
+        d.ranking.iter().map(|r| vec![words(&r.effect), r.place.words(), show_known(r.score_above_best, four_digits)]);
     grid("Hypotheses, best first", &["effect", "where", "score above the best"], row.collect())
 }
 
 fn places(d: &DiagnosisSummary) -> Option<Grid> {
     let row = d.localisation.iter().map(|p| {
-        vec![p.port.clone(), p.words.clone(), known(p.chi2_after, four_digits), known(p.score_above_best, four_digits)]
+        vec![
+            p.port.clone(),
+            p.words.clone(),
+            show_known(p.chi2_after, four_digits),
+            show_known(p.score_above_best, four_digits),
+        ]
     });
     grid(
         "Places, best first, each with a free law",

@@ -56,7 +56,7 @@ fn verdict_sentence(d: &Diagnosis) -> String {
         }
         Verdict::Unexplained => {
             let nowhere = d.localisation.ports.first().is_none_or(|p| p.place == Place::Nowhere);
-            let place = match d.localisation.named() {
+            let place = match d.localisation.named_port() {
                 Some(port) if !nowhere => {
                     // Noise alone leaves about 1.
                     let lead = if port.chi2_after < 2.0 {
@@ -89,15 +89,15 @@ fn verdict_sentence(d: &Diagnosis) -> String {
             };
             format!(
                 "Something is missing that is in no catalogue{place}.{}{}{correction}{unsafe_words}",
-                tried(d),
-                strained(d)
+                say_tried(d),
+                say_strained(d)
             )
         }
     }
 }
 
 /// What came nearest among all that was tried, and the gap that it leaves.
-fn tried(d: &Diagnosis) -> String {
+fn say_tried(d: &Diagnosis) -> String {
     let names: Vec<String> = d.nearest.iter().map(size).collect();
     if names.is_empty() {
         return format!(
@@ -114,7 +114,7 @@ fn tried(d: &Diagnosis) -> String {
 }
 
 /// Which nuisance parameters would have to be off beyond their priors.
-fn strained(d: &Diagnosis) -> String {
+fn say_strained(d: &Diagnosis) -> String {
     let Some((name, off)) = d.strained.first() else {
         return String::new();
     };
@@ -215,7 +215,7 @@ fn digits(half: f64) -> usize {
 }
 
 /// A number in a unit with its 90 % interval: `30.0 µs (90 % 29.9…30.1)`.
-fn ranged(e: &NamedEffect, i: usize, to: impl Fn(f64) -> f64, unit: &str) -> String {
+fn say_range(e: &NamedEffect, i: usize, to: impl Fn(f64) -> f64, unit: &str) -> String {
     let value = to(e.effect.values.get(i).copied().unwrap_or_default());
     let Some((a, b)) = e.intervals.get(i).map(|(a, b)| (to(*a), to(*b))) else {
         return format!("{}{unit}", four_digits(value));
@@ -235,13 +235,13 @@ pub fn statement(e: &NamedEffect) -> String {
     let mut text = entry.sentence.replace("{at}", &place(&e.effect.location));
     for (i, parameter) in entry.parameters.iter().enumerate() {
         let shown = match parameter.shown {
-            Shown::Scaled(factor, unit) => ranged(e, i, |v| factor * v, unit),
-            Shown::PercentOff => ranged(e, i, |v| 100.0 * (v - 1.0), " %"),
+            Shown::Scaled(factor, unit) => say_range(e, i, |v| factor * v, unit),
+            Shown::PercentOff => say_range(e, i, |v| 100.0 * (v - 1.0), " %"),
             Shown::Either(factor, unit, [below, above]) => {
                 let negative = e.effect.values.get(i).is_some_and(|v| *v < 0.0);
                 let (sign, way) = if negative { (-1.0, below) } else { (1.0, above) };
                 text = text.replace("{way}", way);
-                ranged(e, i, |v| sign * factor * v, unit)
+                say_range(e, i, |v| sign * factor * v, unit)
             }
         };
         text = text.replace(&format!("{{{i}}}"), &shown);

@@ -13,8 +13,8 @@ use super::frequency_table;
 use super::page_summary::{PageSummary, TopicError};
 use super::pictures::PictureName;
 use super::prediction_summary::{SensitivitySummary, StiffnessSummary};
-use super::readable::{self, Grid, Row, figure, words};
-use super::sections::Section as Stage;
+use super::readable::{self, Grid, ReadableFigure, figure, words};
+use super::sections::PageSection as Stage;
 use crate::input::quote::without_direction_marks;
 use serde_json::Value;
 
@@ -34,13 +34,13 @@ pub enum HtmlError {
 }
 
 #[derive(serde::Serialize)]
-struct Section {
+struct HtmlSection {
     anchor: String,
     title: String,
     lead: String,
     /// The tables a reader looks at first.
     tables: Vec<Grid>,
-    rows: Vec<Row>,
+    rows: Vec<ReadableFigure>,
     grids: Vec<Grid>,
     /// Whether rows and grids are folded away until asked for.
     long: bool,
@@ -60,14 +60,14 @@ struct Picture {
 /// filled.
 pub fn report(summary: &Value, pictures: &[(String, String)]) -> Result<String, HtmlError> {
     let read = PageSummary::of(summary)?;
-    let (own, others) = sorted(pictures);
-    let mut sections: Vec<Section> = Vec::new();
+    let (own, others) = sort_pictures(pictures);
+    let mut sections: Vec<HtmlSection> = Vec::new();
     for stage in Stage::ALL {
         let shown = own.iter().filter(|(name, _)| name.section() == stage);
         let pictures: Vec<Picture> = shown.map(|(_, picture)| picture.clone()).collect();
         let (tables, rows, grids) = figures(stage, summary.get(stage.key()), &read);
         if !(tables.is_empty() && rows.is_empty() && grids.is_empty() && pictures.is_empty()) {
-            sections.push(Section {
+            sections.push(HtmlSection {
                 tables,
                 long: is_long(&rows, &grids),
                 anchor: stage.key().to_owned(),
@@ -109,7 +109,7 @@ fn lead(stage: Stage, read: &PageSummary) -> &'static str {
 }
 
 /// The pictures of muspin by name, in the order of the page, and those of another origin.
-fn sorted(pictures: &[(String, String)]) -> (Vec<(PictureName, Picture)>, Vec<Picture>) {
+fn sort_pictures(pictures: &[(String, String)]) -> (Vec<(PictureName, Picture)>, Vec<Picture>) {
     let (mut own, mut others) = (Vec::new(), Vec::new());
     for (stem, svg) in pictures {
         let picture = Picture { stem: stem.clone(), svg: svg.clone() };
@@ -123,7 +123,7 @@ fn sorted(pictures: &[(String, String)]) -> (Vec<(PictureName, Picture)>, Vec<Pi
 }
 
 /// First tables, rows and grids of a stage.
-fn figures(stage: Stage, all: Option<&Value>, read: &PageSummary) -> (Vec<Grid>, Vec<Row>, Vec<Grid>) {
+fn figures(stage: Stage, all: Option<&Value>, read: &PageSummary) -> (Vec<Grid>, Vec<ReadableFigure>, Vec<Grid>) {
     let Some(all) = all else {
         return (Vec::new(), Vec::new(), Vec::new());
     };
@@ -143,12 +143,12 @@ fn figures(stage: Stage, all: Option<&Value>, read: &PageSummary) -> (Vec<Grid>,
     if !tables.is_empty() {
         skip.extend(shown);
     }
-    let (rows, grids) = readable::flatten(all, &skip);
+    let (rows, grids) = readable::flatten_value(all, &skip);
     (tables, rows, grids)
 }
 
 /// More than about half a page of figures.
-fn is_long(rows: &[Row], grids: &[Grid]) -> bool {
+fn is_long(rows: &[ReadableFigure], grids: &[Grid]) -> bool {
     rows.len() + grids.iter().map(|g| g.rows.len()).sum::<usize>() > 14
 }
 
@@ -156,15 +156,15 @@ fn is_long(rows: &[Row], grids: &[Grid]) -> bool {
 const SHOWN: [&str; 6] = ["run", "spindle", "tool", "weights", "verdict", "plain_words"];
 
 /// Whatever no stage claims.
-fn further(summary: &Value, pictures: Vec<Picture>) -> Option<Section> {
+fn further(summary: &Value, pictures: Vec<Picture>) -> Option<HtmlSection> {
     let staged = |key: &str| Stage::ALL.iter().any(|s| s.key() == key);
     let rest = summary.as_object().map(|map| {
         let kept = map.iter().filter(|(k, _)| !staged(k) && !SHOWN.contains(&k.as_str()) && *k != "certificates");
         Value::Object(kept.map(|(k, v)| (k.clone(), v.clone())).collect())
     });
-    let (rows, grids) = readable::flatten(&rest.unwrap_or(Value::Null), &["certificates"]);
-    let rows: Vec<Row> = rows.into_iter().filter(|r| !r.label.is_empty()).collect();
-    (!(rows.is_empty() && grids.is_empty() && pictures.is_empty())).then(|| Section {
+    let (rows, grids) = readable::flatten_value(&rest.unwrap_or(Value::Null), &["certificates"]);
+    let rows: Vec<ReadableFigure> = rows.into_iter().filter(|r| !r.label.is_empty()).collect();
+    (!(rows.is_empty() && grids.is_empty() && pictures.is_empty())).then(|| HtmlSection {
         tables: Vec::new(),
         long: is_long(&rows, &grids),
         anchor: "further".to_owned(),
@@ -177,7 +177,7 @@ fn further(summary: &Value, pictures: Vec<Picture>) -> Option<Section> {
 }
 
 /// The figures a reader asks for first.
-fn tiles(read: &PageSummary) -> Vec<Row> {
+fn tiles(read: &PageSummary) -> Vec<ReadableFigure> {
     if read.is_unstable {
         return vec![];
     }
@@ -199,19 +199,19 @@ fn tiles(read: &PageSummary) -> Vec<Row> {
         ("ISO zone, PID", zone(&read.sensitivity.pid)),
         ("gap on held-out data, after", number(gap)),
     ];
-    let row = |(label, value): (&str, Option<String>)| Some(Row { label: label.to_owned(), value: value? });
+    let row = |(label, value): (&str, Option<String>)| Some(ReadableFigure { label: label.to_owned(), value: value? });
     wanted.into_iter().filter_map(row).collect()
 }
 
 /// `certificates` of the whole and of each stage.
-fn certificates(summary: &Value) -> Vec<Row> {
+fn certificates(summary: &Value) -> Vec<ReadableFigure> {
     let mut all = Vec::new();
     let stages = summary.as_object().into_iter().flatten();
     let nested = stages.filter_map(|(key, stage)| Some((words(key), stage.get("certificates")?)));
     let own = summary.get("certificates").map(|c| (String::new(), c));
     for (stage, found) in own.into_iter().chain(nested) {
-        let (rows, _) = readable::flatten(found, &[]);
-        all.extend(rows.into_iter().map(|r| Row {
+        let (rows, _) = readable::flatten_value(found, &[]);
+        all.extend(rows.into_iter().map(|r| ReadableFigure {
             label: if stage.is_empty() { r.label.clone() } else { format!("{stage}: {}", r.label) },
             value: r.value,
         }));

@@ -22,7 +22,7 @@ pub struct TopicError {
 
 /// The line at the top: `verdict`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(crate) struct Verdict {
+pub(crate) struct VerdictLine {
     /// Whether every target is met; `None` when the run had none.
     pub(crate) met: Option<bool>,
     /// One sentence.
@@ -32,7 +32,7 @@ pub(crate) struct Verdict {
 /// A topic of the µ controller and of the PID.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(default)]
-pub(crate) struct Rivals<T> {
+pub(crate) struct RivalTopic<T> {
     pub(crate) mu: Option<T>,
     pub(crate) pid: Option<T>,
 }
@@ -57,13 +57,13 @@ pub(crate) struct PageSummary {
     run: Option<String>,
     spindle: Option<String>,
     tool: Option<String>,
-    verdict: Option<Verdict>,
+    verdict: Option<VerdictLine>,
     plain_words: Option<PlainWords>,
     pub(crate) updating: Option<UpdatingSummary>,
     pub(crate) design: Option<DesignSummary>,
     tightening: Option<Quoted>,
-    pub(crate) stiffness: Rivals<StiffnessSummary>,
-    pub(crate) sensitivity: Rivals<SensitivitySummary>,
+    pub(crate) stiffness: RivalTopic<StiffnessSummary>,
+    pub(crate) sensitivity: RivalTopic<SensitivitySummary>,
     pub(crate) diagnosis: Option<DiagnosisSummary>,
     /// The design is unstable: its figures are not shown at the top.
     pub(crate) is_unstable: bool,
@@ -113,7 +113,7 @@ impl PageSummary {
     }
 
     /// The verdict that the run states, or the one that its figures imply.
-    pub(crate) fn verdict(&self) -> Verdict {
+    pub(crate) fn verdict(&self) -> VerdictLine {
         if let Some(stated) = &self.verdict {
             return stated.clone();
         }
@@ -140,7 +140,7 @@ impl PageSummary {
             }
         }
         let sentence = parts.join("; ");
-        Verdict { met, sentence: if sentence.is_empty() { "No targets in this run.".to_owned() } else { sentence } }
+        VerdictLine { met, sentence: if sentence.is_empty() { "No targets in this run.".to_owned() } else { sentence } }
     }
 
     /// The run in sentences: those that it wrote itself, else those that its figures give; and what is proven.

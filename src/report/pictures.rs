@@ -4,7 +4,7 @@
 //! a detail after a hyphen: `channel-front_x-from-rear_y`. The page takes section and order from the picture, so that
 //! a page rebuilt from the files is the page of the run.
 
-use super::sections::Section;
+use super::sections::PageSection;
 
 /// A kind of picture, in the order in which a section shows them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -90,57 +90,57 @@ impl Picture {
     ];
 
     /// Stem and section.
-    fn entry(self) -> (&'static str, Section) {
+    fn entry(self) -> (&'static str, PageSection) {
         match self {
-            Self::Campbell => ("campbell", Section::Model),
-            Self::BodeFront => ("bode_front", Section::Updating),
-            Self::BodeRear => ("bode_rear", Section::Updating),
-            Self::ModeShapes => ("mode_shapes", Section::Updating),
-            Self::ModulusFactors => ("modulus_factors", Section::Updating),
-            Self::Determinability => ("determinability", Section::Updating),
-            Self::FrequencyErrors => ("frequency_errors", Section::Updating),
-            Self::Mu => ("mu", Section::Design),
-            Self::MuIterations => ("mu_iterations", Section::Design),
-            Self::MuOrder => ("mu_order", Section::Design),
-            Self::OrderCurve => ("order_curve", Section::Design),
-            Self::MuSpeed => ("mu_speed", Section::Design),
-            Self::SpeedStability => ("speed_stability", Section::Design),
-            Self::DScales => ("d_scales", Section::Design),
-            Self::ControllerBode => ("controller_bode", Section::Design),
-            Self::Tools => ("tools", Section::Table),
-            Self::ToolsStiffness => ("tools_stiffness", Section::Table),
-            Self::Stiffness => ("stiffness", Section::Stiffness),
-            Self::StiffnessWorst => ("stiffness_worst", Section::Stiffness),
-            Self::Sensitivity => ("sensitivity", Section::Sensitivity),
-            Self::SensitivityWorst => ("sensitivity_worst", Section::Sensitivity),
-            Self::Nyquist => ("nyquist", Section::Sensitivity),
-            Self::Poles => ("poles", Section::Sensitivity),
-            Self::Animation => ("animation", Section::Simulation),
-            Self::Response => ("response", Section::Simulation),
-            Self::Orbits => ("orbits", Section::Simulation),
-            Self::UnbalanceSpeed => ("unbalance_speed", Section::Simulation),
-            Self::Contact => ("contact", Section::Simulation),
-            Self::Chatter => ("chatter", Section::Machining),
-            Self::Localisation => ("localisation", Section::Diagnosis),
-            Self::LocalisationPlaces => ("localisation_places", Section::Diagnosis),
-            Self::Impedance => ("impedance", Section::Diagnosis),
-            Self::Ranking => ("ranking", Section::Diagnosis),
-            Self::Residual => ("residual", Section::Diagnosis),
-            Self::Hammer => ("hammer", Section::Diagnosis),
-            Self::Channel => ("channel", Section::Diagnosis),
+            Self::Campbell => ("campbell", PageSection::Model),
+            Self::BodeFront => ("bode_front", PageSection::Updating),
+            Self::BodeRear => ("bode_rear", PageSection::Updating),
+            Self::ModeShapes => ("mode_shapes", PageSection::Updating),
+            Self::ModulusFactors => ("modulus_factors", PageSection::Updating),
+            Self::Determinability => ("determinability", PageSection::Updating),
+            Self::FrequencyErrors => ("frequency_errors", PageSection::Updating),
+            Self::Mu => ("mu", PageSection::Design),
+            Self::MuIterations => ("mu_iterations", PageSection::Design),
+            Self::MuOrder => ("mu_order", PageSection::Design),
+            Self::OrderCurve => ("order_curve", PageSection::Design),
+            Self::MuSpeed => ("mu_speed", PageSection::Design),
+            Self::SpeedStability => ("speed_stability", PageSection::Design),
+            Self::DScales => ("d_scales", PageSection::Design),
+            Self::ControllerBode => ("controller_bode", PageSection::Design),
+            Self::Tools => ("tools", PageSection::Table),
+            Self::ToolsStiffness => ("tools_stiffness", PageSection::Table),
+            Self::Stiffness => ("stiffness", PageSection::Stiffness),
+            Self::StiffnessWorst => ("stiffness_worst", PageSection::Stiffness),
+            Self::Sensitivity => ("sensitivity", PageSection::Sensitivity),
+            Self::SensitivityWorst => ("sensitivity_worst", PageSection::Sensitivity),
+            Self::Nyquist => ("nyquist", PageSection::Sensitivity),
+            Self::Poles => ("poles", PageSection::Sensitivity),
+            Self::Animation => ("animation", PageSection::Simulation),
+            Self::Response => ("response", PageSection::Simulation),
+            Self::Orbits => ("orbits", PageSection::Simulation),
+            Self::UnbalanceSpeed => ("unbalance_speed", PageSection::Simulation),
+            Self::Contact => ("contact", PageSection::Simulation),
+            Self::Chatter => ("chatter", PageSection::Machining),
+            Self::Localisation => ("localisation", PageSection::Diagnosis),
+            Self::LocalisationPlaces => ("localisation_places", PageSection::Diagnosis),
+            Self::Impedance => ("impedance", PageSection::Diagnosis),
+            Self::Ranking => ("ranking", PageSection::Diagnosis),
+            Self::Residual => ("residual", PageSection::Diagnosis),
+            Self::Hammer => ("hammer", PageSection::Diagnosis),
+            Self::Channel => ("channel", PageSection::Diagnosis),
         }
     }
 
     /// The picture of its kind that a detail tells apart from the others.
-    pub fn detailed(self, detail: impl Into<String>) -> PictureName {
+    pub fn with_detail(self, detail: impl Into<String>) -> PictureName {
         PictureName { kind: self, detail: detail.into() }
     }
 
     /// The picture of its kind with a number: none for the first, from 2 on for the others.
-    pub fn numbered(self, number: usize) -> PictureName {
+    pub fn with_number(self, number: usize) -> PictureName {
         match number {
             0 | 1 => self.into(),
-            more => self.detailed(more.to_string()),
+            more => self.with_detail(more.to_string()),
         }
     }
 }
@@ -154,13 +154,13 @@ pub struct PictureName {
 
 impl From<Picture> for PictureName {
     fn from(kind: Picture) -> Self {
-        kind.detailed("")
+        kind.with_detail("")
     }
 }
 
 impl PictureName {
     /// The section that shows it.
-    pub(crate) fn section(&self) -> Section {
+    pub(crate) fn section(&self) -> PageSection {
         self.kind.entry().1
     }
 
@@ -177,6 +177,6 @@ impl PictureName {
     pub fn of_stem(stem: &str) -> Option<Self> {
         let (kind, detail) = stem.split_once('-').unwrap_or((stem, ""));
         let mut all = Picture::ALL.into_iter();
-        Some(all.find(|k| k.entry().0 == kind)?.detailed(detail))
+        Some(all.find(|k| k.entry().0 == kind)?.with_detail(detail))
     }
 }

@@ -6,7 +6,7 @@ use serde_json::Value;
 
 /// A figure in words.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
-pub(crate) struct Row {
+pub(crate) struct ReadableFigure {
     /// What it is.
     pub label: String,
     /// Its value with the unit.
@@ -105,7 +105,7 @@ pub(crate) fn four_digits(x: f64) -> String {
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
 }
 
-fn scaled(x: f64, unit: Option<&Unit>) -> (f64, &'static str) {
+fn scale_to_unit(x: f64, unit: Option<&Unit>) -> (f64, &'static str) {
     let Some(u) = unit else { return (x, "") };
     let y = x * u.factor;
     // Lengths and times stand in micro units unless they are large.
@@ -118,7 +118,7 @@ fn scaled(x: f64, unit: Option<&Unit>) -> (f64, &'static str) {
 }
 
 fn with_unit(x: f64, unit: Option<&Unit>) -> String {
-    let (y, printed) = scaled(x, unit);
+    let (y, printed) = scale_to_unit(x, unit);
     let gap = if printed.is_empty() || printed == "°" { "" } else { " " };
     format!("{}{gap}{printed}", four_digits(y))
 }
@@ -149,7 +149,7 @@ fn plain(value: &Value, unit: Option<&Unit>) -> String {
 }
 
 /// Everything below a value as rows and grids, in the order of the file. Keys in `skip` are left out.
-pub(crate) fn flatten(value: &Value, skip: &[&str]) -> (Vec<Row>, Vec<Grid>) {
+pub(crate) fn flatten_value(value: &Value, skip: &[&str]) -> (Vec<ReadableFigure>, Vec<Grid>) {
     let (mut rows, mut grids) = (Vec::new(), Vec::new());
     walk(("", None), "", value, skip, &mut rows, &mut grids);
     (rows, grids)
@@ -160,7 +160,7 @@ fn walk(
     key: &str,
     value: &Value,
     skip: &[&str],
-    rows: &mut Vec<Row>,
+    rows: &mut Vec<ReadableFigure>,
     grids: &mut Vec<Grid>,
 ) {
     let (own, unit) = split(key);
@@ -176,7 +176,7 @@ fn walk(
         Value::Object(map) if map.len() > 2 && map.values().all(Value::is_number) && inherited_only(map, unit) => {
             let cells = map.iter().map(|(k, v)| format!("{} {}", words(k), plain(v, unit)));
             let value = cells.collect::<Vec<_>>().join(", ");
-            rows.push(Row { label, value });
+            rows.push(ReadableFigure { label, value });
         }
         Value::Object(map) => {
             for (k, v) in map.iter().filter(|(k, _)| !skip.contains(&k.as_str())) {
@@ -186,8 +186,8 @@ fn walk(
         Value::Array(items) if !items.is_empty() && items.iter().all(Value::is_object) => {
             grids.push(grid(&label, items));
         }
-        Value::Array(items) if items.is_empty() => rows.push(Row { label, value: "none".to_owned() }),
-        scalar => rows.push(Row { label, value: plain(scalar, unit) }),
+        Value::Array(items) if items.is_empty() => rows.push(ReadableFigure { label, value: "none".to_owned() }),
+        scalar => rows.push(ReadableFigure { label, value: plain(scalar, unit) }),
     }
 }
 

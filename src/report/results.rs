@@ -174,11 +174,11 @@ impl ResultsFolder {
     /// [`ResultsError`] with the file or folder that must not be touched, or that the file system refused. The target
     /// is as it was.
     pub fn write(&self, target: &Path) -> Result<(), ResultsError> {
-        let target = resolved(target)?;
-        let _lock = locked(&target)?;
+        let target = resolve_target(target)?;
+        let _lock = lock_target(&target)?;
         let earlier = manifest(&target)?;
         let mut stale = BTreeSet::new();
-        for path in unchanged(&target, &earlier)? {
+        for path in list_unchanged(&target, &earlier)? {
             if !self.files.contains_key(path) {
                 stale.insert(path.to_owned());
             }
@@ -194,8 +194,8 @@ impl ResultsFolder {
     /// # Errors
     /// As [`Self::write`], for the files that are added.
     pub(crate) fn write_into(&self, target: &Path) -> Result<(), ResultsError> {
-        let target = resolved(target)?;
-        let _lock = locked(&target)?;
+        let target = resolve_target(target)?;
+        let _lock = lock_target(&target)?;
         let earlier = manifest(&target)?;
         for (path, bytes) in &self.files {
             let file = target.join(path);
@@ -221,7 +221,7 @@ impl ResultsFolder {
         manifest: Manifest,
     ) -> Result<(), ResultsError> {
         let replacement = Replacement { target, files: &self.files, earlier, stale, manifest: &manifest };
-        replacement.carry_out().map_err(refused)
+        replacement.carry_out().map_err(name_refusal)
     }
 }
 
@@ -231,9 +231,9 @@ impl ResultsFolder {
 /// # Errors
 /// [`ResultsError`] with what must not be touched.
 pub fn claim(target: &Path, names: &[&str], inputs: &[&str]) -> Result<(), ResultsError> {
-    let target = resolved(target)?;
+    let target = resolve_target(target)?;
     let earlier = manifest(&target)?;
-    let written: Vec<PathBuf> = unchanged(&target, &earlier)?.into_iter().map(|path| target.join(path)).collect();
+    let written: Vec<PathBuf> = list_unchanged(&target, &earlier)?.into_iter().map(|path| target.join(path)).collect();
     for input in inputs {
         let Ok(read) = std::fs::canonicalize(input) else {
             continue;
@@ -246,23 +246,23 @@ pub fn claim(target: &Path, names: &[&str], inputs: &[&str]) -> Result<(), Resul
     for name in names {
         is_free(&target, &earlier, name, None)?;
     }
-    try_writing(&target).map_err(refused)
+    try_writing(&target).map_err(name_refusal)
 }
 
 /// An error of the file system.
-fn refused((path, source): (PathBuf, io::Error)) -> ResultsError {
+fn name_refusal((path, source): (PathBuf, io::Error)) -> ResultsError {
     ResultsError::Io { path, source }
 }
 
 /// Keeps other runs out of the folder from before it is looked at until it is written.
-fn locked(target: &Path) -> Result<Lock, ResultsError> {
+fn lock_target(target: &Path) -> Result<Lock, ResultsError> {
     let folder = parent(target);
-    std::fs::create_dir_all(folder).map_err(|source| refused((folder.to_owned(), source)))?;
-    Lock::beside(target).map_err(refused)
+    std::fs::create_dir_all(folder).map_err(|source| name_refusal((folder.to_owned(), source)))?;
+    Lock::beside(target).map_err(name_refusal)
 }
 
 /// The folder itself, links followed and `..` resolved.
-fn resolved(target: &Path) -> Result<PathBuf, ResultsError> {
+fn resolve_target(target: &Path) -> Result<PathBuf, ResultsError> {
     let path = target.to_owned();
     let Ok(found) = absolute(target) else {
         return Err(ResultsError::BrokenLink { path });
@@ -281,7 +281,7 @@ fn manifest(target: &Path) -> Result<Manifest, ResultsError> {
 }
 
 /// Listed files that exist; all of them must be as muspin wrote them.
-fn unchanged<'a>(target: &Path, earlier: &'a Manifest) -> Result<Vec<&'a str>, ResultsError> {
+fn list_unchanged<'a>(target: &Path, earlier: &'a Manifest) -> Result<Vec<&'a str>, ResultsError> {
     let mut found = vec![];
     for path in earlier.paths() {
         let file = target.join(path);

@@ -53,7 +53,8 @@ impl Draft {
 /// less `nose_m` are those of the spindle.
 pub(crate) fn spindle_draft(
     name: &str,
-    (sections, discs): (&[Section], &[Disc]),
+    sections: &[Section],
+    discs: &[Disc],
     rotor: &RossRotor,
     nose_m: f64,
 ) -> SpindleDraft {

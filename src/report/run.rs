@@ -6,7 +6,7 @@ use super::identification::IdentificationSummary;
 use super::pictures::Picture;
 use super::pid_summary::{NoPid, PidSummary};
 use super::plot::Role;
-use super::plot::loops::{MarkedFrequency, Peak};
+use super::plot::loops::{MarkedFrequency, MarkedPeak};
 use super::prediction_summary::damping_ratios;
 use super::run_figures::{open_loop, predictions, robustness, shapes};
 use super::summary::finite_all;
@@ -192,13 +192,13 @@ fn add_pictures(report: &mut Report, run: &Run, curves: &Curves) -> Result<(), R
 
 fn marks(targets: &Targets) -> [Vec<MarkedFrequency>; 2] {
     [0, 1].map(|bearing| {
-        let resonances = targets.resonances.iter().flatten().map(|t| (t, Peak::Resonance));
+        let resonances = targets.resonances.iter().flatten().map(|t| (t, MarkedPeak::Resonance));
         let zeros = targets
             .antiresonances
             .get(bearing)
             .into_iter()
             .flat_map(|f| f.antiresonances.iter().flatten())
-            .map(|t| (t, Peak::Antiresonance));
+            .map(|t| (t, MarkedPeak::Antiresonance));
         resonances.chain(zeros).map(|(t, peak)| MarkedFrequency { frequency_hz: t.frequency_hz, peak }).collect()
     })
 }

@@ -2,7 +2,7 @@
 
 use super::pictures::Picture;
 use super::plot::loops::{MarkedFrequency, ResponseCurve, bode, dynamic_stiffness, sensitivity};
-use super::plot::robustness::{DFit, MuStep, d_fits, mu_against_order, mu_over_frequency, mu_per_iteration};
+use super::plot::robustness::{MuStep, PlottedScale, d_fits, mu_against_order, mu_over_frequency, mu_per_iteration};
 use super::plot::shaft::{OutlinePiece, ShapeCurve, Station, StationKind, mode_shapes};
 use super::plot::speed::{Proven, mu_over_speed, stability_over_speed};
 use super::plot::{Curve, Figure, Role};
@@ -119,11 +119,11 @@ fn iteration(problems: &Problems, dk: &DkDesign) -> [(Picture, Figure); 3] {
     let modes = problems.covered_modes.iter();
     let names: Vec<String> =
         modes.map(|mode| format!("mode {}", mode.number + 1)).chain(channel_names(&problems.aim)).collect();
-    let fits: Vec<DFit> = dk
+    let fits: Vec<PlottedScale> = dk
         .d_scales
         .iter()
         .zip(&names)
-        .map(|(d, name)| DFit { name, frequency_hz: &d.frequency_hz, data: &d.asked, fit: &d.used })
+        .map(|(d, name)| PlottedScale { name, frequency_hz: &d.frequency_hz, data: &d.asked, fit: &d.used })
         .collect();
     [
         (Picture::DScales, d_fits("D-scales of the uncertainty", &fits)),

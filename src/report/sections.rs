@@ -3,7 +3,7 @@
 /// A stage of the run as a section of the page, in the order of the page.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
-pub enum Section {
+pub enum PageSection {
     Model,
     Identification,
     Updating,
@@ -20,7 +20,7 @@ pub enum Section {
     Diagnosis,
 }
 
-impl Section {
+impl PageSection {
     /// All sections in the order of the page.
     pub const ALL: [Self; 14] = [
         Self::Model,

@@ -1,12 +1,12 @@
 //! Figures of a time response beside their limits, and the frames of its animation.
 
-use super::plot::animation::{Motion, OrbitPlane};
+use super::plot::animation::{AnimatedMotion, OrbitPlane};
 use super::plot::figure::Figure;
 use super::plot::motion::{TimePanel, time_responses};
 use super::plot::{Curve, Role};
 use super::summary::finite;
 use crate::controller::anti_windup::AntiWindup;
-use crate::pipeline::simulation::{Limits, Simulated};
+use crate::pipeline::simulation::{Simulated, SimulationLimits};
 use crate::predict::recovery::Recovery;
 use crate::predict::shaft_line::ShaftLine;
 use crate::predict::time::{TimeResponse, TimeSample};
@@ -203,7 +203,7 @@ pub(crate) fn push_figure(
     machine: &Machine,
     title: &str,
     responses: &[(&str, Role, &TimeResponse)],
-    limits: &Limits,
+    limits: &SimulationLimits,
 ) -> Figure {
     let clearance = 1e6 * machine.spindle.backup_clearance_m;
     let stops = vec![(clearance, "backup bearing"), (-clearance, "backup bearing")];
@@ -219,21 +219,21 @@ pub(crate) fn push_figure(
             title: "Front bearing x",
             label: "x",
             unit: "µm",
-            curves: named(responses, &time, &front),
+            curves: name_curves(responses, &time, &front),
             limits: stops.clone(),
         },
         TimePanel {
             title: "Rear bearing x",
             label: "x",
             unit: "µm",
-            curves: named(responses, &time, &rear),
+            curves: name_curves(responses, &time, &rear),
             limits: stops,
         },
         TimePanel {
             title: "Control current front x",
             label: "i",
             unit: "A",
-            curves: named(responses, &time, &current),
+            curves: name_curves(responses, &time, &current),
             limits: vec![(limits.current_a, "limit"), (-limits.current_a, "limit")],
         },
     ];
@@ -241,7 +241,7 @@ pub(crate) fn push_figure(
 }
 
 /// Curves of the responses, each over its own time.
-fn named<'a>(
+fn name_curves<'a>(
     responses: &[(&'a str, Role, &TimeResponse)],
     time: &'a [Vec<f64>],
     values: &'a [Vec<f64>],
@@ -268,14 +268,14 @@ pub(crate) fn motion(
     response: &TimeResponse,
     title: &str,
     speed_rad_s: f64,
-) -> Result<Motion, SpindleError> {
+) -> Result<AnimatedMotion, SpindleError> {
     let line = ShaftLine::new(machine, STATIONS)?;
     let samples = &response.samples;
     let period = machine.spindle.electronics.sample_period_s();
     let (from, to) = window(samples, speed_rad_s, period);
     let steps = ((to - from) / period).ceil().clamp(2.0, FRAMES as f64) as usize;
     let time_s: Vec<f64> = (0..=steps).map(|k| from + (to - from) * k as f64 / steps as f64).collect();
-    let at: Vec<[f64; 6]> = time_s.iter().map(|t| interpolated(samples, t / period)).collect();
+    let at: Vec<[f64; 6]> = time_s.iter().map(|t| interpolate_samples(samples, t / period)).collect();
     let frames = at.iter().map(|d| [line.through([d[0], d[2], d[4]]), line.through([d[1], d[3], d[5]])]).collect();
     let planes = &machine.spindle.planes;
     let plane = |name: &str, position_m: f64, in_bearing: bool, k: usize| OrbitPlane {
@@ -285,7 +285,7 @@ pub(crate) fn motion(
         x_m: at.iter().map(|d| d[2 * k]).collect(),
         y_m: at.iter().map(|d| d[2 * k + 1]).collect(),
     };
-    Ok(Motion {
+    Ok(AnimatedMotion {
         title: title.to_owned(),
         position_m: line.position_m.clone(),
         frames,
@@ -321,7 +321,7 @@ fn window(samples: &[TimeSample], speed_rad_s: f64, period: f64) -> (f64, f64) {
 }
 
 /// Displacements between two samples.
-fn interpolated(samples: &[TimeSample], place: f64) -> [f64; 6] {
+fn interpolate_samples(samples: &[TimeSample], place: f64) -> [f64; 6] {
     let k = place.max(0.0).floor() as usize;
     let last = samples.len().saturating_sub(1);
     let of = |k: usize| samples.get(k.min(last)).map(|s| s.displacements_m).unwrap_or_default();

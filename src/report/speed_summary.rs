@@ -2,7 +2,7 @@
 
 use super::summary::finite;
 use crate::controller::speed_proof::SpeedProof;
-use crate::controller::verification::{Verification, rate_words};
+use crate::controller::verification::{Verification, growth_words};
 use crate::pipeline::design::Design;
 use serde::{Deserialize, Serialize};
 
@@ -45,9 +45,8 @@ fn speed_sentence(proof: &SpeedProof) -> String {
     }
     match proof.slowest() {
         Some(worst) if worst.growth_rate_per_s >= 0.0 => format!(
-            "Stability is proven from rest to {to:.0} rpm; at {:.0} rpm the loop grows by {} 1/s.",
-            worst.centre_rpm,
-            rate_words(worst.growth_rate_per_s, 1)
+            "Stability is proven from rest to {to:.0} rpm; the loop {}.",
+            growth_words(worst.growth_rate_per_s, worst.centre_rpm)
         ),
         _ => format!(
             "Stability is proven from rest to {to:.0} rpm; beyond, the loop is stable at the speeds computed, with no \
@@ -59,15 +58,15 @@ fn speed_sentence(proof: &SpeedProof) -> String {
 /// A centre of the proof.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[serde(default)]
-pub(super) struct SpeedInterval {
+pub(super) struct ProofCentre {
     speed_rpm: Option<f64>,
     proven_within_rpm: Option<f64>,
     growth_rate_per_s: Option<f64>,
 }
 
 /// Every centre of the proof.
-pub(crate) fn speed_intervals(proof: &SpeedProof) -> Vec<SpeedInterval> {
-    let each = proof.intervals.iter().map(|i| SpeedInterval {
+pub(crate) fn speed_intervals(proof: &SpeedProof) -> Vec<ProofCentre> {
+    let each = proof.intervals.iter().map(|i| ProofCentre {
         speed_rpm: finite(i.centre_rpm),
         proven_within_rpm: finite(i.radius_rpm),
         growth_rate_per_s: finite(i.growth_rate_per_s),

@@ -7,7 +7,7 @@ use super::plot::{Curve, Role};
 use super::simulation::motion;
 use super::tables::Table;
 use super::whole::{Report, ReportError};
-use crate::pipeline::simulation::{Limits, Simulated};
+use crate::pipeline::simulation::{Simulated, SimulationLimits};
 use crate::predict::time::{TimeResponse, TimeSample};
 use crate::spindle::Machine;
 use std::f64::consts::TAU;
@@ -23,7 +23,8 @@ const PLACES: [&str; 6] = ["tool_x", "tool_y", "front_x", "front_y", "rear_x", "
 pub(crate) fn add_simulation(
     report: &mut Report,
     machine: &Machine,
-    (name, speed_rpm): (&str, f64),
+    name: &str,
+    speed_rpm: f64,
     simulated: &Simulated,
 ) -> Result<(), ReportError> {
     let response = &simulated.response;
@@ -41,7 +42,7 @@ fn add_response(
     machine: &Machine,
     response: &TimeResponse,
     name: &str,
-    limits: &Limits,
+    limits: &SimulationLimits,
 ) -> Result<(), ReportError> {
     report.folder.add_table("response.csv", &table(response))?;
     let column = |of: &dyn Fn(&TimeSample) -> f64| response.samples.iter().map(of).collect();

@@ -140,7 +140,7 @@ impl VariantSummary {
         let name = route_word(other.route);
         let found = match &other.found {
             Ok(found) => Self::of(name, &found.0, &found.1),
-            Err(failure) => Self::failed(name, failure.clone()),
+            Err(failure) => Self::failed_variant(name, failure.clone()),
         };
         match route {
             Route::Direct => [own, found],
@@ -149,7 +149,7 @@ impl VariantSummary {
     }
 
     /// A design that does not survive sampling.
-    fn failed(name: &str, failure: String) -> Self {
+    fn failed_variant(name: &str, failure: String) -> Self {
         Self::Failed { design: name.to_owned(), stable: false, failure }
     }
 }

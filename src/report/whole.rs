@@ -2,7 +2,7 @@
 
 use super::html::{self, HtmlError};
 use super::loop_figures::{MarginSummary, loop_figures};
-use super::page_summary::Verdict;
+use super::page_summary::VerdictLine;
 use super::pictures::PictureName;
 use super::plot::figure::Figure;
 use super::prediction_summary::{SensitivitySummary, StiffnessSummary};
@@ -68,7 +68,7 @@ impl Report {
 
     /// States whether every target is met, and the sentence about it.
     pub(crate) fn verdict(&mut self, met: bool, sentence: &str) {
-        let verdict = Verdict { met: Some(met), sentence: sentence.to_owned() };
+        let verdict = VerdictLine { met: Some(met), sentence: sentence.to_owned() };
         self.summary.set("verdict", verdict);
     }
 

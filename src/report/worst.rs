@@ -2,7 +2,7 @@
 
 use super::comparison_figures::NamedWorst;
 use super::summary::{finite, finite_all};
-use crate::controller::verification::rate_words;
+use crate::controller::verification::growth_words;
 use crate::pipeline::comparison::LOW_HZ;
 use crate::pipeline::worst::WorstPrediction;
 use crate::predict::worst_case::WorstCurve;
@@ -147,11 +147,7 @@ pub(crate) fn least_over_speed(worst: &[WorstPrediction]) -> Result<Least, Strin
 }
 
 fn unstable_within(worst: &WorstPrediction) -> String {
-    format!(
-        "unstable within the uncertainty: a loop grows by {} 1/s at {:.0} rpm",
-        rate_words(worst.corner_growth_rate_per_s, 1),
-        worst.speed_rpm
-    )
+    format!("unstable within the uncertainty: a loop {}", growth_words(worst.corner_growth_rate_per_s, worst.speed_rpm))
 }
 
 impl From<&WorstPrediction> for WorstAtSpeed {

@@ -47,11 +47,11 @@ impl FrequencyFloor {
 
     /// True when a frequency shows that no controller reaches `level`, with the outputs of the plant multiplied by
     /// `left` and its inputs by `right`.
-    pub(super) fn is_above(&self, level: f64, (left, right): (&[f64], &[f64])) -> bool {
+    pub(super) fn is_above(&self, level: f64, left: &[f64], right: &[f64]) -> bool {
         let first = self.last.load(Ordering::Relaxed);
         let order = (first..self.responses.len()).chain(0..first);
         for k in order {
-            if self.exceeds(&self.responses[k], level, (left, right)) {
+            if self.exceeds(&self.responses[k], level, left, right) {
                 self.last.store(k, Ordering::Relaxed);
                 return true;
             }
@@ -59,7 +59,7 @@ impl FrequencyFloor {
         false
     }
 
-    fn exceeds(&self, response: &Mat<c64>, level: f64, (left, right): (&[f64], &[f64])) -> bool {
+    fn exceeds(&self, response: &Mat<c64>, level: f64, left: &[f64], right: &[f64]) -> bool {
         let (p, m) = (self.rows, self.columns);
         let entry = |i: usize, j: usize| {
             let value = response[(i, j)] * (left[i] * right[j]);
@@ -149,7 +149,7 @@ mod tests {
     #[test]
     fn the_floor_is_what_the_control_neither_reaches_nor_reads() {
         let floor = FrequencyFloor::new(&plant()).expect("the plant has a pole");
-        let above = |level: f64, left: f64| floor.is_above(level, (&[1.0, left, 1.0], &[1.0; 3]));
+        let above = |level: f64, left: f64| floor.is_above(level, &[1.0, left, 1.0], &[1.0; 3]);
         // z₂ alone has the norm √5; with w along (−1/2, 1) unread: |(−1/2)/(jω + 1)|² + (3/2)² over 5/4, at most 2.
         let level = 5f64.sqrt();
         assert!(above(0.999 * level, 1.0) && !above(1.001 * level, 1.0));

@@ -64,12 +64,12 @@ pub(crate) fn scales_to(
     // γ to 0.1 % decides between neighbours a tenth apart.
     let settings = HinfSettings { rel_tol: 1e-3, ..HinfSettings::default() };
     let exp = |ln: &[f64]| ln.iter().map(|l| l.exp()).collect::<Vec<f64>>();
-    let at = |ln: &[f64]| scaled(plant, &exp(ln));
+    let at = |ln: &[f64]| scale_signals(plant, &exp(ln));
     let floor = FrequencyFloor::new(plant)?;
     // A single frequency shows of most trials that they are worse.
     let reaches = |ln: &[f64], level: f64| {
         let [left, right] = channel_scales(plant, &exp(ln));
-        !floor.is_above(level, (&left, &right)) && matches!(is_feasible(&at(ln), level), Ok(true))
+        !floor.is_above(level, &left, &right) && matches!(is_feasible(&at(ln), level), Ok(true))
     };
     let mut ln: Vec<f64> = (0..free).map(|k| start.get(k).map_or(0.0, |d| d.ln())).collect();
     let reached = enough > 0.0 && reaches(&ln, enough);
@@ -141,7 +141,7 @@ impl Tried {
 }
 
 /// The plant with its uncertainty channels scaled: outputs of block i by dᵢ, inputs by 1/dᵢ. Blocks are kept.
-pub fn scaled(plant: &GeneralizedPlant, scale: &[f64]) -> GeneralizedPlant {
+pub fn scale_signals(plant: &GeneralizedPlant, scale: &[f64]) -> GeneralizedPlant {
     let [left, right] = channel_scales(plant, scale);
     let diagonal = |d: &[f64]| Mat::from_fn(d.len(), d.len(), |i, j| if i == j { d[i] } else { 0.0 });
     GeneralizedPlant {

@@ -210,11 +210,11 @@ impl Scaling {
     }
 
     /// The upper bound of μ(M) that this scaling proves, by direct evaluation; NaN when it cannot be evaluated.
-    pub fn bound(&self, m: &Mat<c64>) -> f64 {
+    pub fn bound_at(&self, m: &Mat<c64>) -> f64 {
         self.squared_bound(m).map_or(f64::NAN, |b| b.max(0.0).sqrt())
     }
 
-    /// As [`Self::bound`]; where the Frobenius norm of the scaled matrix, which is never below the bound, is at most
+    /// As [`Self::bound_at`]; where the Frobenius norm of the scaled matrix, which is never below the bound, is at most
     /// `enough`, that norm: a fraction of the time.
     pub(crate) fn bound_from(&self, m: &Mat<c64>, enough: f64) -> f64 {
         if self.skew.norm_max() == 0.0
@@ -230,7 +230,7 @@ impl Scaling {
                 return norm;
             }
         }
-        self.bound(m)
+        self.bound_at(m)
     }
 
     /// λ_max of the scaled inequality: the square of the bound, negative when even μ = 0 is proved with room to spare.

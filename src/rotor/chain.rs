@@ -81,14 +81,14 @@ pub struct Region {
 
 /// A displacement or force at an axial position: weights on (w, ψ) of `node` and of `node + 1`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Port {
+pub struct ChainPort {
     /// First node.
     pub node: usize,
     /// Shape functions of the element at the position; the last two are zero at the last node.
     pub weights: [f64; 4],
 }
 
-impl Port {
+impl ChainPort {
     /// Value of a nodal vector at the port.
     pub fn read(&self, x: &[[f64; 2]]) -> f64 {
         let w = &self.weights;
@@ -129,7 +129,7 @@ impl Chain {
     }
 
     /// The chain with a spring to ground at a port; a negative stiffness is the pull of a magnet.
-    pub(crate) fn with_spring(&self, port: &Port, stiffness_n_per_m: f64) -> Self {
+    pub(crate) fn with_spring(&self, port: &ChainPort, stiffness_n_per_m: f64) -> Self {
         let w = &port.weights;
         let mut chain = self.clone();
         if port.node + 1 < chain.nodes() {
@@ -159,7 +159,7 @@ impl Chain {
 
 /// Scratch for repeated factorisations of K − λM.
 #[derive(Clone, Debug)]
-pub(crate) struct Factor {
+pub(crate) struct ChainFactor {
     /// Sᵢ⁻¹ (11, 12, 22).
     inverse: Vec<[f64; 3]>,
     /// Oᵢ of the matrix that was factorised.
@@ -168,7 +168,7 @@ pub(crate) struct Factor {
     pub below: usize,
 }
 
-impl Factor {
+impl ChainFactor {
     /// Scratch for a number of nodes.
     pub(crate) fn new(nodes: usize) -> Self {
         Self { inverse: vec![[0.0; 3]; nodes], off: vec![[0.0; 4]; nodes.saturating_sub(1)], below: 0 }
@@ -218,7 +218,7 @@ impl Factor {
     }
 
     /// Forward sweep of a port vector into `y`; entries before the port's node stay untouched.
-    pub(crate) fn forward(&self, port: &Port, y: &mut [[f64; 2]]) {
+    pub(crate) fn forward(&self, port: &ChainPort, y: &mut [[f64; 2]]) {
         let w = &port.weights;
         let mut current = [w[0], w[1]];
         for (i, slot) in y.iter_mut().enumerate().skip(port.node) {
@@ -234,7 +234,7 @@ impl Factor {
     }
 
     /// cᵀ(K − λM)⁻¹b from the forward sweeps of two ports.
-    pub(crate) fn receptance(&self, c: (&Port, &[[f64; 2]]), b: (&Port, &[[f64; 2]])) -> f64 {
+    pub(crate) fn receptance(&self, c: (&ChainPort, &[[f64; 2]]), b: (&ChainPort, &[[f64; 2]])) -> f64 {
         let start = c.0.node.max(b.0.node);
         (start..self.inverse.len())
             .map(|i| {
@@ -265,7 +265,7 @@ impl Factor {
     }
 
     /// (K − λM)⁻¹ times the unit vector of a port.
-    pub(crate) fn solve_port(&self, port: &Port) -> Vec<[f64; 2]> {
+    pub(crate) fn solve_port(&self, port: &ChainPort) -> Vec<[f64; 2]> {
         let mut x = vec![[0.0; 2]; self.inverse.len()];
         let w = &port.weights;
         if let Some(v) = x.get_mut(port.node) {

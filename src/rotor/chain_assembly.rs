@@ -2,7 +2,7 @@
 
 use super::RotorError;
 use super::assembly::Rotor;
-use super::chain::{Blocks, Chain, Port, Region};
+use super::chain::{Blocks, Chain, ChainPort, Region};
 use crate::linalg::Mat;
 
 /// The chain of a rotor; regions in order of first appearance from the tool end. Factor 1 is the rotor as given.
@@ -52,7 +52,7 @@ pub fn chain(rotor: &Rotor) -> Result<Chain, RotorError> {
 ///
 /// # Errors
 /// [`RotorError::OffShaft`] for a position beyond the ends.
-pub fn port(rotor: &Rotor, what: &str, position_m: f64) -> Result<Port, RotorError> {
+pub fn port(rotor: &Rotor, what: &str, position_m: f64) -> Result<ChainPort, RotorError> {
     let shape = rotor.shape_at(what, position_m)?;
     let node = shape.iter().map(|(dof, _)| dof / 2).min().unwrap_or(0);
     let mut weights = [0.0; 4];
@@ -61,7 +61,7 @@ pub fn port(rotor: &Rotor, what: &str, position_m: f64) -> Result<Port, RotorErr
             *w = coefficient;
         }
     }
-    Ok(Port { node, weights })
+    Ok(ChainPort { node, weights })
 }
 
 fn blocks(m: &Mat<f64>) -> Result<Blocks, RotorError> {

@@ -45,8 +45,9 @@ pub fn matrices(section: &Section) -> ElementMatrices {
     let g = section.material.shear_modulus_pa * section.modulus_scale;
     let rho = section.material.density_kg_m3;
     let at = |d: [f64; 2], s: f64| d[0] + (d[1] - d[0]) * s;
-    let stiff = |s| (at(section.outer_diameter_m, s), at(section.inner_diameter_m, s));
-    let heavy = |s| (at(section.mass_outer_diameter_m, s), at(section.mass_inner_diameter_m, s));
+    let stiff = |s| Ring { outer_m: at(section.outer_diameter_m, s), inner_m: at(section.inner_diameter_m, s) };
+    let heavy =
+        |s| Ring { outer_m: at(section.mass_outer_diameter_m, s), inner_m: at(section.mass_inner_diameter_m, s) };
     let kappa = section.shear_coefficient();
     let phi = shear_parameter(section);
     let mut mass = Matrix::zeros();
@@ -57,11 +58,11 @@ pub fn matrices(section: &Section) -> ElementMatrices {
     for (x, weight) in GAUSS {
         let (s, h) = (0.5 * (1.0 + x), 0.5 * weight * l);
         let (nw, npsi, slope) = shapes(s, l, phi);
-        mass += nw * nw.transpose() * (rho * area(heavy(s)) * h);
-        rotary += npsi * npsi.transpose() * (rho * second_moment(heavy(s)) * h);
-        stiffness += slope * slope.transpose() * (e * second_moment(stiff(s)) * h);
-        area_integral += area(stiff(s)) * h;
-        polar += 2.0 * rho * second_moment(heavy(s)) * h;
+        mass += nw * nw.transpose() * (rho * heavy(s).area_m2() * h);
+        rotary += npsi * npsi.transpose() * (rho * heavy(s).second_moment_m4() * h);
+        stiffness += slope * slope.transpose() * (e * stiff(s).second_moment_m4() * h);
+        area_integral += stiff(s).area_m2() * h;
+        polar += 2.0 * rho * heavy(s).second_moment_m4() * h;
     }
     if let Some(kappa) = kappa {
         let strain = Vector4::from(shear(section));
@@ -90,10 +91,10 @@ pub fn shear(section: &Section) -> [f64; 4] {
 fn shear_parameter(section: &Section) -> f64 {
     let l = section.length_m;
     let middle = |d: [f64; 2]| d[0] + (d[1] - d[0]) * 0.5;
-    let diameters = (middle(section.outer_diameter_m), middle(section.inner_diameter_m));
+    let ring = Ring { outer_m: middle(section.outer_diameter_m), inner_m: middle(section.inner_diameter_m) };
     let e = section.material.youngs_modulus_pa * section.modulus_scale;
     let g = section.material.shear_modulus_pa * section.modulus_scale;
-    section.shear_coefficient().map_or(0.0, |k| 12.0 * e * second_moment(diameters) / (k * g * area(diameters) * l * l))
+    section.shear_coefficient().map_or(0.0, |k| 12.0 * e * ring.second_moment_m4() / (k * g * ring.area_m2() * l * l))
 }
 
 /// Deflection at s = z/L of an element of length L read with cubic Hermite functions: coefficients of (w₁, ψ₁, w₂, ψ₂).
@@ -137,10 +138,18 @@ fn shapes(s: f64, l: f64, phi: f64) -> (Vector4<f64>, Vector4<f64>, Vector4<f64>
     (nw * c, npsi * c, slope * (c / l))
 }
 
-fn area((outer, inner): (f64, f64)) -> f64 {
-    0.25 * PI * (outer * outer - inner * inner)
+/// A cross-section between two diameters.
+struct Ring {
+    outer_m: f64,
+    inner_m: f64,
 }
 
-fn second_moment((outer, inner): (f64, f64)) -> f64 {
-    PI / 64.0 * (outer.powi(4) - inner.powi(4))
+impl Ring {
+    fn area_m2(&self) -> f64 {
+        0.25 * PI * (self.outer_m * self.outer_m - self.inner_m * self.inner_m)
+    }
+
+    fn second_moment_m4(&self) -> f64 {
+        PI / 64.0 * (self.outer_m.powi(4) - self.inner_m.powi(4))
+    }
 }

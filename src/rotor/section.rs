@@ -92,7 +92,7 @@ impl Section {
     }
 
     /// The same section seen from the other end.
-    pub(crate) fn reversed(&self) -> Self {
+    pub(crate) fn reverse_ends(&self) -> Self {
         let flip = |d: [f64; 2]| [d[1], d[0]];
         Self {
             outer_diameter_m: flip(self.outer_diameter_m),
@@ -180,7 +180,7 @@ pub struct Disc {
 
 impl Disc {
     /// The disc in the coordinate that counts the other way from the nose face.
-    pub(crate) fn mirrored(&self) -> Self {
+    pub(crate) fn mirror_ends(&self) -> Self {
         Self { position_m: -self.position_m, ..*self }
     }
 

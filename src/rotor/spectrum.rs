@@ -6,7 +6,7 @@
 //! secant finishes them. Symbols: λ = ω². Limits: real zeros with λ > 0 (antiresonances); complex and negative ones do
 //! not show in a Bode plot.
 
-use super::chain::{Blocks, Chain, Factor, Port};
+use super::chain::{Blocks, Chain, ChainFactor, ChainPort};
 use super::modes::PlanarModes;
 use super::{Rotor, RotorError};
 use std::f64::consts::TAU;
@@ -21,7 +21,7 @@ const LAMBDA_TOLERANCE: f64 = 1e-11;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Query {
     /// FRFs whose zeros are wanted: displacement port, force port.
-    pub frfs: Vec<(Port, Port)>,
+    pub frfs: Vec<(ChainPort, ChainPort)>,
     /// Lowest frequency, Hz; rigid-body poles lie below.
     pub from_hz: f64,
     /// Highest frequency, Hz.
@@ -30,7 +30,7 @@ pub struct Query {
 
 /// Poles, shapes and zeros between the limits of a [`Query`].
 #[derive(Clone, Debug, PartialEq)]
-pub struct Spectrum {
+pub struct ModalSpectrum {
     /// Number of poles below the lower limit: rigid modes, and what negative springs make unstable.
     pub below: usize,
     /// Natural frequencies, Hz, ascending.
@@ -65,13 +65,13 @@ pub(crate) fn lowest_hz(rotor: &Rotor) -> Result<f64, RotorError> {
 }
 
 /// Computes the spectrum of the chain with the given modulus factors.
-pub fn spectrum(chain: &Chain, factors: &[f64], query: &Query) -> Spectrum {
+pub fn spectrum(chain: &Chain, factors: &[f64], query: &Query) -> ModalSpectrum {
     let stiffness = chain.stiffness(factors);
     let mut search = Search::new(&stiffness, &chain.mass, query);
     let grid = search.scan(query);
     let (poles, shapes) = search.poles(&grid);
     let zeros_hz = (0..query.frfs.len()).map(|k| search.zeros(&grid, &poles, k)).collect();
-    Spectrum {
+    ModalSpectrum {
         below: grid.first().map_or(0, |point| point.below),
         poles_hz: poles.iter().map(|l| hz(*l)).collect(),
         shapes,
@@ -88,17 +88,17 @@ struct GridPoint {
 struct Search<'a> {
     stiffness: &'a Blocks,
     mass: &'a Blocks,
-    factor: Factor,
+    factor: ChainFactor,
     /// Distinct ports and, per FRF, the indices of its two ports.
-    ports: Vec<Port>,
+    ports: Vec<ChainPort>,
     frfs: Vec<(usize, usize)>,
     sweeps: Vec<Vec<[f64; 2]>>,
 }
 
 impl<'a> Search<'a> {
     fn new(stiffness: &'a Blocks, mass: &'a Blocks, query: &Query) -> Self {
-        let mut ports: Vec<Port> = vec![];
-        let mut index = |p: &Port| match ports.iter().position(|q| q == p) {
+        let mut ports: Vec<ChainPort> = vec![];
+        let mut index = |p: &ChainPort| match ports.iter().position(|q| q == p) {
             Some(i) => i,
             None => {
                 ports.push(*p);
@@ -110,7 +110,7 @@ impl<'a> Search<'a> {
         Self {
             stiffness,
             mass,
-            factor: Factor::new(nodes),
+            factor: ChainFactor::new(nodes),
             sweeps: vec![vec![[0.0; 2]; nodes]; ports.len()],
             ports,
             frfs,
@@ -205,7 +205,7 @@ impl<'a> Search<'a> {
             x = y;
             let value = self.stiffness.quadratic(&x, &x);
             if (value - last).abs() <= LAMBDA_TOLERANCE * value.abs() {
-                return (value > lo && value < hi).then(|| (value, oriented(x)));
+                return (value > lo && value < hi).then(|| (value, orient_shape(x)));
             }
             last = value;
             // Two steps at the fixed shift purify the vector; then the quotient takes over, cubically.
@@ -246,7 +246,7 @@ impl<'a> Search<'a> {
 }
 
 /// Sign convention: the larger of the two end displacements is positive.
-fn oriented(mut x: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
+fn orient_shape(mut x: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
     let ends = [x.first(), x.last()].map(|e| e.map_or(0.0, |v| v[0]));
     let lead = if ends[0].abs() >= ends[1].abs() { ends[0] } else { ends[1] };
     if lead < 0.0 {

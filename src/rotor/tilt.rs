@@ -36,16 +36,16 @@ pub(crate) struct Tilt {
 impl Tilt {
     /// With more flexibility, and its derivative to the place.
     #[must_use]
-    pub(crate) fn softer(self, (more, along): (f64, f64)) -> Self {
+    pub(crate) fn softer(self, more: f64, along: f64) -> Self {
         Self { flexibility: self.flexibility + more, flexibility_along: self.flexibility_along + along, ..self }
     }
 
     /// Stiffness, N m/rad, that a stiffness at the place is for the slope of the row.
-    pub(crate) fn seen(&self, stiffness: f64) -> f64 {
+    pub(crate) fn seen_stiffness(&self, stiffness: f64) -> f64 {
         stiffness / (1.0 + stiffness * self.flexibility)
     }
 
-    /// Derivatives of [`Self::seen`] to the stiffness and to the place.
+    /// Derivatives of [`Self::seen_stiffness`] to the stiffness and to the place.
     pub(crate) fn seen_derivatives(&self, stiffness: f64) -> (f64, f64) {
         let share = (1.0 + stiffness * self.flexibility).recip();
         let square = share * share;
@@ -60,11 +60,11 @@ impl Rotor {
     /// [`RotorError::OffShaft`] beyond the ends, [`RotorError::Numeric`] when an element has no stiffness.
     pub(crate) fn tilt_at(&self, what: &str, position_m: f64) -> Result<Tilt, RotorError> {
         let (element, s) = self.element_at(what, position_m)?;
-        tilt(element, &self.sections()[element], s)
+        tilt_of_element(element, &self.sections()[element], s)
     }
 }
 
-fn tilt(element: usize, section: &Section, s: f64) -> Result<Tilt, RotorError> {
+fn tilt_of_element(element: usize, section: &Section, s: f64) -> Result<Tilt, RotorError> {
     let parts = PARTS as f64;
     let part = ((s * parts).floor() as usize).min(PARTS - 1);
     let length_m = section.length_m / parts;

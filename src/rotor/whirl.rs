@@ -98,7 +98,7 @@ pub struct WhirlSpectrum {
 const OSCILLATING_RAD_S: f64 = TAU * 0.5;
 
 /// A rotor on supports in the modes of the free-free shaft: ω², C, ΩG, and what the supports add between the planes.
-struct Reduced {
+struct ModalRotor {
     omega2: Vec<f64>,
     /// States are (s q, q̇): rows and columns of like size.
     scale: Vec<f64>,
@@ -108,7 +108,7 @@ struct Reduced {
     viscous: [[Mat<f64>; 2]; 2],
 }
 
-impl Reduced {
+impl ModalRotor {
     /// System matrix in r = x + jy: a circulant [[a, b], [−b, a]] of the supports acts as a − jb.
     fn isotropic(&self) -> Mat<c64> {
         let n = self.scale.len();
@@ -194,7 +194,7 @@ impl Rotor {
             supports.iter().zip(&rows).map(|(s, row)| stiff(s) * row[k] * row[k]).sum()
         };
         let scale: Vec<f64> = (0..n).map(|k| (omega2(k) + share(k)).max(1.0).sqrt()).collect();
-        let reduced = Reduced {
+        let reduced = ModalRotor {
             omega2: (0..n).map(omega2).collect(),
             scale,
             damping: c,

@@ -6,8 +6,8 @@ use crate::rotor::assembly::NODE_TOLERANCE_M;
 
 /// Every element in two halves.
 #[must_use]
-pub fn refined(machine: &Machine) -> Machine {
-    halved(machine, |_| true)
+pub fn refine_mesh(machine: &Machine) -> Machine {
+    halve_elements(machine, |_| true)
 }
 
 /// The machine as a rig has it, for which the mesh of the file is an approximation: every element in two halves but
@@ -28,12 +28,12 @@ pub fn refined_around_tilting(machine: &Machine) -> Machine {
     // From the tip first to the order of the file, the nose first.
     let tool = machine.tool.sections.len();
     whole[..tool].reverse();
-    halved(machine, |element| !whole[element])
+    halve_elements(machine, |element| !whole[element])
 }
 
 /// The machine with the chosen elements in two halves; elements count from the tool's first to the spindle's last, each
 /// list in the order of its file.
-pub(super) fn halved(machine: &Machine, chosen: impl Fn(usize) -> bool) -> Machine {
+pub(super) fn halve_elements(machine: &Machine, chosen: impl Fn(usize) -> bool) -> Machine {
     let tool = machine.tool.sections.len();
     let split = |sections: &[Section], first: usize| -> Vec<Section> {
         let mut all = Vec::with_capacity(2 * sections.len());

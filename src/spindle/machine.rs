@@ -213,8 +213,8 @@ impl Tool {
 
     /// The tool as a shaft at z ≤ 0, tip first.
     fn rotor(&self) -> Result<Rotor, SpindleError> {
-        let sections = self.sections.iter().rev().map(Section::reversed).collect();
-        let discs: Vec<Disc> = self.discs.iter().map(Disc::mirrored).collect();
+        let sections = self.sections.iter().rev().map(Section::reverse_ends).collect();
+        let discs: Vec<Disc> = self.discs.iter().map(Disc::mirror_ends).collect();
         Rotor::new(-self.length_m(), sections, &discs).map_err(SpindleError::Tool)
     }
 }

@@ -13,7 +13,7 @@ use super::machine::Machine;
 use super::model_detail::ModelDetail;
 use super::open_receptance::{Coordinates, OpenReceptance};
 use super::response::damping::ModalDamping;
-use super::response::feedback::{Feedback, Law, PlaneSpring, attached, close, springs_in_one_plane};
+use super::response::feedback::{Feedback, FeedbackLaw, PlaneSpring, close, list_attached, springs_in_one_plane};
 use super::response::pairs::whole;
 use super::whirl_form::WhirlModes;
 use crate::linalg::{Mat, c64, solve_complex};
@@ -140,7 +140,7 @@ impl Mechanics {
             }
         });
         // A dashpot reads the kept modes only: through the residual it would turn into a derivative of the force.
-        let damped: Vec<usize> = feedback.iter().filter(|f| f.law == Law::Dashpot).map(|f| f.port).collect();
+        let damped: Vec<usize> = feedback.iter().filter(|f| f.law == FeedbackLaw::Dashpot).map(|f| f.port).collect();
         let residual = Mat::from_fn(p, p, |i, j| {
             if damped.contains(&i) || damped.contains(&j) { 0.0 } else { basis.residual_m_per_n[(i, j)] }
         });
@@ -203,7 +203,7 @@ impl Mechanics {
         scaled
     }
 
-    /// The springs in one plane, which [`Self::receptance`] and [`Self::closed`] leave open.
+    /// The springs in one plane, which [`Self::receptance`] and [`Self::close_loop`] leave open.
     pub(crate) fn plane_springs(&self) -> &[PlaneSpring] {
         &self.plane_springs
     }
@@ -213,7 +213,7 @@ impl Mechanics {
     pub(crate) fn planes_are_decoupled(&self) -> bool {
         self.gyroscopic.is_none()
             && self.damping.circulatory.iter().all(|c| *c == 0.0)
-            && self.feedback.iter().all(|f| f.law != Law::Circulatory)
+            && self.feedback.iter().all(|f| f.law != FeedbackLaw::Circulatory)
     }
 
     /// The same shaft seen at some of its ports, in this order, and at those of its feedback.
@@ -285,7 +285,7 @@ impl Mechanics {
     }
 
     /// Second-order matrices with the feedback closed, for a realisation.
-    pub(crate) fn closed(&self) -> ClosedMatrices {
+    pub(crate) fn close_loop(&self) -> ClosedMatrices {
         let (n, m) = (self.omega_rad_s.len(), self.feedback.len());
         let f = &self.feedback;
         let real = |x: f64| c64::new(x, 0.0);
@@ -322,7 +322,7 @@ impl Mechanics {
                 let own = if i == j { self.damping.total[i] } else { 0.0 };
                 let dashpots: f64 = f
                     .iter()
-                    .filter(|f| f.law == Law::Dashpot)
+                    .filter(|f| f.law == FeedbackLaw::Dashpot)
                     .map(|f| f.value * self.ports[(f.port, i)] * self.ports[(f.port, j)])
                     .sum();
                 let turn = self.gyroscopic.as_ref().map_or(0.0, |g| g[(i, j)]);
@@ -359,11 +359,14 @@ impl Ports {
             at("rear sensor", rear.sensor_m)?,
         ];
         debug_assert_eq!(rows.len(), NAMED);
-        let magnet =
-            |port: Port, ks_n_per_m: f64| Feedback { port: port as usize, law: Law::Spring, value: -ks_n_per_m };
+        let magnet = |port: Port, ks_n_per_m: f64| Feedback {
+            port: port as usize,
+            law: FeedbackLaw::Spring,
+            value: -ks_n_per_m,
+        };
         let mut feedback =
             vec![magnet(Port::FrontControl, front.ks_n_per_m), magnet(Port::RearControl, rear.ks_n_per_m)];
-        for (attachment, law, value) in attached(effective) {
+        for (attachment, law, value) in list_attached(effective) {
             let z = attachment.position_m;
             let (row, value) = match attachment.motion {
                 Motion::Displacement => (at("attachment", z)?, value),
@@ -371,7 +374,7 @@ impl Ports {
                     let tilt = rotor.tilt_at("attachment", z)?;
                     let dofs = rotor.element_dofs(tilt.element);
                     let row: Vec<(usize, f64)> = dofs.into_iter().zip(tilt.row).collect();
-                    (modes.amplitudes(&row), tilt.seen(value))
+                    (modes.amplitudes(&row), tilt.seen_stiffness(value))
                 }
             };
             feedback.push(Feedback { port: rows.len(), law, value });
@@ -379,7 +382,11 @@ impl Ports {
         }
         for ([a, b], joint) in rotor.joints() {
             if joint.damping_n_m_s_per_rad != 0.0 {
-                feedback.push(Feedback { port: rows.len(), law: Law::Dashpot, value: joint.damping_n_m_s_per_rad });
+                feedback.push(Feedback {
+                    port: rows.len(),
+                    law: FeedbackLaw::Dashpot,
+                    value: joint.damping_n_m_s_per_rad,
+                });
                 rows.push(modes.amplitudes(&[(2 * a + 1, 1.0), (2 * b + 1, -1.0)]));
             }
         }

@@ -5,7 +5,7 @@
 //! falls with the fourth power of the element length (Strang and Fix, section 6.3), so that the finest mesh has next to
 //! none. The element to split is the one whose halving alone moves the frequency most.
 
-use super::halved::{halved, refined};
+use super::halved::{halve_elements, refine_mesh};
 use super::{Machine, SpindleError};
 use crate::rotor::Rotor;
 use crate::rotor::modes::PlanarModes;
@@ -46,12 +46,12 @@ pub fn coarse_mesh(machine: &Machine, modes: usize, allowed: f64) -> Result<Opti
     }
     let own = frequencies(&machine.rotor()?)?;
     let kept = modes.min(own.len());
-    let half = refined(machine);
+    let half = refine_mesh(machine);
     let moved = frequencies(&half.rotor()?)?;
     if (0..kept).all(|k| (own[k] / moved[k] - 1.0).abs() < SUSPECT * allowed) {
         return Ok(None);
     }
-    let finer = frequencies(&refined(&half).rotor()?)?;
+    let finer = frequencies(&refine_mesh(&half).rotor()?)?;
     let error = |k: usize| (own[k] / finer[k] - 1.0).abs();
     let worst = (0..kept).max_by(|a, b| error(*a).total_cmp(&error(*b)));
     let Some(mode) = worst.filter(|k| error(*k) > allowed) else {
@@ -70,7 +70,7 @@ pub fn coarse_mesh(machine: &Machine, modes: usize, allowed: f64) -> Result<Opti
     order.sort_by(|a, b| against_wavelength(b).total_cmp(&against_wavelength(a)));
     let mut best = (0.0, order[0]);
     for i in order.into_iter().take(TRIED) {
-        let split = frequencies(&halved(machine, |k| k == i).rotor()?)?;
+        let split = frequencies(&halve_elements(machine, |k| k == i).rotor()?)?;
         let moved = (own[mode] - split[mode]).abs();
         if moved > best.0 {
             best = (moved, i);

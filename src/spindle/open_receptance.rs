@@ -49,7 +49,7 @@ impl Coordinates<'_> {
         let ModalDamping { total, circulatory, .. } = self.damping;
         let modes = || WhirlModes::new(self.omega_rad_s, total, circulatory, gyroscopic);
         match self.whirl.get_or_init(modes) {
-            Some(modes) => OpenReceptance::Whirl(modes.between(self.ports)),
+            Some(modes) => OpenReceptance::Whirl(modes.between_ports(self.ports)),
             None => OpenReceptance::Equations,
         }
     }

@@ -129,9 +129,9 @@ impl Response for Plant {
         });
         if !springs.is_empty() {
             let first = inputs.len() - springs.len();
-            (_, h) = close_in_planes(&h, channels, (first, springs), omega_rad_s);
+            (_, h) = close_in_planes(&h, channels, first, springs, omega_rad_s);
         }
-        ElectronicsLine::new(&self.effective, omega_rad_s).surround(&mut h, channels);
+        ElectronicsLine::new(&self.effective, omega_rad_s).apply_to(&mut h, channels);
         let outer = CHANNELS + 2 * self.modal_ports;
         Mat::from_fn(outer, outer, |i, j| h[i * channels + j])
     }

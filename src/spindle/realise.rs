@@ -14,7 +14,7 @@ use super::response::feedback::Feedback;
 use crate::linalg::equal_planes::EqualPlanes;
 use crate::linalg::{Mat, NumericError, c64};
 use crate::lti::connect::{append, check_sample_times, lower_lft, series};
-use crate::lti::delay::{pade, sample_planes};
+use crate::lti::delay::{pade_delay, sample_planes};
 use crate::lti::structure::planes_apart;
 use crate::lti::{Continuous, Discrete, StateSpace};
 use crate::rotor::modes::RIGID;
@@ -45,10 +45,10 @@ impl Plant {
         let delay = if pade_order == 0 || self.delay_s() <= 0.0 {
             StateSpace::gain(Mat::identity(AXES, AXES), Continuous)
         } else {
-            let one = pade(self.delay_s(), pade_order)?;
+            let one = pade_delay(self.delay_s(), pade_order)?;
             append(&append(&one, &one), &append(&one, &one))
         };
-        let undelayed = self.undelayed(modes)?;
+        let undelayed = self.realise_undelayed(modes)?;
         let others = undelayed.inputs() - AXES;
         let pass = StateSpace::gain(Mat::identity(others, others), Continuous);
         Ok(series(&append(&delay, &pass), &undelayed)?)
@@ -59,28 +59,28 @@ impl Plant {
     ///
     /// # Errors
     /// [`SpindleError::Numeric`] when the exponential overflows.
-    pub fn sampled(&self) -> Result<StateSpace<Discrete>, SpindleError> {
+    pub fn sample_plant(&self) -> Result<StateSpace<Discrete>, SpindleError> {
         self.sampled_with_modal_ports(0)
     }
 
-    /// As [`Plant::sampled`] with the modal ports of [`Plant::state_space_with_modal_ports`].
+    /// As [`Plant::sample_plant`] with the modal ports of [`Plant::state_space_with_modal_ports`].
     ///
     /// # Errors
-    /// As [`Plant::sampled`].
+    /// As [`Plant::sample_plant`].
     pub(crate) fn sampled_with_modal_ports(&self, modes: usize) -> Result<StateSpace<Discrete>, SpindleError> {
         let period = self.sample_period_s;
         let pure = (self.delay_s() - 0.5 * period).max(0.0);
-        let undelayed = self.undelayed(modes)?;
+        let undelayed = self.realise_undelayed(modes)?;
         // Inputs come in pairs (x, y).
         let inputs: Vec<bool> = (0..undelayed.inputs()).map(|k| k % 2 == 1).collect();
         let states = self.planes_of_states(undelayed.order())?;
         let planes = states.zip(EqualPlanes::of(&inputs));
         let planes = planes.map(|(states, inputs)| states.followed_by(&inputs));
         let delays = (pure, period);
-        Ok(sample_planes(&undelayed, AXES, delays, planes.as_ref())?)
+        Ok(sample_planes(&undelayed, AXES, delays.0, delays.1, planes.as_ref())?)
     }
 
-    /// The planes of the states of [`Plant::sampled`], of which there are `order`, the last of them late commands, or
+    /// The planes of the states of [`Plant::sample_plant`], of which there are `order`, the last of them late commands, or
     /// of [`Plant::state_space`] without delay; none when the states are others.
     ///
     /// # Errors
@@ -103,7 +103,7 @@ impl Plant {
         Ok(EqualPlanes::of(&in_y).filter(|_| in_y.len() == order))
     }
 
-    /// The planes of the states of the loop of [`Plant::sampled`], which has `order` states, with a law; none where
+    /// The planes of the states of the loop of [`Plant::sample_plant`], which has `order` states, with a law; none where
     /// they are not known or the law joins the planes.
     ///
     /// # Errors
@@ -117,7 +117,7 @@ impl Plant {
         Ok(planes.map(|(own, of_law)| own.followed_by(&of_law)))
     }
 
-    /// Poles of the sampled loop of this plant with u = K y; `sampled` is [`Plant::sampled`].
+    /// Poles of the sampled loop of this plant with u = K y; `sampled` is [`Plant::sample_plant`].
     ///
     /// # Errors
     /// [`NumericError`] when the sample times differ, the loop is not well posed, or the eigenvalue iteration fails.
@@ -134,7 +134,7 @@ impl Plant {
     }
 
     /// The plant without its delay.
-    fn undelayed(&self, modes: usize) -> Result<StateSpace<Continuous>, SpindleError> {
+    fn realise_undelayed(&self, modes: usize) -> Result<StateSpace<Continuous>, SpindleError> {
         let [front, rear] = &self.effective.bearings;
         let before = append(&actuator_chain(front)?, &actuator_chain(rear)?);
         let after = append(&self.sensor_chain(front)?, &self.sensor_chain(rear)?);
@@ -172,7 +172,7 @@ impl Plant {
     /// Forces (two controls, tool, two actuators; modal ports) to displacements (two sensors, tool, two actuators; q).
     /// Springs in one plane have ports behind these until they are closed at the end.
     fn shaft(&self, modes: usize) -> Result<StateSpace<Continuous>, SpindleError> {
-        let closed = self.mechanics.closed();
+        let closed = self.mechanics.close_loop();
         let omega = self.mechanics.omega_rad_s();
         let (n, m) = (omega.len(), modes.min(self.mechanics.flexible()));
         let springs = self.mechanics.plane_springs();

@@ -76,7 +76,7 @@ impl WhirlModes {
     }
 
     /// The form between ports with these amplitudes, ports × coordinates.
-    pub(crate) fn between(&self, ports: &Mat<f64>) -> WhirlForm {
+    pub(crate) fn between_ports(&self, ports: &Mat<f64>) -> WhirlForm {
         let (count, n) = (self.poles.len(), ports.ncols());
         let zero = c64::new(0.0, 0.0);
         let read = Mat::from_fn(ports.nrows(), count, |i, k| {

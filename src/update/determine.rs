@@ -51,7 +51,7 @@ pub(super) fn prior_root(position_m: &[f64], sd: f64, length_m: f64) -> Result<M
 }
 
 /// Determinability from the prior root L and the eigen-decomposition V D Vᵀ of (J L)ᵀ(J L).
-pub(super) fn determined(root: &Mat<f64>, values: &[f64], vectors: &Mat<f64>) -> Determined {
+pub(super) fn find_determined(root: &Mat<f64>, values: &[f64], vectors: &Mat<f64>) -> Determined {
     let n = values.len();
     let directions = root * vectors;
     let combinations = (0..n)

@@ -7,9 +7,9 @@
 //! is smallest at ρ̂, and σ̂ = ρ̂ √(c/n) (MacKay, Bayesian interpolation, Neural Computation 4, 1992).
 //! Levenberg's damping keeps every step within a region where the linearisation has proved itself.
 
-use super::determine::{determined, prior_root};
+use super::determine::{find_determined, prior_root};
 use super::outcome::{Explanation, Method, Updated, assemble};
-use super::problem::{Evaluation, Problem, UpdateSettings};
+use super::problem::{UpdateEvaluation, UpdateProblem, UpdateSettings};
 use super::targets::Targets;
 use super::{UpdateError, outcome};
 use crate::linalg::{Mat, symmetric_eigen};
@@ -36,14 +36,15 @@ const RESERVE: usize = 8;
 /// [`UpdateError`] when there is nothing to fit, nothing matches, or a matrix computation fails. Data that moduli
 /// cannot explain are not an error: see [`Updated::explanation`].
 pub fn gauss_newton_rotor(rotor: &Rotor, targets: &Targets, settings: &UpdateSettings) -> Result<Updated, UpdateError> {
-    let problem = Problem::new(rotor, targets, settings.use_antiresonances)?;
+    let problem = UpdateProblem::new(rotor, targets, settings.use_antiresonances)?;
     let positions: Vec<f64> = problem.chain.regions.iter().map(|r| r.position_m).collect();
     let unit_root = prior_root(&positions, 1.0, settings.prior_correlation_m)?;
     let n = problem.parameters();
     let start = problem.evaluate(&vec![0.0; n], true);
     outcome::check_matches(&problem, &start)?;
-    let mut fit = Fit { problem: &problem, evaluations: 1, limit: settings.max_evaluations.max(2), at: start.clone() };
-    let known = |p: &super::problem::Peak| p.target.standard_deviation_hz.is_some();
+    let mut fit =
+        UpdateFit { problem: &problem, evaluations: 1, limit: settings.max_evaluations.max(2), at: start.clone() };
+    let known = |p: &super::problem::MeasuredPeak| p.target.standard_deviation_hz.is_some();
     let used = || problem.peaks.iter().filter(|p| p.used);
     let estimated = if used().all(known) { None } else { Some(fit.noise(&unit_root)?.max(settings.floor_relative_sd)) };
     let mut sigma: Vec<f64> = problem
@@ -76,7 +77,7 @@ pub fn gauss_newton_rotor(rotor: &Rotor, targets: &Targets, settings: &UpdateSet
         fit.at = start.clone();
         state = fit.minimise(&sigma, &root, CONVERGED)?;
     }
-    let known = determined(&root, &state.values, &state.vectors);
+    let known = find_determined(&root, &state.values, &state.vectors);
     assemble(
         rotor,
         &problem,
@@ -95,11 +96,11 @@ pub fn gauss_newton_rotor(rotor: &Rotor, targets: &Targets, settings: &UpdateSet
     )
 }
 
-struct Fit<'a> {
-    problem: &'a Problem,
+struct UpdateFit<'a> {
+    problem: &'a UpdateProblem,
     evaluations: usize,
     limit: usize,
-    at: Evaluation,
+    at: UpdateEvaluation,
 }
 
 /// The end of a minimisation: objective and the curvature of the data in prior units.
@@ -110,13 +111,13 @@ pub(super) struct State {
 }
 
 /// Weighted residuals and sensitivities in the coordinates u, ln θ = L u.
-struct Linear {
+struct UpdateLinear {
     values: Vec<f64>,
     vectors: Mat<f64>,
     gradient: Mat<f64>,
 }
 
-impl Fit<'_> {
+impl UpdateFit<'_> {
     fn minimise(&mut self, sigma: &[f64], root: &Mat<f64>, tolerance: f64) -> Result<State, UpdateError> {
         let n = self.problem.parameters();
         let mut u = crate::linalg::solve(root, &column(&self.at.ln_factors))?;
@@ -161,7 +162,7 @@ impl Fit<'_> {
         Ok(State { objective, values: linear.values, vectors: linear.vectors })
     }
 
-    fn objective(&self, at: &Evaluation, sigma: &[f64], u: &Mat<f64>) -> f64 {
+    fn objective(&self, at: &UpdateEvaluation, sigma: &[f64], u: &Mat<f64>) -> f64 {
         let data: f64 = self
             .problem
             .peaks
@@ -174,9 +175,9 @@ impl Fit<'_> {
         data + inner(u, u)
     }
 
-    fn linear(&self, sigma: &[f64], root: &Mat<f64>, u: &Mat<f64>) -> Result<Linear, UpdateError> {
+    fn linear(&self, sigma: &[f64], root: &Mat<f64>, u: &Mat<f64>) -> Result<UpdateLinear, UpdateError> {
         let n = self.problem.parameters();
-        let rows: Vec<(&super::problem::Compared, f64)> = self
+        let rows: Vec<(&super::problem::ComparedPeak, f64)> = self
             .problem
             .peaks
             .iter()
@@ -190,7 +191,7 @@ impl Fit<'_> {
         let residual: Vec<f64> = rows.iter().map(|(c, s)| c.residual_ln / s).collect();
         let (values, vectors) = symmetric_eigen(&(j.transpose() * &j))?;
         let gradient = j.transpose() * column(&residual) + u;
-        Ok(Linear { values, vectors, gradient })
+        Ok(UpdateLinear { values, vectors, gradient })
     }
 
     /// Relative noise of the measured frequencies by marginal likelihood; leaves the fit at the tightest point of its
@@ -225,7 +226,7 @@ impl Fit<'_> {
 
 /// −(D + 1 + μ)⁻¹ in the eigenbasis times the gradient, with the smallest μ ≥ 0 that keeps every |Δ ln θ| within the
 /// radius. Returns the step, its largest |Δ ln θ|, and whether μ > 0.
-fn bounded_step(linear: &Linear, root: &Mat<f64>, radius: f64) -> (Mat<f64>, f64, bool) {
+fn bounded_step(linear: &UpdateLinear, root: &Mat<f64>, radius: f64) -> (Mat<f64>, f64, bool) {
     let n = linear.values.len();
     let g = linear.vectors.transpose() * &linear.gradient;
     let step = |mu: f64| {

@@ -23,7 +23,7 @@ pub use gauss_newton::gauss_newton_rotor;
 pub use held_out::tool_error_db;
 pub use machine::{UpdatedMachine, front_and_rear, gauss_newton, nelder_mead};
 pub use nelder_mead::nelder_mead_rotor;
-pub use outcome::{Explanation, Factor, Method, PeakError, Updated};
+pub use outcome::{Explanation, Method, ModulusFactor, PeakError, Updated};
 pub use peak_kind::PeakKind;
 pub use problem::UpdateSettings;
 pub use shapes::ShapeComparison;

@@ -7,10 +7,10 @@
 //! Symbols: w exponents, θ modulus factors.
 
 use super::UpdateError;
-use super::determine::{determined, prior_root};
+use super::determine::{find_determined, prior_root};
 use super::outcome::{self, Explanation, Finish, Method, Updated, assemble};
 use super::peak_kind::PeakKind;
-use super::problem::{Evaluation, Problem, UpdateSettings};
+use super::problem::{UpdateEvaluation, UpdateProblem, UpdateSettings};
 use super::targets::Targets;
 use crate::linalg::{Mat, symmetric_eigen};
 use crate::rotor::Rotor;
@@ -30,7 +30,7 @@ const RANK_TOLERANCE: f64 = 1e-9;
 /// # Errors
 /// As [`super::gauss_newton_rotor`].
 pub fn nelder_mead_rotor(rotor: &Rotor, targets: &Targets, settings: &UpdateSettings) -> Result<Updated, UpdateError> {
-    let problem = Problem::new(rotor, targets, settings.use_antiresonances)?;
+    let problem = UpdateProblem::new(rotor, targets, settings.use_antiresonances)?;
     let n = problem.parameters();
     let positions: Vec<f64> = problem.chain.regions.iter().map(|r| r.position_m).collect();
     let unit_root = prior_root(&positions, 1.0, settings.prior_correlation_m)?;
@@ -78,7 +78,7 @@ pub fn nelder_mead_rotor(rotor: &Rotor, targets: &Targets, settings: &UpdateSett
         .sum();
     let sd = settings.prior_sd_ln;
     let root = Mat::from_fn(n, n, |i, j| sd * unit_root[(i, j)]);
-    let j = weighted(&problem, &at, &relative_sd) * &root;
+    let j = weigh_jacobian(&problem, &at, &relative_sd) * &root;
     let (values, vectors) = symmetric_eigen(&(j.transpose() * &j))?;
     let explanation = Explanation::judge(&problem, &at, statistic, data, no_sd);
     assemble(
@@ -92,7 +92,7 @@ pub fn nelder_mead_rotor(rotor: &Rotor, targets: &Targets, settings: &UpdateSett
             iterations,
             relative_sd,
             noise_estimated: no_sd,
-            determined: determined(&root, &values, &vectors),
+            determined: find_determined(&root, &values, &vectors),
             explanation,
         },
         targets,
@@ -101,13 +101,13 @@ pub fn nelder_mead_rotor(rotor: &Rotor, targets: &Targets, settings: &UpdateSett
 
 /// Objective function of Eq. (7).
 struct Objective<'a> {
-    problem: &'a Problem,
+    problem: &'a UpdateProblem,
     settings: &'a UpdateSettings,
     count: &'a AtomicUsize,
 }
 
 impl Objective<'_> {
-    fn of(&self, at: &Evaluation) -> f64 {
+    fn of(&self, at: &UpdateEvaluation) -> f64 {
         self.problem
             .peaks
             .iter()
@@ -137,10 +137,10 @@ impl CostFunction for Objective<'_> {
 }
 
 /// The best point and one vertex along every combination that the data determine.
-fn simplex(problem: &Problem, at: &Evaluation, unit_root: &Mat<f64>) -> Result<Vec<Vec<f64>>, UpdateError> {
+fn simplex(problem: &UpdateProblem, at: &UpdateEvaluation, unit_root: &Mat<f64>) -> Result<Vec<Vec<f64>>, UpdateError> {
     let n = problem.parameters();
     let ones = vec![1.0; problem.peaks.len()];
-    let j = weighted(problem, at, &ones) * unit_root;
+    let j = weigh_jacobian(problem, at, &ones) * unit_root;
     let residual: Vec<f64> =
         problem.peaks.iter().zip(&at.compared).filter(|(p, _)| p.used).map(|(_, c)| c.residual_ln).collect();
     let largest = residual.iter().fold(0.0f64, |m, r| m.max(r.abs()));
@@ -169,7 +169,7 @@ fn simplex(problem: &Problem, at: &Evaluation, unit_root: &Mat<f64>) -> Result<V
 }
 
 /// Sensitivities of the used peaks over their standard deviations, peaks × regions.
-fn weighted(problem: &Problem, at: &Evaluation, sigma: &[f64]) -> Mat<f64> {
+fn weigh_jacobian(problem: &UpdateProblem, at: &UpdateEvaluation, sigma: &[f64]) -> Mat<f64> {
     let rows: Vec<(&Vec<f64>, f64)> = problem
         .peaks
         .iter()

@@ -4,11 +4,11 @@
 use super::UpdateError;
 use super::determine::Determined;
 use super::peak_kind::PeakKind;
-use super::problem::{Evaluation, Peak, Problem};
+use super::problem::{MeasuredPeak, UpdateEvaluation, UpdateProblem};
 use super::shapes::{self, ShapeComparison};
 use super::targets::Targets;
 use crate::rotor::Rotor;
-use crate::rotor::spectrum::Spectrum;
+use crate::rotor::spectrum::ModalSpectrum;
 
 /// How the factors were found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,7 +31,7 @@ impl Method {
 
 /// Modulus factor of one region.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Factor {
+pub struct ModulusFactor {
     /// Region.
     pub region: String,
     /// Factor on E and G relative to the model that was given.
@@ -94,8 +94,8 @@ const PLAUSIBLE_FACTOR: f64 = 10.0;
 
 impl Explanation {
     pub(super) fn judge(
-        problem: &Problem,
-        end: &Evaluation,
+        problem: &UpdateProblem,
+        end: &UpdateEvaluation,
         statistic: f64,
         data: usize,
         noise_estimated: bool,
@@ -157,7 +157,7 @@ pub struct Updated {
     /// The rotor with the factors applied.
     pub rotor: Rotor,
     /// Factors, in order from the tool end.
-    pub factors: Vec<Factor>,
+    pub factors: Vec<ModulusFactor>,
     /// Number of model solutions.
     pub evaluations: usize,
     /// Number of iterations.
@@ -171,9 +171,9 @@ pub struct Updated {
     /// Whether moduli can explain the data.
     pub explanation: Explanation,
     /// Poles, shapes and antiresonances before.
-    pub before: Spectrum,
+    pub before: ModalSpectrum,
     /// Poles, shapes and antiresonances after.
-    pub after: Spectrum,
+    pub after: ModalSpectrum,
     /// Axial positions of the nodes of the shapes, m from the nose face.
     pub node_position_m: Vec<f64>,
     /// Measured shapes beside those of the updated model.
@@ -198,8 +198,8 @@ impl Updated {
 
 pub(super) struct Finish<'a> {
     pub method: Method,
-    pub start: &'a Evaluation,
-    pub end: &'a Evaluation,
+    pub start: &'a UpdateEvaluation,
+    pub end: &'a UpdateEvaluation,
     pub evaluations: usize,
     pub iterations: usize,
     pub relative_sd: Vec<f64>,
@@ -210,18 +210,18 @@ pub(super) struct Finish<'a> {
 
 pub(super) fn assemble(
     rotor: &Rotor,
-    problem: &Problem,
+    problem: &UpdateProblem,
     finish: Finish<'_>,
     targets: &Targets,
 ) -> Result<Updated, UpdateError> {
     let with_sd = finish.method == Method::GaussNewton;
-    let factors: Vec<Factor> = problem
+    let factors: Vec<ModulusFactor> = problem
         .chain
         .regions
         .iter()
         .zip(&finish.end.ln_factors)
         .zip(&finish.determined.standard_deviation_ln)
-        .map(|((region, x), sd)| Factor {
+        .map(|((region, x), sd)| ModulusFactor {
             region: region.name.clone(),
             factor: x.exp(),
             standard_deviation_ln: with_sd.then_some(*sd),
@@ -231,8 +231,8 @@ pub(super) fn assemble(
         let of = |name: &String| factors.iter().find(|f| &f.region == name);
         section.region.as_ref().and_then(of).map_or(1.0, |f| f.factor)
     })?;
-    let hz = |e: &Evaluation, i: usize| e.compared[i].model.map(|(_, f)| f);
-    let row = |(i, peak): (usize, &Peak)| PeakError {
+    let hz = |e: &UpdateEvaluation, i: usize| e.compared[i].model.map(|(_, f)| f);
+    let row = |(i, peak): (usize, &MeasuredPeak)| PeakError {
         kind: peak.kind,
         frf: match peak.kind {
             PeakKind::Resonance => String::new(),
@@ -263,7 +263,7 @@ pub(super) fn assemble(
 }
 
 /// At least half of the peaks must have a partner before a fit makes sense.
-pub(super) fn check_matches(problem: &Problem, start: &Evaluation) -> Result<(), UpdateError> {
+pub(super) fn check_matches(problem: &UpdateProblem, start: &UpdateEvaluation) -> Result<(), UpdateError> {
     let used = || problem.peaks.iter().zip(&start.compared).filter(|(p, _)| p.used);
     let (measured, matched) = (used().count(), used().filter(|(_, c)| c.model.is_some()).count());
     if 2 * matched < measured {

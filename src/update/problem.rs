@@ -8,9 +8,9 @@ use super::matching::{align, warp};
 use super::peak_kind::PeakKind;
 use super::targets::{Target, Targets};
 use crate::rotor::Rotor;
-use crate::rotor::chain::{Chain, Factor, Port};
+use crate::rotor::chain::{Chain, ChainFactor, ChainPort};
 use crate::rotor::chain_assembly;
-use crate::rotor::spectrum::{Query, Spectrum, lambda, lowest_hz, spectrum};
+use crate::rotor::spectrum::{ModalSpectrum, Query, lambda, lowest_hz, spectrum};
 
 /// A zero this close to a pole (relative) hardly shows in a Bode plot and may have been overlooked.
 const SHALLOW: f64 = 0.02;
@@ -60,7 +60,7 @@ impl Default for UpdateSettings {
 
 /// One measured peak.
 #[derive(Clone, Debug)]
-pub(super) struct Peak {
+pub(super) struct MeasuredPeak {
     pub kind: PeakKind,
     /// FRF for an antiresonance.
     pub frf: usize,
@@ -73,7 +73,7 @@ pub(super) struct Peak {
 
 /// A measured peak beside the model.
 #[derive(Clone, Debug)]
-pub(super) struct Compared {
+pub(super) struct ComparedPeak {
     /// Place in the model's list and its frequency, Hz.
     pub model: Option<(usize, f64)>,
     /// ln(f/f̂), or [`MISSING_LN`].
@@ -84,24 +84,24 @@ pub(super) struct Compared {
 
 /// A candidate with everything computed for it.
 #[derive(Clone, Debug)]
-pub(super) struct Evaluation {
+pub(super) struct UpdateEvaluation {
     pub ln_factors: Vec<f64>,
-    pub spectrum: Spectrum,
-    /// In the order of [`Problem::peaks`].
-    pub compared: Vec<Compared>,
+    pub spectrum: ModalSpectrum,
+    /// In the order of [`UpdateProblem::peaks`].
+    pub compared: Vec<ComparedPeak>,
 }
 
 /// Chain, ports and peaks of a fit.
 #[derive(Clone, Debug)]
-pub(super) struct Problem {
+pub(super) struct UpdateProblem {
     pub chain: Chain,
-    pub peaks: Vec<Peak>,
+    pub peaks: Vec<MeasuredPeak>,
     pub frf_names: Vec<String>,
     query: Query,
     targets: Targets,
 }
 
-impl Problem {
+impl UpdateProblem {
     pub(super) fn new(rotor: &Rotor, targets: &Targets, use_zeros: bool) -> Result<Self, UpdateError> {
         let chain = chain_assembly::chain(rotor)?;
         if chain.regions.is_empty() {
@@ -123,12 +123,12 @@ impl Problem {
                 if !(target.frequency_hz.is_finite() && target.frequency_hz > 0.0) {
                     return Err(UpdateError::BadTarget { what: what.to_owned(), frequency_hz: target.frequency_hz });
                 }
-                peaks.push(Peak { kind, frf, index, target, used });
+                peaks.push(MeasuredPeak { kind, frf, index, target, used });
             }
             Ok(())
         };
         collect(&targets.resonances, PeakKind::Resonance, 0, true, "resonances")?;
-        let mut frfs: Vec<(Port, Port)> = vec![];
+        let mut frfs: Vec<(ChainPort, ChainPort)> = vec![];
         for (k, frf) in targets.antiresonances.iter().enumerate() {
             collect(&frf.antiresonances, PeakKind::Antiresonance, k, use_zeros && !frf.held_out, &frf.name)?;
             frfs.push((
@@ -152,12 +152,12 @@ impl Problem {
     }
 
     /// Solves the model once; sensitivities on demand.
-    pub(super) fn evaluate(&self, ln_factors: &[f64], sensitivities: bool) -> Evaluation {
+    pub(super) fn evaluate(&self, ln_factors: &[f64], sensitivities: bool) -> UpdateEvaluation {
         let factors: Vec<f64> = ln_factors.iter().map(|x| x.exp()).collect();
         let spectrum = spectrum(&self.chain, &factors, &self.query);
         let partners = self.partners(&spectrum);
         let stiffness = sensitivities.then(|| self.chain.stiffness(&factors));
-        let mut scratch = Factor::new(self.chain.nodes());
+        let mut scratch = ChainFactor::new(self.chain.nodes());
         let compared = self
             .peaks
             .iter()
@@ -188,18 +188,18 @@ impl Problem {
                     (Some(_), None) => vec![0.0; self.parameters()],
                     (None, _) => vec![],
                 };
-                Compared {
+                ComparedPeak {
                     model,
                     residual_ln: model.map_or(MISSING_LN, |(_, f)| (f / peak.target.frequency_hz).ln()),
                     sensitivity,
                 }
             })
             .collect();
-        Evaluation { ln_factors: ln_factors.to_vec(), spectrum, compared }
+        UpdateEvaluation { ln_factors: ln_factors.to_vec(), spectrum, compared }
     }
 
     /// Partner in the model of every peak, by the pattern of poles and zeros.
-    fn partners(&self, spectrum: &Spectrum) -> Vec<Option<usize>> {
+    fn partners(&self, spectrum: &ModalSpectrum) -> Vec<Option<usize>> {
         let ln = |list: &[Option<Target>]| -> Vec<Option<f64>> {
             let each = |t: &Option<Target>| t.map(|t| t.frequency_hz.ln());
             list.iter().map(each).collect()
@@ -221,7 +221,7 @@ impl Problem {
             let priority: Vec<f64> = model.iter().map(depth).collect();
             of_zeros.push(align(&carried, &model, &priority));
         }
-        let of = |peak: &Peak| match peak.kind {
+        let of = |peak: &MeasuredPeak| match peak.kind {
             PeakKind::Resonance => of_poles[peak.index],
             PeakKind::Antiresonance => of_zeros[peak.frf][peak.index],
         };

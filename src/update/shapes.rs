@@ -6,7 +6,7 @@ use super::UpdateError;
 use super::targets::MeasuredShape;
 use crate::rotor::Rotor;
 use crate::rotor::chain_assembly;
-use crate::rotor::spectrum::Spectrum;
+use crate::rotor::spectrum::ModalSpectrum;
 
 /// One measured shape and the model's shape it belongs to.
 #[derive(Clone, Debug, PartialEq)]
@@ -32,7 +32,7 @@ pub(crate) fn mac(a: &[f64], b: &[f64]) -> f64 {
 
 pub(super) fn compare(
     rotor: &Rotor,
-    spectrum: &Spectrum,
+    spectrum: &ModalSpectrum,
     measured: &[MeasuredShape],
 ) -> Result<Vec<ShapeComparison>, UpdateError> {
     measured

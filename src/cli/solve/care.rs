@@ -1,12 +1,12 @@
 //! `muspin solve care`: A, G, Q → X, its relative residual and the closed-loop growth rate.
 
-use super::{Answer, Failure, Problem};
+use super::{Answer, Failure, ProblemFields};
 use crate::linalg::Mat;
 use crate::linalg::riccati::{RiccatiError, care};
 use crate::robust::riccati_cause::find_cause;
 
 /// Solves the problem of the file.
-pub(super) fn solve(problem: &Problem) -> Result<Answer, Failure> {
+pub(super) fn solve(problem: &ProblemFields) -> Result<Answer, Failure> {
     let a = problem.square("A")?;
     let n = a.nrows();
     problem.agrees("n", n)?;

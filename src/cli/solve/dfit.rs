@@ -2,14 +2,14 @@
 //! The unweighted log error is minimised: it is the figure that the answer states.
 
 use super::answer::system;
-use super::{Answer, Failure, Problem};
+use super::{Answer, Failure, ProblemFields};
 use crate::robust::dfit::{DfitError, Magnitudes, fit_up_to};
 
 /// Highest order that is fitted; D-scales of more states follow noise.
 const MAX_ORDER: usize = 20;
 
 /// Solves the problem of the file.
-pub(super) fn solve(problem: &Problem) -> Result<Answer, Failure> {
+pub(super) fn solve(problem: &ProblemFields) -> Result<Answer, Failure> {
     let orders = problem.counts("orders")?;
     let Some(highest) = orders.iter().copied().max() else {
         return Err(problem.failure("orders", "expected at least one order").into());

@@ -2,7 +2,7 @@
 //! prewarped Tustin, impulse invariance, matched poles and zeros.
 
 use super::answer::system;
-use super::{Answer, Failure, Problem};
+use super::{Answer, Failure, ProblemFields};
 use crate::linalg::NumericError;
 use crate::lti::matched::match_roots;
 use crate::lti::sample::{delay_inputs, foh, match_impulse, tustin, tustin_prewarped, zoh, zoh_with_delay};
@@ -15,7 +15,7 @@ const WHOLE_SAMPLE: f64 = 1e-9;
 type Sampled = (&'static str, Result<StateSpace<Discrete>, NumericError>);
 
 /// Solves the problem of the file.
-pub(super) fn solve(problem: &Problem) -> Result<Answer, Failure> {
+pub(super) fn solve(problem: &ProblemFields) -> Result<Answer, Failure> {
     let continuous = problem.system()?;
     let period = problem.number("Ts")?;
     if period <= 0.0 {

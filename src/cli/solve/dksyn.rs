@@ -1,12 +1,12 @@
 //! `muspin solve dksyn`: D-K iteration on a generalized plant; the best controller with its certified peak of μ.
 
 use super::answer::{number, system};
-use super::{Answer, Failure, Problem};
+use super::{Answer, Failure, ProblemFields};
 use crate::robust::dk::{DkError, DkSettings, iterate};
 use serde_json::{Value, json};
 
 /// Solves the problem of the file; `omega` gives the range that the D-scales follow, `max_d_order` bounds their order.
-pub(super) fn solve(problem: &Problem) -> Result<Answer, Failure> {
+pub(super) fn solve(problem: &ProblemFields) -> Result<Answer, Failure> {
     let plant = problem.generalized_plant()?;
     let mut settings = DkSettings::default();
     if problem.has("omega") {

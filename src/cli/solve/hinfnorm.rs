@@ -1,6 +1,6 @@
 //! `muspin solve hinfnorm`: A, B, C, D (and Ts) → norm, peak frequency, certified upper bound.
 
-use super::{Answer, Failure, Problem};
+use super::{Answer, Failure, ProblemFields};
 use crate::lti::norm::{NormError, hinf_norm, hinf_norm_discrete};
 use crate::lti::{Discrete, StateSpace};
 
@@ -8,7 +8,7 @@ use crate::lti::{Discrete, StateSpace};
 const REL_TOL: f64 = 1e-10;
 
 /// Solves the problem of the file.
-pub(super) fn solve(problem: &Problem) -> Result<Answer, Failure> {
+pub(super) fn solve(problem: &ProblemFields) -> Result<Answer, Failure> {
     let s = problem.system()?;
     let found = match sample_time(problem)? {
         Some(period_s) => {
@@ -24,7 +24,7 @@ pub(super) fn solve(problem: &Problem) -> Result<Answer, Failure> {
 }
 
 /// The sample time in s; none in continuous time.
-fn sample_time(problem: &Problem) -> Result<Option<f64>, Failure> {
+fn sample_time(problem: &ProblemFields) -> Result<Option<f64>, Failure> {
     let mut found: Option<(&str, f64)> = None;
     for field in ["Ts", "sample_time_s"] {
         if !problem.has(field) {

@@ -2,13 +2,13 @@
 //! singular plant is enlarged by small channels, which the answer states.
 
 use super::answer::{number, system};
-use super::{Answer, Failure, Problem};
+use super::{Answer, Failure, ProblemFields};
 use crate::robust::hinf::singular::{Perturbation, synthesise_perturbed};
 use crate::robust::{HinfSettings, Limit, SynthesisError};
 use serde_json::Value;
 
 /// Solves the problem of the file; `gamma` in the file asks for the central controller at that level.
-pub(super) fn solve(problem: &Problem) -> Result<Answer, Failure> {
+pub(super) fn solve(problem: &ProblemFields) -> Result<Answer, Failure> {
     let plant = problem.generalized_plant()?;
     let mut settings = HinfSettings::default();
     if problem.has("gamma") {

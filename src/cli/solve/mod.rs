@@ -12,9 +12,9 @@ mod mu;
 mod musys;
 mod reduce;
 
-use super::console::{Console, Shown};
+use super::console::{CommandEnd, Console};
 use super::{Failure, Outcome};
-use crate::input::problem::Problem;
+use crate::input::problem::ProblemFields;
 use crate::input::problem_keys::check_keys;
 use crate::input::problem_schema::ProblemKind;
 use answer::Answer;
@@ -43,7 +43,7 @@ impl clap::ValueEnum for ProblemKind {
 
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
-    let problem = Problem::read(&arguments.file)?;
+    let problem = ProblemFields::read(&arguments.file)?;
     check_keys(&problem, arguments.kind)?;
     let answer: Answer = match arguments.kind {
         ProblemKind::Care => care::solve(&problem),
@@ -62,7 +62,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
         for remark in answer.remarks() {
             words.push_str(&format!("; {remark}"));
         }
-        Shown::done(words).rows(answer.numbers())
+        CommandEnd::done(words).rows(answer.numbers())
     })?;
     Ok(Outcome::Done)
 }

@@ -2,12 +2,12 @@
 //! one.
 
 use super::answer::complex_matrix;
-use super::{Answer, Failure, Problem};
+use super::{Answer, Failure, ProblemFields};
 use crate::augment::Block;
 use crate::robust::{MuError, mu};
 
 /// Solves the problem of the file.
-pub(super) fn solve(problem: &Problem) -> Result<Answer, Failure> {
+pub(super) fn solve(problem: &ProblemFields) -> Result<Answer, Failure> {
     let blocks = problem.blocks()?;
     let (rows, cols) = (blocks.iter().map(Block::cols).sum(), blocks.iter().map(Block::rows).sum());
     let m = problem.complex_matrix("M", rows, cols)?;

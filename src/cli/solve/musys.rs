@@ -1,11 +1,11 @@
 //! `muspin solve musys`: the certified peak of the μ upper bound of a stable system over all frequencies.
 
-use super::{Answer, Failure, Problem};
+use super::{Answer, Failure, ProblemFields};
 use crate::robust::mu::peak::CERTIFICATE_SLACK;
 use crate::robust::mu::system::MuSystem;
 
 /// Solves the problem of the file.
-pub(super) fn solve(problem: &Problem) -> Result<Answer, Failure> {
+pub(super) fn solve(problem: &ProblemFields) -> Result<Answer, Failure> {
     if problem.has("w_range") {
         // The peak is over all frequencies; the range must be one all the same.
         problem.numbers("w_range")?;

@@ -2,13 +2,13 @@
 //! truncation and singular perturbation, or the latter alone, with the exact L∞ norm of its error.
 
 use super::answer::{number, system};
-use super::{Answer, Failure, Problem};
+use super::{Answer, Failure, ProblemFields};
 use crate::linalg::NumericError;
 use crate::lti::balance::{Balancing, Reduction};
 use serde_json::{Map, Value};
 
 /// Solves the problem of the file.
-pub(super) fn solve(problem: &Problem) -> Result<Answer, Failure> {
+pub(super) fn solve(problem: &ProblemFields) -> Result<Answer, Failure> {
     let full = problem.system()?;
     let keeps_dc = problem.has("match_dc") && problem.flag("match_dc")?;
     let within = problem.has("max_error");
@@ -23,8 +23,8 @@ pub(super) fn solve(problem: &Problem) -> Result<Answer, Failure> {
     for (k, order) in asked.iter().enumerate() {
         let reason = if *order > full.order() {
             format!("the system has {} states", full.order())
-        } else if *order < balancing.kept() {
-            format!("{} poles are not in the open left half plane and are kept", balancing.kept())
+        } else if *order < balancing.kept_states() {
+            format!("{} poles are not in the open left half plane and are kept", balancing.kept_states())
         } else {
             if let Some(best) = best_of(&balancing, *order, keeps_dc)? {
                 answers = with(answers, *order, &best);
@@ -37,7 +37,7 @@ pub(super) fn solve(problem: &Problem) -> Result<Answer, Failure> {
     if let (Some((k, order, reason)), true) = (left_out.first(), left_out.len() == asked.len()) {
         return Err(problem
             .failure(&format!("orders[{k}]"), format!("is {order}, but {reason}"))
-            .with_hint(format!("ask for {} to {} states", balancing.kept(), full.order()))
+            .with_hint(format!("ask for {} to {} states", balancing.kept_states(), full.order()))
             .into());
     }
     let mut answer = Answer::new();
@@ -59,7 +59,7 @@ pub(super) fn solve(problem: &Problem) -> Result<Answer, Failure> {
         answer = answer.with_remark(format!("order {order} is left out: {reason}"));
     }
     let values: Vec<Value> = balancing.hankel.iter().map(|h| number(*h)).collect();
-    Ok(answer.with("hsv", values).with("kept_unstable", balancing.kept()).with("orders", answers))
+    Ok(answer.with("hsv", values).with("kept_unstable", balancing.kept_states()).with("orders", answers))
 }
 
 /// The better reduction to `order` states, or the one that keeps the DC gain.
@@ -75,7 +75,7 @@ fn smallest_within(
     allowed: f64,
     keeps_dc: bool,
 ) -> Result<Option<(usize, Reduction)>, NumericError> {
-    let first = balancing.kept() + balancing.hankel.iter().filter(|h| **h > allowed).count();
+    let first = balancing.kept_states() + balancing.hankel.iter().filter(|h| **h > allowed).count();
     for order in first..=full {
         if let Some(best) = best_of(balancing, order, keeps_dc)?.filter(|r| r.error_hinf <= allowed) {
             return Ok(Some((order, best)));

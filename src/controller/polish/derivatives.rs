@@ -5,7 +5,7 @@ use super::lines::lines;
 use super::modal_law::ModalLaw;
 use super::problem::{PolishTask, loss_on};
 use super::responses::Plants;
-use super::structure::Structure;
+use super::structure::LawStructure;
 use super::values::{GROUPS, LIMITS};
 use crate::controller::verification_error::VerificationError;
 use crate::lti::{Discrete, StateSpace};

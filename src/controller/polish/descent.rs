@@ -9,8 +9,8 @@
 //! changes the encirclements of a rotor's det(I − G K) is refused and shortened; B learns from it all the same.
 
 use super::loss::{Evaluation, Loss};
-use super::structure::Structure;
-use super::values::{Group, LIMITS, Value};
+use super::structure::LawStructure;
+use super::values::{LIMITS, Value, ValueGroup};
 use crate::controller::{ControllerError, in_step};
 use crate::linalg::dense::dot;
 use crate::linalg::{Mat, NumericError};
@@ -81,7 +81,7 @@ struct Participant {
 }
 
 /// Where a descent stands.
-struct Place {
+struct DescentPoint {
     x: Vec<f64>,
     found: Evaluation,
     merit: f64,
@@ -90,28 +90,28 @@ struct Place {
 }
 
 /// A step tried from a place.
-struct Trial {
+struct StepTrial {
     step: MinimaxStep,
-    place: Place,
+    place: DescentPoint,
     /// By how much the merit falls.
     kept: f64,
     /// The turns of every rotor that counts are those of the place.
     same: bool,
 }
 
-impl Place {
-    fn new(loss: &mut Loss, law: &dyn Structure, x: Vec<f64>, reach: f64) -> Self {
+impl DescentPoint {
+    fn new(loss: &mut Loss, law: &dyn LawStructure, x: Vec<f64>, reach: f64) -> Self {
         let mut found = loss.evaluate_near(law, &x, reach);
         loss.rescale(&mut found);
         let merit = found.merit(PENALTY);
         Self { x, found, merit, reach }
     }
 
-    fn tried(&self, (loss, law): (&mut Loss, &dyn Structure), step: MinimaxStep, reach: f64) -> Trial {
+    fn try_step(&self, loss: &mut Loss, law: &dyn LawStructure, step: MinimaxStep, reach: f64) -> StepTrial {
         let x = self.x.iter().zip(&step.step).map(|(v, s)| v + s).collect();
         let place = Self::new(loss, law, x, reach);
         let (before, after) = (&self.found.turns, &place.found.turns);
-        Trial {
+        StepTrial {
             same: (0..before.len()).all(|r| !loss.active[r] || after[r] == before[r]),
             kept: self.merit - place.merit,
             step,
@@ -126,20 +126,23 @@ impl Place {
 /// [`ControllerError`] when the metric is not finite.
 pub(crate) fn descend(
     loss: &mut Loss,
-    law: &dyn Structure,
+    law: &dyn LawStructure,
     x: &mut Vec<f64>,
-    (effort, memory): (&Effort, &mut Memory),
+    effort: &Effort,
+    memory: &mut Memory,
 ) -> Result<usize, ControllerError> {
-    let mut place = Place::new(loss, law, std::mem::take(x), WIDEST);
-    let steps = descend_from(&mut place, (loss, law), (effort, memory));
+    let mut place = DescentPoint::new(loss, law, std::mem::take(x), WIDEST);
+    let steps = descend_from(&mut place, loss, law, effort, memory);
     *x = place.x;
     steps
 }
 
 fn descend_from(
-    place: &mut Place,
-    (loss, law): (&mut Loss, &dyn Structure),
-    (effort, memory): (&Effort, &mut Memory),
+    place: &mut DescentPoint,
+    loss: &mut Loss,
+    law: &dyn LawStructure,
+    effort: &Effort,
+    memory: &mut Memory,
 ) -> Result<usize, ControllerError> {
     let mut metric = metric_of(loss, law, place)?;
     let mut age = 0;
@@ -176,20 +179,20 @@ fn descend_from(
         if promised < 1e-3 * effort.tolerance {
             break;
         }
-        let mut trial = place.tried((loss, law), step, reach);
+        let mut trial = place.try_step(loss, law, step, reach);
         let mut is_corrected = false;
         if trial.same && is_short(trial.kept, promised) {
             programme.revalue(values_at(&trial, &participants).into_iter());
             let binding: Vec<usize> = trial.step.binding.iter().map(|(k, _)| *k).collect();
             let again = programme.step(&binding);
-            let again = again.map(|step| place.tried((loss, law), step, reach));
+            let again = again.map(|step| place.try_step(loss, law, step, reach));
             if let Some(again) = again.filter(|again| again.same && again.kept > trial.kept) {
                 (trial, is_corrected) = (again, true);
             }
         }
         let (kept, same) = (trial.kept, trial.same);
         if same {
-            known = binding_after((loss, law), &trial, &participants);
+            known = binding_after(loss, law, &trial, &participants);
             let change = slope_change(&trial.step, &participants, &known);
             let step = &trial.step.step;
             memory.curvature.learn(step, &change, || metric.clone());
@@ -231,7 +234,7 @@ fn programme_of(participants: &[Participant], metric: &Mat<f64>, memory: &Memory
         .map(|t| LinearValue { limit: t.value.group.limit(), value: t.value.value, gradient: t.slope.clone() })
         .collect();
     let rule = StepRule { limits: LIMITS, penalty: PENALTY, proximal: memory.weight };
-    CurvedProgramme::new(&linear, (metric, &memory.curvature), &rule)
+    CurvedProgramme::new(&linear, metric, &memory.curvature, &rule)
 }
 
 /// Numbers of the values that take part among some.
@@ -242,7 +245,7 @@ fn among(participants: &[Participant], some: &[Value]) -> Vec<usize> {
 
 /// Values before a step for which the linear model gives what was found at its end, or, where that was too low to be
 /// kept, the most that it can have been.
-fn values_at(trial: &Trial, participants: &[Participant]) -> Vec<f64> {
+fn values_at(trial: &StepTrial, participants: &[Participant]) -> Vec<f64> {
     let key = |v: &Value| (v.rotor, v.line, v.group, v.entry);
     let found = &trial.place.found;
     let mut after: Vec<&Value> = found.values.iter().collect();
@@ -259,13 +262,14 @@ fn values_at(trial: &Trial, participants: &[Participant]) -> Vec<f64> {
 
 /// The values that bind a step with their derivatives at its end.
 fn binding_after(
-    (loss, law): (&Loss, &dyn Structure),
-    trial: &Trial,
+    loss: &Loss,
+    law: &dyn LawStructure,
+    trial: &StepTrial,
     participants: &[Participant],
 ) -> Vec<Participant> {
     let binding = trial.step.binding.iter();
     let values = binding.map(|(k, _)| participants[*k].value).collect();
-    with_slopes((loss, law), &trial.place, values)
+    with_slopes(loss, law, &trial.place, values)
 }
 
 /// Slope of the Lagrangian at the end of a step less that before it; `after` are the values that bind it, in their
@@ -279,9 +283,9 @@ fn slope_change(step: &MinimaxStep, participants: &[Participant], after: &[Parti
 }
 
 /// The metric of a step: mean square relative change of the loop, and natural steps.
-fn metric_of(loss: &Loss, law: &dyn Structure, place: &Place) -> Result<Mat<f64>, ControllerError> {
+fn metric_of(loss: &Loss, law: &dyn LawStructure, place: &DescentPoint) -> Result<Mat<f64>, ControllerError> {
     let x = &place.x;
-    let mut metric = loss.metric(&*law.with(x), &place.found, METRIC);
+    let mut metric = loss.metric(&*law.with(x), &place.found, METRIC.0, METRIC.1);
     let n = metric.nrows();
     for (k, natural) in law.natural_steps(x).into_iter().enumerate() {
         // In units of the effect of each parameter the diagonal is one and the trace n.
@@ -295,12 +299,17 @@ fn metric_of(loss: &Loss, law: &dyn Structure, place: &Place) -> Result<Mat<f64>
 }
 
 /// Values near the largest of their group with their derivatives, of which some are known.
-fn participants_of(loss: &Loss, law: &dyn Structure, place: &Place, known: &[Participant]) -> Vec<Participant> {
+fn participants_of(
+    loss: &Loss,
+    law: &dyn LawStructure,
+    place: &DescentPoint,
+    known: &[Participant],
+) -> Vec<Participant> {
     let values = near_largest(place);
     let known_of = |value: &Value| known.iter().find(|own| own.value.is_same(value));
     let unknown = values.iter().filter(|value| known_of(value).is_none());
     let unknown = unknown.copied().collect();
-    let mut others = with_slopes((loss, law), place, unknown).into_iter();
+    let mut others = with_slopes(loss, law, place, unknown).into_iter();
     let of = |value: Value| match known_of(&value) {
         Some(known) => Some(Participant { value, slope: known.slope.clone() }),
         None => others.next(),
@@ -309,14 +318,14 @@ fn participants_of(loss: &Loss, law: &dyn Structure, place: &Place, known: &[Par
 }
 
 /// Values with their derivatives at a place.
-fn with_slopes((loss, law): (&Loss, &dyn Structure), place: &Place, values: Vec<Value>) -> Vec<Participant> {
+fn with_slopes(loss: &Loss, law: &dyn LawStructure, place: &DescentPoint, values: Vec<Value>) -> Vec<Participant> {
     let slopes = loss.gradients(&*law.with(&place.x), &place.found, &values);
     let both = values.into_iter().zip(slopes);
     both.map(|(value, slope)| Participant { value, slope }).collect()
 }
 
 /// What a value is compared with: the largest of its group and, for limits, zero if that is larger.
-fn reference(found: &Evaluation, group: Group) -> f64 {
+fn reference(found: &Evaluation, group: ValueGroup) -> f64 {
     group.reference(found.largest(group), 0.0)
 }
 
@@ -326,7 +335,7 @@ fn below(found: &Evaluation, value: &Value) -> f64 {
 }
 
 /// The values that can be the largest after a step: [`LARGEST_PROGRAMME`] of those nearest to their reference.
-fn near_largest(place: &Place) -> Vec<Value> {
+fn near_largest(place: &DescentPoint) -> Vec<Value> {
     let below = |v: &Value| below(&place.found, v);
     let values = place.found.values.iter();
     let mut chosen: Vec<Value> = values.filter(|v| below(v) < place.reach).copied().collect();
@@ -339,7 +348,7 @@ fn near_largest(place: &Place) -> Vec<Value> {
 }
 
 /// The reach of the evaluations of the next step: twice that of the values that take part in it, and a step.
-fn next_reach(place: &Place, participants: &[Participant]) -> f64 {
+fn next_reach(place: &DescentPoint, participants: &[Participant]) -> f64 {
     let used = if participants.len() < LARGEST_PROGRAMME {
         place.reach
     } else {

@@ -3,8 +3,8 @@
 use super::limits::{AT_TOP_SPEED, SHIFTED, WEAKEST};
 use super::line_state::{ClosedLines, LinePart};
 use super::loss::{Evaluation, Loss, largest_singular};
-use super::responses::Role;
-use super::values::{Gathered, Group, LIMITS, Value, is_kept, nan_max, share_of};
+use super::responses::RotorRole;
+use super::values::{Gathered, LIMITS, Value, ValueGroup, is_kept, nan_max, share_of};
 use std::f64::consts::TAU;
 
 /// A rotor that counts, with the factors that turn its squares into those of its ratios to limits.
@@ -17,7 +17,7 @@ struct Counted {
     compliance: f64,
     sensitivity: f64,
     /// Group of the sensitivity.
-    group: Group,
+    group: ValueGroup,
     /// Zero where the noise does not count.
     noise: f64,
 }
@@ -25,12 +25,12 @@ struct Counted {
 impl Loss {
     /// What closed loops come to over the rotors that count; of the values those less than a reach (logarithms) below
     /// their group's largest, of limits below zero if that is larger. Without a reach there are none.
-    pub(super) fn gathered(&self, lines: ClosedLines, turns: Vec<i64>, reach: Option<f64>) -> Evaluation {
-        let counted = self.counted();
+    pub(super) fn gather_lines(&self, lines: ClosedLines, turns: Vec<i64>, reach: Option<f64>) -> Evaluation {
+        let counted = self.count_turns();
         let noise = noise(&lines, &counted);
         let soft = self.squares_over_floors(&lines, &counted);
         let mut squares = [0.0; LIMITS + 1];
-        let mut add = |group: Group, square: f64| {
+        let mut add = |group: ValueGroup, square: f64| {
             let all = &mut squares[group as usize];
             *all = nan_max(*all, square);
         };
@@ -41,36 +41,36 @@ impl Loss {
                 add(own.group, largest.sensitivity.as_array()[l] * own.sensitivity);
                 if own.compliance > 0.0 {
                     let square = largest.compliance.as_array()[l] * own.compliance;
-                    add(Group::Compliance, square);
+                    add(ValueGroup::Compliance, square);
                 }
             }
         }
         for (_, _, square) in &noise {
-            add(Group::NoiseCurrent, *square);
+            add(ValueGroup::NoiseCurrent, *square);
         }
         for (_, _, square) in &soft {
-            add(Group::ToolStiffness, *square);
+            add(ValueGroup::ToolStiffness, *square);
         }
         let mut values = vec![];
         if let Some(reach) = reach {
             let share = share_of(reach);
-            let floor = |group: Group| share * group.reference(squares[group as usize], 1.0);
+            let floor = |group: ValueGroup| share * group.reference(squares[group as usize], 1.0);
             for part in lines.parts() {
                 for own in &counted {
-                    let floors = [floor(Group::Compliance), floor(own.group)];
-                    self.add_near(&mut values, part, (own, floors));
+                    let floors = [floor(ValueGroup::Compliance), floor(own.group)];
+                    self.add_near(&mut values, part, own, floors);
                 }
             }
             for (rotor, i, square) in &noise {
-                if is_kept(*square, floor(Group::NoiseCurrent)) {
+                if is_kept(*square, floor(ValueGroup::NoiseCurrent)) {
                     let at = (*rotor, 0, (*i, *i));
-                    values.push(Value::of_square(Group::NoiseCurrent, *square, at));
+                    values.push(Value::of_square(ValueGroup::NoiseCurrent, *square, at));
                 }
             }
             for (rotor, line, square) in &soft {
-                if is_kept(*square, floor(Group::ToolStiffness)) {
+                if is_kept(*square, floor(ValueGroup::ToolStiffness)) {
                     let at = (*rotor, *line, (0, 0));
-                    values.push(Value::of_square(Group::ToolStiffness, *square, at));
+                    values.push(Value::of_square(ValueGroup::ToolStiffness, *square, at));
                 }
             }
         }
@@ -84,7 +84,7 @@ impl Loss {
     }
 
     /// The rotors that count.
-    fn counted(&self) -> Vec<Counted> {
+    fn count_turns(&self) -> Vec<Counted> {
         let groups = self.groups.list.iter().enumerate();
         let places = groups.flat_map(|(group, own)| {
             let rotors = own.rotors.iter().enumerate();
@@ -98,19 +98,19 @@ impl Loss {
     fn count(&self, rotor: usize, place: (usize, usize)) -> Counted {
         let (role, limits) = (self.rotors[rotor].role, &self.limits);
         let weight = match role {
-            Role::Rest => 1.0,
-            Role::TopSpeed => AT_TOP_SPEED,
-            Role::Shifted => SHIFTED,
-            Role::Overspeed | Role::Weak | Role::Weakest => 0.0,
+            RotorRole::Rest => 1.0,
+            RotorRole::TopSpeed => AT_TOP_SPEED,
+            RotorRole::Shifted => SHIFTED,
+            RotorRole::Overspeed | RotorRole::Weak | RotorRole::Weakest => 0.0,
         };
         let (group, limit) = match role {
-            Role::Rest | Role::TopSpeed => (Group::Sensitivity, limits.sensitivity),
-            Role::Shifted | Role::Overspeed => {
+            RotorRole::Rest | RotorRole::TopSpeed => (ValueGroup::Sensitivity, limits.sensitivity),
+            RotorRole::Shifted | RotorRole::Overspeed => {
                 let limit = limits.sensitivity * limits.shifted_sensitivity;
-                (Group::Sensitivity, limit)
+                (ValueGroup::Sensitivity, limit)
             }
-            Role::Weak => (Group::Margin, limits.weak_sensitivity),
-            Role::Weakest => (Group::Margin, WEAKEST * limits.weak_sensitivity),
+            RotorRole::Weak => (ValueGroup::Margin, limits.weak_sensitivity),
+            RotorRole::Weakest => (ValueGroup::Margin, WEAKEST * limits.weak_sensitivity),
         };
         let noise = if role.is_nominal() { limits.sensor_noise_m / limits.noise_current_a } else { 0.0 };
         Counted {
@@ -133,14 +133,14 @@ impl Loss {
         at_floors
             .map(|(own, (line, floor_n_per_m))| {
                 let (group, l) = own.place;
-                let square = lines.squares(*line, (group, groups)).compliance.as_array()[l];
+                let square = lines.squares(*line, group, groups).compliance.as_array()[l];
                 (own.rotor, *line, square * (floor_n_per_m / self.limits.tool_softness).powi(2))
             })
             .collect()
     }
 
     /// Adds the values of a rotor on the lines of a part that are not below the floors of compliance and sensitivity.
-    fn add_near(&self, values: &mut Vec<Value>, part: &LinePart, (own, [softest, highest]): (&Counted, [f64; 2])) {
+    fn add_near(&self, values: &mut Vec<Value>, part: &LinePart, own: &Counted, [softest, highest]: [f64; 2]) {
         let (group, l) = own.place;
         let largest = &part.largest[group];
         let (soft, high) = (largest.compliance.as_array(), largest.sensitivity.as_array());
@@ -156,7 +156,7 @@ impl Loss {
             let square = squares.compliance.as_array()[l] * own.compliance;
             if is_soft && is_kept(square, softest) && band.contains(&self.lines[line].omega_rad_s) {
                 let at = (own.rotor, line, (0, 0));
-                values.push(Value::of_square(Group::Compliance, square, at));
+                values.push(Value::of_square(ValueGroup::Compliance, square, at));
             }
             for (j, four) in squares.sensitivity.iter().enumerate() {
                 let square = four.as_array()[l] * own.sensitivity;
@@ -177,14 +177,14 @@ impl Loss {
                 let gain = largest_singular(state.gain).0;
                 if gain != 0.0 {
                     let ratio = gain / self.limits.high_frequency_gain_a_per_m;
-                    all.push(Group::HighGain, ratio * ratio, line, (0, 0));
+                    all.push(ValueGroup::HighGain, ratio * ratio, line, (0, 0));
                 }
             }
             for (part, bound) in state.specification.iter().enumerate() {
                 let ratio = (bound.sigma / self.limits.mu).powi(2);
                 // Zero has no logarithm; what is not a number stays.
                 let ratio = if ratio < f64::MIN_POSITIVE { f64::MIN_POSITIVE } else { ratio };
-                all.push(Group::Specification, ratio, line, (part, part));
+                all.push(ValueGroup::Specification, ratio, line, (part, part));
             }
         }
         all

@@ -153,7 +153,7 @@ impl ClosedLines {
     }
 
     /// Squares at a line of the group of four rotors with a number, of so many groups.
-    pub(super) fn squares(&self, line: usize, (group, groups): (usize, usize)) -> &PackedSquares {
+    pub(super) fn squares(&self, line: usize, group: usize, groups: usize) -> &PackedSquares {
         &self.0[line / PART].squares[line % PART * groups + group]
     }
 

@@ -1,7 +1,7 @@
 //! Lines of a polish: dense enough for every peak that the loop can have between rest and top speed.
 
 use super::responses::Plants;
-use super::structure::Line;
+use super::structure::LoopLine;
 use crate::linalg::c64;
 use crate::lti::response::even_in_logarithm;
 use std::f64::consts::{PI, TAU};
@@ -19,7 +19,7 @@ const SAME: f64 = 0.25;
 
 /// `from_hz` to Nyquist, packed round the plant's modes and the poles of the loop, those closer than a share of their
 /// frequency once.
-pub(crate) fn lines(plants: &Plants, from_hz: f64, poles_rad_s: &[c64], apart: f64) -> Vec<Line> {
+pub(crate) fn lines(plants: &Plants, from_hz: f64, poles_rad_s: &[c64], apart: f64) -> Vec<LoopLine> {
     let period_s = plants.period_s();
     let last = LAST * PI / period_s;
     let steps = |from: f64, to: f64, ratio: f64| {
@@ -42,7 +42,7 @@ pub(crate) fn lines(plants: &Plants, from_hz: f64, poles_rad_s: &[c64], apart: f
     omega.retain(|w| *w > 0.0 && *w <= last);
     omega.sort_by(f64::total_cmp);
     omega.dedup_by(|b, a| *b < *a * (1.0 + apart));
-    omega.into_iter().map(|w| Line::new(w, period_s)).collect()
+    omega.into_iter().map(|w| LoopLine::new(w, period_s)).collect()
 }
 
 /// The plain lines of [`lines`] with lines at every lightly damped pole of plant and loop, however sharp, and round the
@@ -50,9 +50,10 @@ pub(crate) fn lines(plants: &Plants, from_hz: f64, poles_rad_s: &[c64], apart: f
 pub(crate) fn sharp_lines(
     plants: &Plants,
     from_hz: f64,
-    (poles_rad_s, peaks_rad_s): (&[c64], &[f64]),
+    poles_rad_s: &[c64],
+    peaks_rad_s: &[f64],
     apart: f64,
-) -> Vec<Line> {
+) -> Vec<LoopLine> {
     let period_s = plants.period_s();
     let last = LAST * PI / period_s;
     // Frequency, and the distance within which another line shows the same.
@@ -87,17 +88,17 @@ pub(crate) fn sharp_lines(
 }
 
 /// Lines at some frequencies, each once.
-fn ascending(mut omega_rad_s: Vec<f64>, period_s: f64) -> Vec<Line> {
+fn ascending(mut omega_rad_s: Vec<f64>, period_s: f64) -> Vec<LoopLine> {
     omega_rad_s.sort_by(f64::total_cmp);
     omega_rad_s.dedup();
     let lines = omega_rad_s.into_iter();
-    lines.map(|w| Line::new(w, period_s)).collect()
+    lines.map(|w| LoopLine::new(w, period_s)).collect()
 }
 
 /// Frequencies half way to both neighbours of each line at which a value is at least `floor` and a local maximum,
 /// rad/s. Between two lines that are 0.6 half-widths of a resonance apart its peak can be 4 % higher than on them,
 /// where they are 0.3 half-widths apart 1 %.
-pub(super) fn beside_peaks(lines: &[Line], value: impl Fn(usize) -> f64, floor: f64) -> Vec<f64> {
+pub(super) fn beside_peaks(lines: &[LoopLine], value: impl Fn(usize) -> f64, floor: f64) -> Vec<f64> {
     let at = |k: usize| lines[k].omega_rad_s;
     let is_peak = |k: &usize| value(*k) >= floor && value(*k) >= value(*k - 1) && value(*k) >= value(*k + 1);
     (1..lines.len().saturating_sub(1))
@@ -107,7 +108,7 @@ pub(super) fn beside_peaks(lines: &[Line], value: impl Fn(usize) -> f64, floor: 
 }
 
 /// The lines with further ones.
-pub(super) fn with_further(lines: &[Line], omega_rad_s: &[f64], period_s: f64) -> Vec<Line> {
+pub(super) fn with_further(lines: &[LoopLine], omega_rad_s: &[f64], period_s: f64) -> Vec<LoopLine> {
     let own = lines.iter().map(|l| l.omega_rad_s);
     ascending(own.chain(omega_rad_s.iter().copied()).collect(), period_s)
 }
@@ -118,7 +119,7 @@ mod tests {
 
     #[test]
     fn a_peak_between_two_lines_gets_lines_on_both_sides() {
-        let lines: Vec<Line> = (1..=6).map(|k| Line::new(f64::from(k), 1e-4)).collect();
+        let lines: Vec<LoopLine> = (1..=6).map(|k| LoopLine::new(f64::from(k), 1e-4)).collect();
         let values = [0.9, 0.2, 0.95, 0.94, 0.1, 0.5];
         let found = beside_peaks(&lines, |k| values[k], 0.9);
         assert_eq!(found, [2.5, 3.5]);
@@ -130,8 +131,8 @@ mod tests {
     fn lines_half_way_to_the_neighbours_leave_one_percent_of_a_resonance_unseen() {
         // A resonance at 100 rad/s with a half-width of 1, between two lines 0.6 half-widths apart.
         let magnitude = |w: f64| 1.0 / (w - 100.0).hypot(1.0);
-        let lines: Vec<Line> = [98.5, 99.1, 99.7, 100.3, 100.9, 101.5].map(|w| Line::new(w, 1e-4)).to_vec();
-        let largest = |lines: &[Line]| {
+        let lines: Vec<LoopLine> = [98.5, 99.1, 99.7, 100.3, 100.9, 101.5].map(|w| LoopLine::new(w, 1e-4)).to_vec();
+        let largest = |lines: &[LoopLine]| {
             let values = lines.iter().map(|l| magnitude(l.omega_rad_s));
             values.fold(0.0, f64::max)
         };

@@ -1,6 +1,6 @@
 //! Poles of the sampled loops of a machine at some of its speeds: lines are packed round them.
 
-use super::responses::{Plants, Role};
+use super::responses::{Plants, RotorRole};
 use crate::controller::verification_error::VerificationError;
 use crate::linalg::{NumericError, c64};
 use crate::lti::{Discrete, StateSpace};
@@ -15,7 +15,7 @@ impl SampledPlants {
     ///
     /// # Errors
     /// [`VerificationError`] when a plant cannot be sampled.
-    pub(crate) fn of(plants: &Plants, chosen: impl Fn(usize, Role) -> bool) -> Result<Self, VerificationError> {
+    pub(crate) fn of(plants: &Plants, chosen: impl Fn(usize, RotorRole) -> bool) -> Result<Self, VerificationError> {
         let all: Vec<(usize, &Plant)> = plants
             .all()
             .enumerate()
@@ -23,7 +23,7 @@ impl SampledPlants {
             .map(|(number, (_, plant))| (number, plant))
             .collect();
         let found: Result<Vec<_>, VerificationError> =
-            all.into_par_iter().map(|(number, plant)| Ok((number, plant.clone(), plant.sampled()?))).collect();
+            all.into_par_iter().map(|(number, plant)| Ok((number, plant.clone(), plant.sample_plant()?))).collect();
         Ok(Self(found?))
     }
 

@@ -1,6 +1,6 @@
 //! A closed loop at one line.
 
-use super::matrix2::{Matrix2, ONE, ZERO, closed, product, times};
+use super::matrix2::{Matrix2, ONE, ZERO, close_loop, product, times};
 use super::responses::LoopResponse;
 use crate::linalg::c64;
 
@@ -20,7 +20,7 @@ impl LoopState {
 
     /// The loop of `g` with the controller K = `gain`.
     pub(super) fn new(g: &LoopResponse, gain: &Matrix2) -> Self {
-        let (_, s) = closed(&product(&g.loops, gain));
+        let (_, s) = close_loop(&product(&g.loops, gain));
         let r = product(gain, &s);
         let u = times(&r, &g.read);
         Self { s, r, compliance: g.tool + g.drive[0] * u[0] + g.drive[1] * u[1] }

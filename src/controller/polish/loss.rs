@@ -12,15 +12,15 @@ use super::line_scales::LineScales;
 use super::line_state::{ClosedLines, DirectionSums, LinePart};
 use super::lines::beside_peaks;
 use super::loop_state::LoopState;
-use super::matrix2::{Matrix2, adjoint, hermitian_eigen, outer, squared, times};
+use super::matrix2::{Matrix2, adjoint, conjugate_square, hermitian_eigen, outer, times};
 use super::packed_loops::PackedLoops;
 use super::phase_count::turns_of;
-use super::responses::{LoopResponse, Rotor, SpecificationLine};
+use super::responses::{LoopResponse, ServedRotor, SpecificationLine};
 use super::rotor_groups::RotorGroups;
-use super::specification_bound::{Bound, best_scales, bound};
+use super::specification_bound::{Bound, best_scales, bound_line};
 use super::specification_norm::{self, PackedNorms};
-use super::structure::{Fixed, Line, Structure};
-use super::values::{Group, LIMIT_GROUPS, LIMITS, Value, nan_max};
+use super::structure::{FixedLaw, LawStructure, LoopLine};
+use super::values::{LIMIT_GROUPS, LIMITS, Value, ValueGroup, nan_max};
 use crate::augment::weights::StiffnessFloor;
 use crate::linalg::lanes::{Lanes, WIDTH, groups, place};
 use crate::robust::structure::Structure as Blocks;
@@ -42,14 +42,14 @@ pub(crate) struct Evaluation {
 
 impl Evaluation {
     /// Largest value of a group.
-    pub(crate) fn largest(&self, group: Group) -> f64 {
+    pub(crate) fn largest(&self, group: ValueGroup) -> f64 {
         self.largest[group as usize]
     }
 
     /// Objective plus penalty times what exceeds the limits.
     pub(crate) fn merit(&self, penalty: f64) -> f64 {
         let over: f64 = LIMIT_GROUPS.iter().map(|g| self.largest(*g).max(0.0)).sum();
-        let compliance = self.largest(Group::Compliance);
+        let compliance = self.largest(ValueGroup::Compliance);
         // Without a band of stiffness the limits are all there is.
         penalty * over + if compliance == f64::NEG_INFINITY { 0.0 } else { compliance }
     }
@@ -57,8 +57,8 @@ impl Evaluation {
 
 /// Rotors, lines and limits: everything about a loop but the controller.
 pub(crate) struct Loss {
-    pub lines: Vec<Line>,
-    pub rotors: Vec<Rotor>,
+    pub lines: Vec<LoopLine>,
+    pub rotors: Vec<ServedRotor>,
     /// Rotors whose loops are closed together.
     pub(super) groups: RotorGroups,
     /// All loops in packs, those of a line after those of the line before.
@@ -107,7 +107,7 @@ impl Specification {
     }
 
     /// Renews the scales of a loop on a line.
-    fn set_scales(&mut self, (part, line): (usize, usize), scales: LineScales) {
+    fn set_scales(&mut self, part: usize, line: usize, scales: LineScales) {
         let (group, lane) = place(part);
         let norms = &mut self.norms[line * groups(self.loops.len()) + group];
         let own = &mut self.loops[part];
@@ -126,14 +126,14 @@ pub(crate) struct SpecifiedLoop {
 impl Loss {
     /// A loss over rotors on their lines.
     pub(crate) fn new(
-        lines: Vec<Line>,
-        rotors: Vec<Rotor>,
+        lines: Vec<LoopLine>,
+        rotors: Vec<ServedRotor>,
         specification: Option<Specification>,
         limits: LoopLimits,
         period_s: f64,
     ) -> Self {
         let nyquist = PI / period_s;
-        let at = |k: usize| lines.get(k).map_or(nyquist, |l: &Line| l.omega_rad_s);
+        let at = |k: usize| lines.get(k).map_or(nyquist, |l: &LoopLine| l.omega_rad_s);
         let share = (0..lines.len())
             .map(|k| {
                 let below = if k == 0 { 0.0 } else { 0.5 * (at(k - 1) + at(k)) };
@@ -162,7 +162,7 @@ impl Loss {
 
     /// With floors of the tool's stiffness on the lines in their bands; where two bands overlap the higher one.
     pub(super) fn with_floors(mut self, floors: &[StiffnessFloor]) -> Self {
-        let floor_at = |(line, at): (usize, &Line)| {
+        let floor_at = |(line, at): (usize, &LoopLine)| {
             let here = floors.iter().filter(|floor| floor.holds_at(at.omega_rad_s / TAU));
             here.map(|floor| floor.at_least_n_per_m).reduce(f64::max).map(|highest| (line, highest))
         };
@@ -171,17 +171,17 @@ impl Loss {
     }
 
     /// Responses of the rotors, and rows of the specification of each of its loops, on the lines.
-    pub(super) fn responses(&self) -> (Vec<&Rotor>, Vec<&[SpecificationLine]>) {
+    pub(super) fn responses(&self) -> (Vec<&ServedRotor>, Vec<&[SpecificationLine]>) {
         let loops = self.specification.iter().flat_map(|s| &s.loops);
         let rows = loops.map(|part| part.lines.as_slice()).collect();
         (self.rotors.iter().collect(), rows)
     }
 
     /// Scales of the modal channels of a loop of the specification, each from the nearest line.
-    pub(super) fn scales_near(&self, lines: &[Line], side: usize, blocks: usize) -> Vec<Vec<f64>> {
+    pub(super) fn scales_near(&self, lines: &[LoopLine], side: usize, blocks: usize) -> Vec<Vec<f64>> {
         let mut loops = self.specification.iter().flat_map(|s| &s.loops);
         let own = loops.find(|part| part.side == side);
-        let nearest = |line: &Line| {
+        let nearest = |line: &LoopLine| {
             let omega = line.omega_rad_s;
             let above = self.lines.partition_point(|l| l.omega_rad_s < omega);
             let beside = above.saturating_sub(1)..self.lines.len().min(above + 1);
@@ -194,32 +194,32 @@ impl Loss {
     }
 
     /// The loop with parameters `x` of a structure, over all rotors that count; no values are kept.
-    pub(crate) fn evaluate(&self, law: &dyn Structure, x: &[f64]) -> Evaluation {
-        let lines = self.closed(law, x, 0.0);
+    pub(crate) fn evaluate(&self, law: &dyn LawStructure, x: &[f64]) -> Evaluation {
+        let lines = self.close_lines(law, x, 0.0);
         let turns = self.turns(&lines);
-        self.gathered(lines, turns, None)
+        self.gather_lines(lines, turns, None)
     }
 
     /// As [`Self::evaluate`] for a step of a descent: values that are `reach` and more (logarithms) below their limit,
     /// or below the largest of the objective, are left out, and such a bound of the specification may be replaced by a
     /// larger one that is, too.
-    pub(super) fn evaluate_near(&self, law: &dyn Structure, x: &[f64], reach: f64) -> Evaluation {
-        let lines = self.closed(law, x, (-reach).exp() * self.limits.mu);
+    pub(super) fn evaluate_near(&self, law: &dyn LawStructure, x: &[f64], reach: f64) -> Evaluation {
+        let lines = self.close_lines(law, x, (-reach).exp() * self.limits.mu);
         let turns = self.turns(&lines);
-        self.gathered(lines, turns, Some(reach))
+        self.gather_lines(lines, turns, Some(reach))
     }
 
     /// [`Self::evaluate`] over the rotors whose turns are `right`, given those of all; from here on these count.
-    pub(crate) fn activate(&mut self, law: &dyn Structure, x: &[f64], right: impl Fn(&[i64]) -> i64) -> Evaluation {
-        let lines = self.closed(law, x, 0.0);
+    pub(crate) fn activate(&mut self, law: &dyn LawStructure, x: &[f64], right: impl Fn(&[i64]) -> i64) -> Evaluation {
+        let lines = self.close_lines(law, x, 0.0);
         let turns = self.turns(&lines);
         let right = right(&turns);
         self.active = turns.iter().map(|turns| *turns == right).collect();
-        self.gathered(lines, turns, None)
+        self.gather_lines(lines, turns, None)
     }
 
     /// The loops of all rotors at every line; bounds of the specification are exact above `floor`.
-    fn closed(&self, law: &dyn Structure, x: &[f64], floor: f64) -> ClosedLines {
+    fn close_lines(&self, law: &dyn LawStructure, x: &[f64], floor: f64) -> ClosedLines {
         let fixed = law.with(x);
         let groups = &self.groups;
         let sizes = [groups.list.len(), groups.packs(), self.specified.len()];
@@ -227,7 +227,7 @@ impl Loss {
             self.lines.len(),
             sizes,
             |lines, gains| fixed.add_gains(&self.lines[lines], gains),
-            |part, k| self.close(part, &*fixed, (k, floor)),
+            |part, k| self.close(part, &*fixed, k, floor),
         )
     }
 
@@ -244,7 +244,7 @@ impl Loss {
     }
 
     /// Adds a line to its part.
-    fn close(&self, part: &mut LinePart, law: &dyn Fixed, (k, floor): (usize, f64)) {
+    fn close(&self, part: &mut LinePart, law: &dyn FixedLaw, k: usize, floor: f64) {
         let gain = part.gains[k - part.first];
         let free = law.without_integrators(&self.lines[k]);
         let (omega, band) = (self.lines[k].omega_rad_s, self.stiffness_band_rad_s());
@@ -265,7 +265,7 @@ impl Loss {
                     }
                     whole.state
                 } else {
-                    pack.closed(&gain, free)
+                    pack.close_loops(&gain, free)
                 };
                 part.add_determinant(number, &state.determinant);
                 sums = sums.with(&state);
@@ -275,12 +275,12 @@ impl Loss {
             part.squares.push(squares);
         }
         if let Some(spec) = &self.specification {
-            self.add_bounds(part, spec, (k, floor));
+            self.add_bounds(part, spec, k, floor);
         }
     }
 
     /// Adds the bounds of the specification at a line, of the loops there.
-    fn add_bounds(&self, part: &mut LinePart, spec: &Specification, (k, floor): (usize, f64)) {
+    fn add_bounds(&self, part: &mut LinePart, spec: &Specification, k: usize, floor: f64) {
         let least = floor * floor;
         let fours = part.specified.chunks(WIDTH).zip(spec.loops.chunks(WIDTH));
         for ((states, loops), norms) in fours.zip(spec.norms(k)) {
@@ -295,7 +295,7 @@ impl Loss {
                     Bound::at_most(square.sqrt())
                 } else {
                     let g = &response(&self.rotors, own.side, k).loops;
-                    bound(&own.lines[k], &own.scales[k], (state, g), floor)
+                    bound_line(&own.lines[k], &own.scales[k], state, g, floor)
                 });
             }
         }
@@ -335,7 +335,7 @@ impl Loss {
                 let (line, g) = (&part.lines[k], response(rotors, part.side, k));
                 let own = LoopState::new(g, found.lines.line(k).gain);
                 let scales = LineScales::new(best_scales(line, &own.r, &spec.blocks));
-                let bound = bound(line, &scales, (&own, &g.loops), 0.0);
+                let bound = bound_line(line, &scales, &own, &g.loops, 0.0);
                 (k, p, scales, bound)
             })
             .collect();
@@ -343,18 +343,18 @@ impl Loss {
             // The iteration for the scales ends at a tolerance: what was there may be better by as much.
             let before = found.lines.specification_mut(k, p);
             if bound.sigma < before.sigma {
-                spec.set_scales((p, k), scales);
+                spec.set_scales(p, k, scales);
                 *before = bound;
             }
         }
         let value = |bound: &Bound| (bound.sigma / limit).max(f64::MIN_POSITIVE).ln();
         for own in &mut found.values {
-            if own.group == Group::Specification {
+            if own.group == ValueGroup::Specification {
                 own.value = value(&found.lines.line(own.line).specification[own.entry.0]);
             }
         }
         let bounds = found.lines.all().flat_map(|line| line.specification);
-        found.largest[Group::Specification as usize] = bounds.map(value).fold(f64::NEG_INFINITY, nan_max);
+        found.largest[ValueGroup::Specification as usize] = bounds.map(value).fold(f64::NEG_INFINITY, nan_max);
     }
 
     /// Frequencies beside the peaks of the specification's bounds that are near the limit, rad/s.
@@ -382,13 +382,13 @@ const NEAR: f64 = 0.92;
 
 /// Largest singular value σ of K and Q of its logarithm: v uᴴ/σ with K v = σ u.
 pub(super) fn largest_singular(k: &Matrix2) -> (f64, Matrix2) {
-    let ([square, _], [v, _]) = hermitian_eigen(&squared(&adjoint(k)));
+    let ([square, _], [v, _]) = hermitian_eigen(&conjugate_square(&adjoint(k)));
     let u = times(k, &v).map(|z| z.conj());
     (square.sqrt(), outer(&v, &u, (1.0 / square).into()))
 }
 
 /// Responses of the loop with a flat index at a line.
-fn response(rotors: &[Rotor], mut side: usize, line: usize) -> &LoopResponse {
+fn response(rotors: &[ServedRotor], mut side: usize, line: usize) -> &LoopResponse {
     let mut rotor = 0;
     while side >= rotors[rotor].directions.len() {
         side -= rotors[rotor].directions.len();

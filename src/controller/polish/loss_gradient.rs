@@ -2,17 +2,17 @@
 
 use super::loop_state::LoopState;
 use super::loss::{Evaluation, Loss, largest_singular};
-use super::matrix2::{Matrix2, ZERO, adjoint, hermitian_eigen, outer, product, row_times, squared, times};
-use super::structure::{Fixed, Line};
-use super::values::{Group, Value};
-use crate::linalg::gram::{add_gram, mirrored};
+use super::matrix2::{Matrix2, ZERO, adjoint, conjugate_square, hermitian_eigen, outer, product, row_times, times};
+use super::structure::{FixedLaw, LoopLine};
+use super::values::{Value, ValueGroup};
+use crate::linalg::gram::{add_gram, mirror_lower};
 use crate::linalg::{Mat, c64};
 use rayon::prelude::*;
 
 impl Loss {
     /// Derivatives of some values by the parameters.
-    pub(crate) fn gradients(&self, law: &dyn Fixed, found: &Evaluation, values: &[Value]) -> Vec<Vec<f64>> {
-        let is_noise = |value: &&Value| value.group == Group::NoiseCurrent;
+    pub(crate) fn gradients(&self, law: &dyn FixedLaw, found: &Evaluation, values: &[Value]) -> Vec<Vec<f64>> {
+        let is_noise = |value: &&Value| value.group == ValueGroup::NoiseCurrent;
         let noise: Vec<&Value> = values.iter().filter(is_noise).collect();
         let mut of_noise = self.noise_gradients(law, found, &noise).into_iter();
         let mut numbers: Vec<usize> = (0..values.len()).filter(|k| !is_noise(&&values[*k])).collect();
@@ -28,7 +28,8 @@ impl Loss {
                 };
                 let mut parts: Vec<(Matrix2, Vec<f64>)> = numbers.iter().map(part).collect();
                 if let Some(first) = numbers.first() {
-                    law.add_gradients(self.at(found, values[*first].line), &mut parts);
+                    let (line, gain) = self.at(found, values[*first].line);
+                    law.add_gradients(line, gain, &mut parts);
                 }
                 parts
             })
@@ -45,7 +46,7 @@ impl Loss {
     }
 
     /// A line with its K.
-    fn at<'a>(&'a self, found: &'a Evaluation, line: usize) -> (&'a Line, &'a Matrix2) {
+    fn at<'a>(&'a self, found: &'a Evaluation, line: usize) -> (&'a LoopLine, &'a Matrix2) {
         (&self.lines[line], found.lines.line(line).gain)
     }
 
@@ -55,11 +56,11 @@ impl Loss {
         let mut q = [[ZERO; 2]; 2];
         let i = value.entry.0;
         match value.group {
-            Group::HighGain => q = largest_singular(state.gain).1,
-            Group::Specification => {
+            ValueGroup::HighGain => q = largest_singular(state.gain).1,
+            ValueGroup::Specification => {
                 q = state.specification[i].q;
             }
-            Group::Compliance | Group::ToolStiffness | Group::Sensitivity | Group::Margin => {
+            ValueGroup::Compliance | ValueGroup::ToolStiffness | ValueGroup::Sensitivity | ValueGroup::Margin => {
                 let sides = self.sides(value.rotor);
                 let share = 1.0 / sides.len() as f64;
                 let parts = sides.zip(&self.rotors[value.rotor].directions);
@@ -67,7 +68,7 @@ impl Loss {
                 for (side, responses) in parts {
                     let l = self.loop_state(found, value.line, side);
                     let g = &responses[value.line];
-                    let term = if matches!(value.group, Group::Compliance | Group::ToolStiffness) {
+                    let term = if matches!(value.group, ValueGroup::Compliance | ValueGroup::ToolStiffness) {
                         mean += share * l.compliance;
                         outer(&times(&l.s, &g.read), &row_times(&g.drive, &l.input_sensitivity(&g.loops)), share.into())
                     } else {
@@ -82,13 +83,13 @@ impl Loss {
                 let factor = mean.inv();
                 q = q.map(|row| row.map(|v| v * factor));
             }
-            Group::NoiseCurrent => {}
+            ValueGroup::NoiseCurrent => {}
         }
         q
     }
 
     /// Derivatives of noise currents, each a sum over all lines.
-    fn noise_gradients(&self, law: &dyn Fixed, found: &Evaluation, values: &[&Value]) -> Vec<Vec<f64>> {
+    fn noise_gradients(&self, law: &dyn FixedLaw, found: &Evaluation, values: &[&Value]) -> Vec<Vec<f64>> {
         if values.is_empty() {
             return vec![];
         }
@@ -112,7 +113,8 @@ impl Loss {
                             *square += share * added;
                         }
                     }
-                    law.add_gradients(self.at(found, *line), &mut slopes);
+                    let (line, gain) = self.at(found, *line);
+                    law.add_gradients(line, gain, &mut slopes);
                 }
                 (squares, slopes)
             })
@@ -139,7 +141,7 @@ impl Loss {
 
     /// [`METRIC_LINES`] times the mean square change that a step makes in the loop at rest, relative: S_u δK G, and in
     /// the controller itself, δK/‖K‖ weighted by `own`; a quadratic form of the step. Every `stride`-th line.
-    pub(crate) fn metric(&self, law: &dyn Fixed, found: &Evaluation, (stride, own): (usize, f64)) -> Mat<f64> {
+    pub(crate) fn metric(&self, law: &dyn FixedLaw, found: &Evaluation, stride: usize, own: f64) -> Mat<f64> {
         let lines: Vec<usize> = (0..self.lines.len()).step_by(stride.max(1)).collect();
         let share = (METRIC_LINES / lines.len().max(1) as f64).sqrt();
         let n = law.parameters();
@@ -156,7 +158,8 @@ impl Loss {
                     rows.push((q, vec![0.0; n]));
                 }
             }
-            law.add_gradients(self.at(found, k), &mut rows);
+            let (line, gain) = self.at(found, k);
+            law.add_gradients(line, gain, &mut rows);
             rows
         };
         let parts: Vec<Mat<f64>> = lines
@@ -169,7 +172,7 @@ impl Loss {
             })
             .collect();
         let sum = parts.iter().fold(Mat::zeros(n, n), |sum: Mat<f64>, part| sum + part);
-        mirrored(sum)
+        mirror_lower(sum)
     }
 }
 
@@ -177,8 +180,8 @@ impl Loss {
 ///
 /// With S_uᴴS_u = Σ α_a u_a u_aᴴ and G Gᴴ = Σ β_b v_b v_bᴴ their sum is that of (α_a β_b + relative) |u_aᴴ δK v_b|².
 fn change_rows(su: &Matrix2, g: &Matrix2, relative: f64) -> [Matrix2; 4] {
-    let (alpha, u) = hermitian_eigen(&squared(&adjoint(su)));
-    let (beta, v) = hermitian_eigen(&squared(g));
+    let (alpha, u) = hermitian_eigen(&conjugate_square(&adjoint(su)));
+    let (beta, v) = hermitian_eigen(&conjugate_square(g));
     [(0, 0), (0, 1), (1, 0), (1, 1)].map(|(a, b)| {
         let weight = (alpha[a] * beta[b] + relative).sqrt();
         outer(&v[b], &u[a].map(|z| z.conj()), weight.into())

@@ -36,7 +36,7 @@ pub(crate) fn row_times(v: &[c64; 2], a: &Matrix2) -> [c64; 2] {
 }
 
 /// det(I − A) and (I − A)⁻¹.
-pub(crate) fn closed(a: &Matrix2) -> (c64, Matrix2) {
+pub(crate) fn close_loop(a: &Matrix2) -> (c64, Matrix2) {
     let determinant = sum([(ONE - a[0][0], ONE - a[1][1]), (-a[0][1], a[1][0])]);
     let d = determinant.inv();
     let inverse = [[(ONE - a[1][1]) * d, a[0][1] * d], [a[1][0] * d, (ONE - a[0][0]) * d]];
@@ -54,7 +54,7 @@ pub(crate) fn adjoint(a: &Matrix2) -> Matrix2 {
 }
 
 /// A Aᴴ.
-pub(crate) fn squared(a: &Matrix2) -> Matrix2 {
+pub(crate) fn conjugate_square(a: &Matrix2) -> Matrix2 {
     product(a, &adjoint(a))
 }
 
@@ -91,7 +91,7 @@ mod tests {
             [[ZERO, z(1e-9, 0.0)], [z(0.0, 2.0), ZERO]],
             [[ZERO; 2]; 2],
         ] {
-            let square = squared(&a);
+            let square = conjugate_square(&a);
             let (values, v) = hermitian_eigen(&square);
             assert!(values[0] >= values[1] && values[1] >= 0.0);
             for i in 0..2 {

@@ -6,7 +6,7 @@
 //! of it.
 
 use super::matrix2::{Matrix2, PackedMatrix, ZERO};
-use super::structure::{Fixed, Line, Structure};
+use super::structure::{FixedLaw, LawStructure, LoopLine};
 use crate::augment::assembly::SIGNAL_SCALE_M;
 use crate::controller::{ControllerError, in_step};
 use crate::linalg::dense::balance;
@@ -89,7 +89,7 @@ impl ModalLaw {
         let (mut a, mut b, mut c) = (Mat::zeros(n, n), Mat::zeros(n, 2), Mat::zeros(2, n));
         for k in 0..self.pairs {
             // w⁺ = λ w + b y with w = w₁ + j w₂, u = 2 Re(c w).
-            let p = Pair::read(&x[k * PAIR..(k + 1) * PAIR]);
+            let p = PolePair::read(&x[k * PAIR..(k + 1) * PAIR]);
             let (i, j) = (2 * k, 2 * k + 1);
             (a[(i, i)], a[(i, j)]) = (p.pole.re, -p.pole.im);
             (a[(j, i)], a[(j, j)]) = (p.pole.im, p.pole.re);
@@ -114,7 +114,7 @@ impl ModalLaw {
     }
 }
 
-impl Structure for ModalLaw {
+impl LawStructure for ModalLaw {
     fn natural_steps(&self, x: &[f64]) -> Vec<f64> {
         let size = |v: &[f64]| v.iter().map(|c| c * c).sum::<f64>().sqrt().max(1e-12);
         let (pairs, rest) = x.split_at(self.pairs * PAIR);
@@ -135,11 +135,11 @@ impl Structure for ModalLaw {
         steps
     }
 
-    fn with<'a>(&'a self, x: &[f64]) -> Box<dyn Fixed + 'a> {
+    fn with<'a>(&'a self, x: &[f64]) -> Box<dyn FixedLaw + 'a> {
         let (pairs, rest) = x.split_at(self.pairs * PAIR);
         let (reals, direct) = rest.split_at(self.reals * REAL);
         Box::new(FixedModal {
-            pairs: pairs.chunks_exact(PAIR).map(Pair::read).collect(),
+            pairs: pairs.chunks_exact(PAIR).map(PolePair::read).collect(),
             reals: reals.chunks_exact(REAL).map(Real::read).collect(),
             direct: [0, 1].map(|i| [0, 1].map(|j| direct[2 * i + j])),
         })
@@ -148,21 +148,21 @@ impl Structure for ModalLaw {
 
 /// The law with its poles and residues.
 struct FixedModal {
-    pairs: Vec<Pair>,
+    pairs: Vec<PolePair>,
     reals: Vec<Real>,
     direct: [[f64; 2]; 2],
 }
 
-impl Fixed for FixedModal {
+impl FixedLaw for FixedModal {
     fn parameters(&self) -> usize {
         self.pairs.len() * PAIR + self.reals.len() * REAL + DIRECT
     }
 
-    fn add_gains(&self, lines: &[Line], to: &mut Vec<Matrix2>) {
+    fn add_gains(&self, lines: &[LoopLine], to: &mut Vec<Matrix2>) {
         to.extend(lines.iter().map(|line| self.gain(line)));
     }
 
-    fn add_gradients(&self, (line, _): (&Line, &Matrix2), parts: &mut [(Matrix2, Vec<f64>)]) {
+    fn add_gradients(&self, line: &LoopLine, _: &Matrix2, parts: &mut [(Matrix2, Vec<f64>)]) {
         for (q, _) in parts.iter_mut() {
             *q = q.map(|row| row.map(|v| v / SIGNAL_SCALE_M));
         }
@@ -170,7 +170,8 @@ impl Fixed for FixedModal {
         for four in parts.chunks_mut(WIDTH) {
             let q = [0, 1].map(|i| [0, 1].map(|j| Lanes::of_list(four, |(q, _)| q[i][j])));
             for (k, p) in self.pairs.iter().enumerate() {
-                add_to(four, k * PAIR, &p.gradients(p.resolvents(line.z), &q));
+                let (g, h) = p.resolvents(line.z);
+                add_to(four, k * PAIR, &p.gradients(g, h, &q));
             }
             for (k, p) in self.reals.iter().enumerate() {
                 let g = (line.z - p.pole).inv();
@@ -190,7 +191,7 @@ impl Fixed for FixedModal {
 
 impl FixedModal {
     /// K at a line, A/m.
-    fn gain(&self, line: &Line) -> Matrix2 {
+    fn gain(&self, line: &LoopLine) -> Matrix2 {
         let mut k = [[ZERO; 2]; 2];
         for p in &self.pairs {
             let (g, h) = p.resolvents(line.z);
@@ -259,7 +260,7 @@ impl Real {
 }
 
 /// A pair of poles with the residue c bᵀ of the upper one.
-struct Pair {
+struct PolePair {
     pole: c64,
     /// e^a: decay per sample.
     decay: f64,
@@ -269,9 +270,9 @@ struct Pair {
     residue: Matrix2,
 }
 
-impl Pair {
+impl PolePair {
     /// Derivatives of four values by its parameters, g = (z − λ)⁻¹ and h = (z − λ̄)⁻¹.
-    fn gradients(&self, (g, h): (c64, c64), q: &PackedMatrix) -> [Reals; PAIR] {
+    fn gradients(&self, g: c64, h: c64, q: &PackedMatrix) -> [Reals; PAIR] {
         let [b, c] = [&self.b, &self.c];
         let [bc, cc] = [b, c].map(|both| both.map(|z| z.conj()));
         let sum = |q: [&Lanes; 2], factors: &[c64; 2]| {
@@ -314,14 +315,14 @@ impl Pair {
 }
 
 /// Factor that gives |c| = |b|.
-fn even(c: &[c64; 2], b: &[c64; 2]) -> f64 {
+fn even_coefficient(c: &[c64; 2], b: &[c64; 2]) -> f64 {
     let size = |v: &[c64; 2]| (v[0].norm_sqr() + v[1].norm_sqr()).sqrt();
     let ratio = (size(b) / size(c)).sqrt();
     if ratio.is_finite() && ratio > 0.0 { ratio } else { 1.0 }
 }
 
 fn pair_parameters(pole: c64, c: &[c64; 2], b: &[c64; 2]) -> Vec<f64> {
-    let t = even(c, b);
+    let t = even_coefficient(c, b);
     let (c, b) = (c.map(|v| v * t), b.map(|v| v / t));
     let radius = pole.norm().clamp(1e-12, 1.0 - SLOWEST);
     let mut x = vec![(-radius.ln()).ln(), pole.arg()];
@@ -331,7 +332,7 @@ fn pair_parameters(pole: c64, c: &[c64; 2], b: &[c64; 2]) -> Vec<f64> {
 }
 
 fn real_parameters(pole: f64, c: &[c64; 2], b: &[c64; 2]) -> Vec<f64> {
-    let t = even(c, b);
+    let t = even_coefficient(c, b);
     // An eigenvector may come with any phase: the product c bᵀ is real.
     let phase = c.iter().max_by(|p, q| p.norm().total_cmp(&q.norm()));
     let phase = phase.map_or(1.0.into(), |v| c64::from_polar(1.0, -v.arg()));

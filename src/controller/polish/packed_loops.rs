@@ -70,11 +70,11 @@ impl PackedLoops {
 
     /// The loops closed by K = `gain`, of which `free` leaves out the integrators.
     #[inline]
-    pub(super) fn closed(&self, gain: &Matrix2, free: c64) -> PackedState {
+    pub(super) fn close_loops(&self, gain: &Matrix2, free: c64) -> PackedState {
         self.closed_with(gain, free).0
     }
 
-    /// As [`Self::closed`], with the rest.
+    /// As [`Self::close_loops`], with the rest.
     #[inline]
     pub(super) fn closed_nominal(&self, gain: &Matrix2, free: c64) -> PackedNominal {
         let (state, [b, c], inverse) = self.closed_with(gain, free);
@@ -117,7 +117,7 @@ impl PackedLoops {
 
 #[cfg(test)]
 mod tests {
-    use super::super::matrix2::{closed, entry, product};
+    use super::super::matrix2::{close_loop, entry, product};
     use super::*;
 
     #[test]
@@ -134,10 +134,10 @@ mod tests {
         for number in 0..2 {
             let four: Vec<&LoopResponse> = list.iter().skip(4 * number).take(4).collect();
             let packed = PackedLoops::new(&four);
-            let (state, all) = (packed.closed(&gain, free), packed.closed_nominal(&gain, free));
+            let (state, all) = (packed.close_loops(&gain, free), packed.closed_nominal(&gain, free));
             for (l, one) in four.into_iter().enumerate() {
                 let exact = LoopState::new(one, &gain);
-                let (determinant, _) = closed(&product(&one.loops, &gain));
+                let (determinant, _) = close_loop(&product(&one.loops, &gain));
                 let whole = all.lane(l);
                 let entries = |l: &LoopState| {
                     let matrices = [l.s, l.r].into_iter().flatten().flatten();

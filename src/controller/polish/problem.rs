@@ -5,7 +5,7 @@ use super::limits::LoopLimits;
 use super::line_scales::LineScales;
 use super::loss::{Loss, Specification, SpecifiedLoop};
 use super::responses::{Known, Plants};
-use super::structure::Line;
+use super::structure::LoopLine;
 use crate::augment::assembly::UncertainMode;
 use crate::augment::channels::{channels, problem_blocks};
 use crate::augment::plane::{LOADS, LOOPS};
@@ -32,7 +32,7 @@ pub struct PolishTask<'a> {
 pub(super) fn loss_on(
     plants: &Plants,
     task: &PolishTask<'_>,
-    lines: Vec<Line>,
+    lines: Vec<LoopLine>,
     earlier: Option<&Loss>,
 ) -> Result<Loss, VerificationError> {
     let integral = match task.weights.integral_corner_hz {
@@ -41,7 +41,7 @@ pub(super) fn loss_on(
     };
     let extra = channels(task.weights).map_err(in_step("uncertainty of the polish"))?;
     let performance = (LOADS + LOOPS, LOADS + LOOPS + integral);
-    let blocks = problem_blocks(task.modes.len(), &extra, performance);
+    let blocks = problem_blocks(task.modes.len(), &extra, performance.0, performance.1);
     let (rotors, rows) = earlier.map_or((vec![], vec![]), Loss::responses);
     let known = Known { lines: earlier.map_or(&[], |loss| &loss.lines), list: &rows };
     let loops =

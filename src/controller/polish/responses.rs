@@ -8,7 +8,7 @@
 
 use super::limits::WEAKEST_BELOW;
 use super::matrix2::{Matrix2, ZERO};
-use super::structure::Line;
+use super::structure::LoopLine;
 use crate::augment::assembly::{ProblemWeights, UncertainMode};
 use crate::augment::exposure::Exposure;
 use crate::augment::plane::{LOADS, LOOPS, isotropic};
@@ -42,7 +42,7 @@ pub(crate) struct LoopResponse {
 
 /// What a rotor stands for in the loss.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Role {
+pub(crate) enum RotorRole {
     /// The machine as modelled, at rest.
     Rest,
     /// The machine as modelled, at its top speed.
@@ -57,7 +57,7 @@ pub(crate) enum Role {
     Weakest,
 }
 
-impl Role {
+impl RotorRole {
     /// The machine as modelled, at rest or at its top speed.
     pub(crate) fn is_nominal(self) -> bool {
         matches!(self, Self::Rest | Self::TopSpeed)
@@ -66,8 +66,8 @@ impl Role {
 
 /// A rotor that the controller serves: one direction at rest, two at speed (forwards, backwards).
 #[derive(Clone, Debug)]
-pub(crate) struct Rotor {
-    pub role: Role,
+pub(crate) struct ServedRotor {
+    pub role: RotorRole,
     /// Directions × lines.
     pub directions: Vec<Vec<LoopResponse>>,
 }
@@ -88,7 +88,7 @@ pub(crate) struct SpecificationLine {
 /// Responses that were computed before, on lines of ascending frequency.
 #[derive(Clone, Copy)]
 pub(crate) struct Known<'a, T> {
-    pub lines: &'a [Line],
+    pub lines: &'a [LoopLine],
     pub list: &'a [T],
 }
 
@@ -97,9 +97,9 @@ impl<T> Known<'_, T> {
     pub(crate) const NOTHING: Self = Self { lines: &[], list: &[] };
 
     /// For each of the lines its number among the known ones, if its frequency is the same to the last bit.
-    fn same(&self, lines: &[Line]) -> Vec<Option<usize>> {
-        let number = |line: &Line| {
-            let order = |k: &Line| k.omega_rad_s.total_cmp(&line.omega_rad_s);
+    fn same(&self, lines: &[LoopLine]) -> Vec<Option<usize>> {
+        let number = |line: &LoopLine| {
+            let order = |k: &LoopLine| k.omega_rad_s.total_cmp(&line.omega_rad_s);
             self.lines.binary_search_by(order).ok()
         };
         lines.iter().map(number).collect()
@@ -117,7 +117,7 @@ pub(crate) struct ShiftedRotor {
 /// The plants of a polish before lines are chosen.
 pub(crate) struct Plants {
     period_s: f64,
-    list: Vec<(Role, Plant)>,
+    list: Vec<(RotorRole, Plant)>,
     /// Parts of their force that the magnets of further rotors give.
     weak: Vec<[f64; 2]>,
 }
@@ -136,10 +136,10 @@ impl Plants {
             .map(|speed| Plant::new(&machine, speed, ModelDetail::Full))
             .collect();
         let at_speeds = at_speeds?;
-        let mut list: Vec<(Role, Plant)> =
-            [Role::Rest, Role::TopSpeed, Role::Overspeed].into_iter().zip(at_speeds).collect();
+        let mut list: Vec<(RotorRole, Plant)> =
+            [RotorRole::Rest, RotorRole::TopSpeed, RotorRole::Overspeed].into_iter().zip(at_speeds).collect();
         let rest = list[0].1.clone();
-        list.extend(shifted(&rest, shifts));
+        list.extend(shift_modes(&rest, shifts));
         Ok(Self { period_s: machine.spindle.electronics.sample_period_s(), list, weak: vec![] })
     }
 
@@ -147,7 +147,7 @@ impl Plants {
     #[must_use]
     pub(crate) fn with_shifts_at_top_speed(mut self, shifts: &[Vec<f64>]) -> Self {
         let top = self.list[1].1.clone();
-        self.list.extend(shifted(&top, shifts));
+        self.list.extend(shift_modes(&top, shifts));
         self
     }
 
@@ -166,7 +166,7 @@ impl Plants {
         for rotor in rotors {
             let plant = Plant::new(&machine, rotor.speed_rad_s, ModelDetail::Full)?;
             let plant = plant.with_scaled_modes(&rotor.factors);
-            self.list.push((Role::Shifted, plant));
+            self.list.push((RotorRole::Shifted, plant));
         }
         Ok(self)
     }
@@ -177,7 +177,7 @@ impl Plants {
     }
 
     /// All of them with their roles, in the order of the rotors of [`Self::on`].
-    pub(crate) fn all(&self) -> impl Iterator<Item = (Role, &Plant)> {
+    pub(crate) fn all(&self) -> impl Iterator<Item = (RotorRole, &Plant)> {
         self.list.iter().map(|(role, plant)| (*role, plant))
     }
 
@@ -187,9 +187,9 @@ impl Plants {
     }
 
     /// Every rotor on the lines; `known` are its responses on other lines, from which the same lines are taken.
-    pub(crate) fn on(&self, lines: &[Line], known: &Known<'_, &Rotor>) -> Vec<Rotor> {
+    pub(crate) fn on(&self, lines: &[LoopLine], known: &Known<'_, &ServedRotor>) -> Vec<ServedRotor> {
         let same = known.same(lines);
-        let mut rotors: Vec<Rotor> = self
+        let mut rotors: Vec<ServedRotor> = self
             .list
             .iter()
             .enumerate()
@@ -207,7 +207,10 @@ impl Plants {
                         None => whirl(&plant, line.omega_rad_s, self.period_s),
                     })
                     .collect();
-                Rotor { role: *role, directions: (0..sides).map(|k| both.iter().map(|b| b[k]).collect()).collect() }
+                ServedRotor {
+                    role: *role,
+                    directions: (0..sides).map(|k| both.iter().map(|b| b[k]).collect()).collect(),
+                }
             })
             .collect();
         let rest = rotors.first().map(|r| r.directions.clone());
@@ -218,8 +221,8 @@ impl Plants {
                 drive: [g.drive[0] * part[0], g.drive[1] * part[1]],
                 ..*g
             };
-            Rotor {
-                role: if part[0].min(part[1]) < WEAKEST_BELOW { Role::Weakest } else { Role::Weak },
+            ServedRotor {
+                role: if part[0].min(part[1]) < WEAKEST_BELOW { RotorRole::Weakest } else { RotorRole::Weak },
                 directions: directions.iter().map(|lines| lines.iter().map(weaker).collect()).collect(),
             }
         }));
@@ -233,13 +236,13 @@ impl Plants {
     /// [`crate::linalg::NumericError`] for weights that are not positive.
     pub(crate) fn specification(
         &self,
-        lines: &[Line],
+        lines: &[LoopLine],
         (modes, weights): (&[UncertainMode], &Weights),
         known: &Known<'_, &[SpecificationLine]>,
     ) -> Result<Vec<Vec<SpecificationLine>>, crate::linalg::NumericError> {
         let same = known.same(lines);
         let round = ProblemWeights::of_specification(modes, weights)?;
-        let frame = Frame {
+        let frame = SpecificationFrame {
             exposure: Exposure::new(modes.len(), &round.channels, weights.integral_corner_hz.is_some()),
             input: FrequencyResponder::new(&round.input),
             output: FrequencyResponder::new(&round.output),
@@ -248,7 +251,7 @@ impl Plants {
         let ports = modes.iter().map(|m| m.number + 1).max().unwrap_or(0);
         let mut loops = vec![];
         for (role, plant) in &self.list {
-            if *role == Role::Shifted {
+            if *role == RotorRole::Shifted {
                 continue;
             }
             let opened = plant.with_modal_ports(ports);
@@ -274,8 +277,8 @@ impl Plants {
 }
 
 /// A plant with modes shifted by the factors of each of the `shifts`.
-fn shifted(plant: &Plant, shifts: &[Vec<f64>]) -> impl Iterator<Item = (Role, Plant)> {
-    shifts.iter().map(|factors| (Role::Shifted, plant.with_scaled_modes(factors)))
+fn shift_modes(plant: &Plant, shifts: &[Vec<f64>]) -> impl Iterator<Item = (RotorRole, Plant)> {
+    shifts.iter().map(|factors| (RotorRole::Shifted, plant.with_scaled_modes(factors)))
 }
 
 /// Signs of shifted modes: all combinations of the first three, the others by products of those.
@@ -318,7 +321,7 @@ fn whirl(plant: &PlantLoop, omega: f64, period_s: f64) -> [LoopResponse; 2] {
 }
 
 /// Weights and ports of the specification.
-struct Frame {
+struct SpecificationFrame {
     exposure: Exposure,
     input: FrequencyResponder<Continuous>,
     output: FrequencyResponder<Continuous>,
@@ -326,7 +329,7 @@ struct Frame {
     ports: Vec<usize>,
 }
 
-impl Frame {
+impl SpecificationFrame {
     /// Weighted rows (q, x, u, [y]) and columns (v, loads, noise) at a frequency: x→x, and ±j of x→y, for each sign.
     fn rows(&self, plant: &Plant, omega: f64, signs: &[f64]) -> Vec<SpecificationLine> {
         let h = plant.at(omega);

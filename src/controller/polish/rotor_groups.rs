@@ -1,7 +1,7 @@
 //! Rotors in groups of four, whose loops with the same direction of whirl are closed together.
 
 use super::packed_loops::PackedLoops;
-use super::responses::{LoopResponse, Rotor};
+use super::responses::{LoopResponse, ServedRotor};
 use crate::linalg::lanes::WIDTH;
 use std::ops::Range;
 
@@ -24,7 +24,7 @@ pub(super) struct RotorGroups {
 
 impl RotorGroups {
     /// The groups of some rotors; the specification is that of the first `specified` loops.
-    pub(super) fn new(rotors: &[Rotor], specified: usize) -> Self {
+    pub(super) fn new(rotors: &[ServedRotor], specified: usize) -> Self {
         let mut end = 0;
         let sides = rotors.iter().map(|rotor| {
             let first = end;
@@ -64,7 +64,7 @@ impl RotorGroups {
     }
 
     /// The loops of these rotors at a line.
-    pub(super) fn pack(&self, rotors: &[Rotor], line: usize) -> Vec<PackedLoops> {
+    pub(super) fn pack(&self, rotors: &[ServedRotor], line: usize) -> Vec<PackedLoops> {
         let packs = self.list.iter().flat_map(|group| {
             (0..group.packs.len()).map(|direction| {
                 let side = |k: &usize| &rotors[*k].directions[direction][line];

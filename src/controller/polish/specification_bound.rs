@@ -10,7 +10,7 @@ use super::matrix2::{Matrix2, ZERO, outer, row_times, times};
 use super::responses::SpecificationLine;
 use crate::linalg::lanes::{HermitianLanes, Lanes, Largest, groups};
 use crate::linalg::{Mat, c64};
-use crate::robust::mu::dscale::settled;
+use crate::robust::mu::dscale::settle_scaling;
 use crate::robust::structure::Structure;
 
 /// Largest singular value and Q of its logarithm.
@@ -36,7 +36,7 @@ fn closed_group(line: &SpecificationLine, currents: &[c64; 2], g: usize, j: usiz
 }
 
 /// M of a line for a loop.
-fn closed(line: &SpecificationLine, r: &Matrix2) -> Mat<c64> {
+fn close_line(line: &SpecificationLine, r: &Matrix2) -> Mat<c64> {
     let columns: Vec<Vec<Lanes>> = (0..line.read.len())
         .map(|j| {
             let currents = currents(line, r, j);
@@ -49,7 +49,7 @@ fn closed(line: &SpecificationLine, r: &Matrix2) -> Mat<c64> {
 
 /// The best scales of a line, one per block, the last (performance) 1.
 pub(super) fn best_scales(line: &SpecificationLine, r: &Matrix2, structure: &Structure) -> Vec<f64> {
-    settled(&closed(line, r), structure).d
+    settle_scaling(&close_line(line, r), structure).d
 }
 
 impl Bound {
@@ -61,10 +61,11 @@ impl Bound {
 
 /// The bound at a line with these scales of the modal channels, of a loop with its G. Where a norm that is cheaper
 /// shows that σ is below `floor`, that norm stands in its place.
-pub(super) fn bound(
+pub(super) fn bound_line(
     line: &SpecificationLine,
     scales: &LineScales,
-    (state, g): (&LoopState, &Matrix2),
+    state: &LoopState,
+    g: &Matrix2,
     floor: f64,
 ) -> Bound {
     // D M D⁻¹, column after column.
@@ -131,11 +132,11 @@ pub(super) mod tests {
         let state = LoopState { s: r, r, compliance: ZERO };
         let line = line(7, 6);
         let d = |i: usize| if i < 2 { scales[i] } else { 1.0 };
-        let m = closed(&line, &r);
+        let m = close_line(&line, &r);
         let scaled = Mat::from_fn(7, 6, |i, j| m[(i, j)] * (d(i) / d(j)));
         let exact = max_singular_value_complex(&scaled);
         let scales = LineScales::new(scales.to_vec());
-        let at = |floor: f64| bound(&line, &scales, (&state, &r), floor).sigma;
+        let at = |floor: f64| bound_line(&line, &scales, &state, &r, floor).sigma;
         // The power method ends 1e-6 off where the second singular value is close.
         assert!((at(0.0) / exact - 1.0).abs() < 1e-6, "{} and {exact}", at(0.0));
         assert!((at(exact) / exact - 1.0).abs() < 1e-6);

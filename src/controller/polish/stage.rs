@@ -10,8 +10,8 @@ use super::loop_poles::{SampledPlants, oscillating};
 use super::loss::{Evaluation, Loss};
 use super::modal_law::ModalLaw;
 use super::problem::{PolishTask, infeasible, loss_on};
-use super::responses::{Plants, Role, ShiftedRotor, shifts};
-use super::values::{Group, LIMIT_GROUPS, LIMITS};
+use super::responses::{Plants, RotorRole, ShiftedRotor, shifts};
+use super::values::{LIMIT_GROUPS, LIMITS, ValueGroup};
 use crate::augment::plane::isotropic;
 use crate::augment::split::{ModeSplit, gyroscopic_split};
 use crate::controller::verification_error::VerificationError;
@@ -88,7 +88,7 @@ pub struct Polisher<'a> {
 }
 
 /// Where a round stands on lines round the poles of its loop.
-struct Standing {
+struct RoundStanding {
     merit: f64,
     /// Stability at rest, at top speed and beyond.
     stable: Vec<bool>,
@@ -129,7 +129,7 @@ impl<'a> Polisher<'a> {
             let between = SPEEDS_BETWEEN.map(|share| ShiftedRotor { speed_rad_s: share * top, factors: vec![] });
             plants = plants.with_further(machine, &between)?;
         }
-        let roles = [Role::Rest, Role::TopSpeed, Role::Overspeed];
+        let roles = [RotorRole::Rest, RotorRole::TopSpeed, RotorRole::Overspeed];
         let sampled = SampledPlants::of(&plants, |_, role| roles.contains(&role))?;
         let period_s = plants.period_s();
         let open = StateSpace::gain(Mat::zeros(AXES, AXES), Discrete { period_s });
@@ -210,7 +210,7 @@ impl<'a> Polisher<'a> {
     ///
     /// # Errors
     /// As [`Self::new`].
-    pub fn round(&mut self, steps: usize) -> Result<PolishRound, VerificationError> {
+    pub fn run_round(&mut self, steps: usize) -> Result<PolishRound, VerificationError> {
         if self.stale {
             self.renew(FINE)?;
         }
@@ -223,7 +223,7 @@ impl<'a> Polisher<'a> {
         let mut done = 0;
         for number in 0..TRIES {
             let memory = &mut self.memory;
-            done += descend(&mut self.loss, &self.law, &mut self.x, (&effort, memory))?;
+            done += descend(&mut self.loss, &self.law, &mut self.x, &effort, memory)?;
             self.renew(FINE)?;
             if self.no_worse_than(&begun) {
                 break;
@@ -256,8 +256,8 @@ impl<'a> Polisher<'a> {
         Ok(self.figures)
     }
 
-    fn standing(&self) -> Standing {
-        Standing {
+    fn standing(&self) -> RoundStanding {
+        RoundStanding {
             merit: PENALTY * excess(&self.figures) - self.figures.stiffness_n_per_m.ln(),
             stable: self.stable.clone(),
             active: self.loss.active.clone(),
@@ -266,20 +266,20 @@ impl<'a> Polisher<'a> {
 
     /// True when no speed and no rotor lost its stability and the merit is no worse; a rotor that came to count, with
     /// what it adds to the merit, is a gain.
-    fn no_worse_than(&self, begun: &Standing) -> bool {
+    fn no_worse_than(&self, begun: &RoundStanding) -> bool {
         let now = self.standing();
         let gained = only_in(&now.active, &begun.active);
         !self.lost_stability(begun) && (gained || now.merit <= begun.merit)
     }
 
     /// True when a speed or a rotor lost its stability.
-    fn lost_stability(&self, begun: &Standing) -> bool {
+    fn lost_stability(&self, begun: &RoundStanding) -> bool {
         only_in(&begun.stable, &self.stable) || only_in(&begun.active, &self.loss.active)
     }
 
     /// Moves the limit on μ to where the loop is, if it exceeds it.
     pub(crate) fn hold_mu(&mut self) {
-        let over = Group::Specification.limit().map(|k| self.figures.over_limit[k]);
+        let over = ValueGroup::Specification.limit().map(|k| self.figures.over_limit[k]);
         if let Some(over) = over.filter(|over| *over > 1.0) {
             self.task.limits.mu *= over;
             self.stale = true;
@@ -330,7 +330,7 @@ impl<'a> Polisher<'a> {
         poles.extend(&self.elsewhere);
         let own = plane.poles().map_err(in_step("poles of the polished controller"))?;
         poles.extend(oscillating(own, self.plants.period_s()));
-        let lines = sharp_lines(&self.plants, FROM_HZ, (&poles, &self.peaks), apart);
+        let lines = sharp_lines(&self.plants, FROM_HZ, &poles, &self.peaks, apart);
         let mut loss = loss_on(&self.plants, &self.task, lines, Some(&self.loss))?;
         let mut found = loss.activate(&self.law, &self.x, |turns| turns[0]);
         loss.rescale(&mut found);
@@ -376,7 +376,7 @@ fn figures(loss: &Loss, found: &Evaluation) -> PolishRound {
     PolishRound {
         steps: 0,
         lines: loss.lines.len(),
-        stiffness_n_per_m: 1e6 * (-found.largest(Group::Compliance)).exp(),
+        stiffness_n_per_m: 1e6 * (-found.largest(ValueGroup::Compliance)).exp(),
         over_limit: LIMIT_GROUPS.map(|g| found.largest(g).exp()),
     }
 }

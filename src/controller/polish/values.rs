@@ -2,7 +2,7 @@
 
 /// Groups of values; the first is the objective, the others are limits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum Group {
+pub(crate) enum ValueGroup {
     Compliance,
     Sensitivity,
     HighGain,
@@ -18,23 +18,23 @@ pub(crate) enum Group {
 pub(crate) const LIMITS: usize = 6;
 
 /// The objective and the limits in their order.
-pub(super) const GROUPS: [Group; LIMITS + 1] = [
-    Group::Compliance,
-    Group::Sensitivity,
-    Group::HighGain,
-    Group::NoiseCurrent,
-    Group::Specification,
-    Group::Margin,
-    Group::ToolStiffness,
+pub(super) const GROUPS: [ValueGroup; LIMITS + 1] = [
+    ValueGroup::Compliance,
+    ValueGroup::Sensitivity,
+    ValueGroup::HighGain,
+    ValueGroup::NoiseCurrent,
+    ValueGroup::Specification,
+    ValueGroup::Margin,
+    ValueGroup::ToolStiffness,
 ];
 
 /// The limits in their order.
-pub(super) const LIMIT_GROUPS: [Group; LIMITS] = {
+pub(super) const LIMIT_GROUPS: [ValueGroup; LIMITS] = {
     let [_, limits @ ..] = GROUPS;
     limits
 };
 
-impl Group {
+impl ValueGroup {
     /// Number of the limit; `None` for the objective.
     pub(crate) fn limit(self) -> Option<usize> {
         LIMIT_GROUPS.iter().position(|group| *group == self)
@@ -52,7 +52,7 @@ impl Group {
 /// One value: the logarithm of a quantity over its limit (compliance: over 1 µm/N).
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Value {
-    pub group: Group,
+    pub group: ValueGroup,
     pub value: f64,
     pub rotor: usize,
     pub line: usize,
@@ -62,7 +62,11 @@ pub(crate) struct Value {
 
 impl Value {
     /// By the square of its ratio to its limit; at a rotor, a line and an entry.
-    pub(super) fn of_square(group: Group, square: f64, (rotor, line, entry): (usize, usize, (usize, usize))) -> Self {
+    pub(super) fn of_square(
+        group: ValueGroup,
+        square: f64,
+        (rotor, line, entry): (usize, usize, (usize, usize)),
+    ) -> Self {
         Self { group, value: 0.5 * square.ln(), rotor, line, entry }
     }
 
@@ -100,7 +104,7 @@ impl Gathered {
     }
 
     /// A value by the square of its ratio to its limit.
-    pub(super) fn push(&mut self, group: Group, square: f64, line: usize, entry: (usize, usize)) {
+    pub(super) fn push(&mut self, group: ValueGroup, square: f64, line: usize, entry: (usize, usize)) {
         let largest = &mut self.largest[group as usize];
         *largest = nan_max(*largest, square);
         let Some(share) = self.share else { return };

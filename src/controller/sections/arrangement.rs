@@ -4,7 +4,7 @@
 //! depend on it. Roots near ±1 may therefore stand alone.
 
 use super::roots::AxisRoots;
-use super::section::Section;
+use super::section::SectionBiquad;
 use crate::linalg::c64;
 
 /// Two real roots share a section where rounding of its coefficients by up to 9e-8 changes (1 ∓ p)(1 ∓ q) by less than
@@ -30,7 +30,7 @@ impl Plan {
 
 /// Sections with numerators that begin with one, whose product times the gain is the axis; none for a gain. Real roots
 /// p, q share a section when |(1 ∓ p)(1 ∓ q)| is at least `smallest_product`.
-pub(super) fn arrange(roots: &AxisRoots, smallest_product: f64) -> Vec<Section> {
+pub(super) fn arrange(roots: &AxisRoots, smallest_product: f64) -> Vec<SectionBiquad> {
     let plan = |poles: Vec<c64>| Plan { poles, zeros: vec![], delay: 0 };
     let mut plans: Vec<Plan> = groups(&roots.poles, smallest_product).into_iter().map(plan).collect();
     // Most resonant first, so that it chooses its zeros first; what has room for two zeros before what has not.
@@ -63,7 +63,7 @@ pub(super) fn arrange(roots: &AxisRoots, smallest_product: f64) -> Vec<Section> 
         }
     }
     plans.sort_by(|p, q| p.radius().total_cmp(&q.radius()));
-    plans.iter().map(|p| Section::of_roots(&p.poles, &p.zeros, p.delay)).collect()
+    plans.iter().map(|p| SectionBiquad::of_roots(&p.poles, &p.zeros, p.delay)).collect()
 }
 
 /// Conjugate pairs, and real roots coupled as the product allows: the one nearest to ±1 with the farthest.

@@ -1,6 +1,6 @@
 //! The response of an axis over frequency, and how much a cascade changes it.
 
-use super::section::{Section, value};
+use super::section::{SectionBiquad, value};
 use crate::controller::fidelity::{TransferChange, compared_angles, smallest_reference};
 use crate::linalg::c64;
 use crate::lti::{Discrete, StateSpace};
@@ -8,10 +8,10 @@ use rayon::prelude::*;
 
 /// The response of one axis.
 pub(super) struct Band {
-    points: Vec<Point>,
+    points: Vec<BandPoint>,
 }
 
-struct Point {
+struct BandPoint {
     angle: f64,
     /// z⁻¹.
     q: c64,
@@ -27,7 +27,7 @@ impl Band {
         let at = |angle: &f64| axis.transfer(c64::from_polar(1.0, *angle))[(0, 0)];
         let responses: Vec<c64> = angles.par_iter().map(at).collect();
         let floor = smallest_reference(&angles, &responses.iter().map(|r| r.norm()).collect::<Vec<_>>());
-        let points = angles.iter().zip(responses).map(|(angle, response)| Point {
+        let points = angles.iter().zip(responses).map(|(angle, response)| BandPoint {
             angle: *angle,
             q: c64::from_polar(1.0, -angle),
             response,
@@ -37,7 +37,7 @@ impl Band {
     }
 
     /// Largest change of the response by a cascade.
-    pub(super) fn change(&self, sections: &[Section]) -> TransferChange {
+    pub(super) fn change(&self, sections: &[SectionBiquad]) -> TransferChange {
         self.points.iter().fold(TransferChange::NONE, |change, point| {
             let product = sections.iter().fold(c64::new(1.0, 0.0), |p, s| p * s.response(point.q));
             change.or_larger((product - point.response).norm() / point.reference, point.angle)

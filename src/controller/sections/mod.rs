@@ -13,5 +13,5 @@ mod section;
 mod table;
 
 pub use rows::second_order_sections;
-pub use section::Section;
+pub use section::SectionBiquad;
 pub(crate) use table::{AxisTable, Precision, axis_tables};

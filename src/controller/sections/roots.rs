@@ -26,14 +26,14 @@ pub(super) struct AxisRoots {
 /// [`ControllerError::NotDecentralised`] when another input drives the output.
 pub(super) fn axis_system(system: &StateSpace<Discrete>, axis: usize) -> Result<StateSpace<Discrete>, ControllerError> {
     let n = system.order();
-    let seen = structure::seen(system, &[axis]);
+    let seen = structure::observed_states(system, &[axis]);
     for input in (0..system.inputs()).filter(|j| *j != axis) {
-        let other = structure::driven(system, &[input]);
+        let other = structure::driven_states(system, &[input]);
         if system.d[(axis, input)] != 0.0 || (0..n).any(|i| other[i] && seen[i]) {
             return Err(ControllerError::NotDecentralised { output: axis, input });
         }
     }
-    let own = structure::driven(system, &[axis]);
+    let own = structure::driven_states(system, &[axis]);
     let axis = system.select(&[axis], &[axis]).keep_states(|i| own[i] && seen[i]);
     Ok(axis.scale_states(&scale::balancing(&axis)))
 }

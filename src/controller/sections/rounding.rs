@@ -3,7 +3,7 @@
 //! one, and among some hundred factors one lets b₀ + b₁ + b₂ come out hundred times closer than rounding alone does.
 
 use super::band::Band;
-use super::section::Section;
+use super::section::SectionBiquad;
 use crate::controller::fidelity::count_growing;
 
 /// Factors of a numerator that are tried, from one to two.
@@ -19,7 +19,7 @@ struct RoundedNumerator {
 }
 
 /// The cascade with a gain, every coefficient a single-precision number. Coefficients that overflow are infinite.
-pub(super) fn round_cascade(sections: &[Section], gain: f64, band: &Band) -> Vec<Section> {
+pub(super) fn round_cascade(sections: &[SectionBiquad], gain: f64, band: &Band) -> Vec<SectionBiquad> {
     let numerators: Vec<RoundedNumerator> = sections.iter().map(|s| free_numerator(s, band)).collect();
     let product: f64 = numerators.iter().map(|n| n.factor).product();
     // The section that takes the rest of the gain: the one that loses least by it.
@@ -28,14 +28,14 @@ pub(super) fn round_cascade(sections: &[Section], gain: f64, band: &Band) -> Vec
         numerator_times(&sections[k], factor, band)
     };
     let cheapest = (0..sections.len()).map(|k| (k, with_rest(k))).min_by(|x, y| x.1.change.total_cmp(&y.1.change));
-    let mut held: Vec<Section> = sections
+    let mut held: Vec<SectionBiquad> = sections
         .iter()
         .zip(&numerators)
-        .map(|(s, n)| Section { a: rounded_denominator(s, band), ..s.with_numerator(n.b) })
+        .map(|(s, n)| SectionBiquad { a: rounded_denominator(s, band), ..s.with_numerator(n.b) })
         .collect();
     match cheapest.filter(|(_, numerator)| numerator.change <= COSTLY_GAIN) {
         Some((k, numerator)) => held[k] = held[k].with_numerator(numerator.b),
-        None => held.push(Section::of_gain(single(gain / product))),
+        None => held.push(SectionBiquad::of_gain(single(gain / product))),
     }
     held
 }
@@ -44,14 +44,14 @@ fn single(value: f64) -> f64 {
     f64::from(value as f32)
 }
 
-fn numerator_times(section: &Section, factor: f64, band: &Band) -> RoundedNumerator {
+fn numerator_times(section: &SectionBiquad, factor: f64, band: &Band) -> RoundedNumerator {
     let exact = section.b.map(|b| b * factor);
     let b = exact.map(single);
     RoundedNumerator { b, factor, change: band.polynomial_change(exact, b) }
 }
 
 /// The numerator with the factor that suits it best, of those that bring the gain in the middle of the band near one.
-fn free_numerator(section: &Section, band: &Band) -> RoundedNumerator {
+fn free_numerator(section: &SectionBiquad, band: &Band) -> RoundedNumerator {
     let level = section.levelling_factor();
     let mut best = numerator_times(section, level, band);
     for k in 1..FACTORS {
@@ -68,10 +68,10 @@ fn free_numerator(section: &Section, band: &Band) -> RoundedNumerator {
 }
 
 /// The neighbours of a₁ and a₂ that change the response least; as many poles grow as before.
-fn rounded_denominator(section: &Section, band: &Band) -> [f64; 2] {
+fn rounded_denominator(section: &SectionBiquad, band: &Band) -> [f64; 2] {
     let exact = section.denominator();
     let [first, second] = section.a.map(neighbours);
-    let growing = |a: [f64; 2]| count_growing(&Section { a, ..*section }.poles());
+    let growing = |a: [f64; 2]| count_growing(&SectionBiquad { a, ..*section }.poles());
     let all = first.iter().flat_map(|a1| second.iter().map(move |a2| [*a1, *a2]));
     let kept = all.filter(|a| growing(*a) == growing(section.a));
     let judged = kept.map(|a| (a, band.polynomial_change(exact, [1.0, a[0], a[1]])));

@@ -4,10 +4,10 @@
 
 use super::arrangement::{SMALLEST_PRODUCT, arrange};
 use super::roots::{AxisRoots, axis_system};
-use super::section::Section;
+use super::section::SectionBiquad;
 use crate::controller::ControllerError;
 use crate::controller::modal::transfer_change;
-use crate::controller::realise::{Form, Realisation, Row, Term};
+use crate::controller::realise::{Form, ProductTerm, Realisation, Row};
 use crate::lti::{Discrete, StateSpace};
 
 /// Accepted change of the transfer matrix, relative to its peak: below single precision (6e-8). Zeros of multiple
@@ -51,7 +51,7 @@ pub fn second_order_sections(system: &StateSpace<Discrete>) -> Result<Realisatio
 
 /// Sections of one axis, and the factor of its output.
 struct Cascade {
-    sections: Vec<Section>,
+    sections: Vec<SectionBiquad>,
     gain: f64,
 }
 
@@ -59,7 +59,7 @@ impl Cascade {
     fn of(roots: &AxisRoots) -> Self {
         let mut gain = roots.gain;
         // Slow poles stand apart where that costs no state.
-        let states = |sections: &[Section]| sections.iter().map(|s| s.order).sum::<usize>();
+        let states = |sections: &[SectionBiquad]| sections.iter().map(|s| s.order).sum::<usize>();
         let [apart, coupled] = [SMALLEST_PRODUCT, 0.0].map(|product| arrange(roots, product));
         let mut sections = if states(&apart) <= states(&coupled) { apart } else { coupled };
         for section in &mut sections {
@@ -87,9 +87,9 @@ impl CascadeRows {
         for section in &cascade.sections {
             let first = self.next_states.len();
             let out = self.states + self.inputs + self.signals.len();
-            let mut row = vec![Term { source, coefficient: section.b[0] }];
+            let mut row = vec![ProductTerm { source, coefficient: section.b[0] }];
             if section.order > 0 {
-                row.push(Term { source: first, coefficient: 1.0 });
+                row.push(ProductTerm { source: first, coefficient: 1.0 });
             }
             self.signals.push(row);
             // Numerators begin with a power of two; those of a double zero at one go on with −2 and 1 times it.
@@ -98,14 +98,14 @@ impl CascadeRows {
                 let mut row = split_term(source, section.b[k], [whole * unit, -unit]);
                 row.extend(split_term(out, -section.a[k - 1], [-whole, 1.0]));
                 if k < section.order {
-                    row.push(Term { source: first + k, coefficient: 1.0 });
+                    row.push(ProductTerm { source: first + k, coefficient: 1.0 });
                 }
                 self.next_states.push(row);
             }
             self.blocks.push(section.order);
             source = out;
         }
-        self.outputs.push(vec![Term { source, coefficient: cascade.gain }]);
+        self.outputs.push(vec![ProductTerm { source, coefficient: cascade.gain }]);
     }
 }
 
@@ -116,5 +116,5 @@ fn split_term(source: usize, coefficient: f64, wholes: [f64; 2]) -> Row {
         Some(whole) => vec![coefficient - whole, *whole],
         None => vec![coefficient],
     };
-    parts.into_iter().filter(|c| *c != 0.0).map(|coefficient| Term { source, coefficient }).collect()
+    parts.into_iter().filter(|c| *c != 0.0).map(|coefficient| ProductTerm { source, coefficient }).collect()
 }

@@ -4,7 +4,7 @@ use crate::linalg::c64;
 
 /// One section: b₀ + b₁z⁻¹ + b₂z⁻² over 1 + a₁z⁻¹ + a₂z⁻².
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Section {
+pub struct SectionBiquad {
     /// Number of states, 0 to 2.
     pub order: usize,
     /// b₀, b₁, b₂.
@@ -13,7 +13,7 @@ pub struct Section {
     pub a: [f64; 2],
 }
 
-impl Section {
+impl SectionBiquad {
     /// z^−delay Π(1 − zero z⁻¹)/Π(1 − pole z⁻¹); at most two poles, and two zeros with the delay.
     pub(super) fn of_roots(poles: &[c64], zeros: &[c64], delay: usize) -> Self {
         let [_, a1, a2] = monic(poles);

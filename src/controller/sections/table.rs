@@ -5,7 +5,7 @@ use super::arrangement::{SMALLEST_PRODUCT, arrange};
 use super::band::Band;
 use super::roots::{AxisRoots, axis_system};
 use super::rounding::round_cascade;
-use super::section::Section;
+use super::section::SectionBiquad;
 use crate::controller::ControllerError;
 use crate::controller::fidelity::{LARGEST_CHANGE, ON_CIRCLE, TransferChange, count_growing};
 use crate::linalg::c64;
@@ -29,7 +29,7 @@ pub(crate) enum Precision {
 #[derive(Clone, Debug)]
 pub(crate) struct AxisTable {
     /// Sections in order of computation, in metres and amperes, every coefficient as it is held.
-    pub sections: Vec<Section>,
+    pub sections: Vec<SectionBiquad>,
     /// Type of the numbers.
     pub precision: Precision,
     /// What it changes.
@@ -55,8 +55,8 @@ fn table(axis: &StateSpace<Discrete>, roots: &AxisRoots) -> Result<AxisTable, St
     let all: Vec<c64> = roots.poles.iter().chain(&roots.zeros).copied().collect();
     let band = Band::of(axis, &all);
     let growing = count_growing(&roots.poles);
-    let judge = |sections: Vec<Section>, precision: Precision| {
-        let poles: Vec<c64> = sections.iter().flat_map(Section::poles).collect();
+    let judge = |sections: Vec<SectionBiquad>, precision: Precision| {
+        let poles: Vec<c64> = sections.iter().flat_map(SectionBiquad::poles).collect();
         let change = band.change(&sections);
         let kept = change.is_accepted() && count_growing(&poles) == growing;
         (kept, AxisTable { sections, precision, change, remark: None })
@@ -85,9 +85,9 @@ fn table(axis: &StateSpace<Discrete>, roots: &AxisRoots) -> Result<AxisTable, St
 }
 
 /// The cascade in double precision, every section but the last with a gain near one in the middle of the band.
-fn level(sections: &[Section], gain: f64) -> Vec<Section> {
+fn level(sections: &[SectionBiquad], gain: f64) -> Vec<SectionBiquad> {
     let mut rest = gain;
-    let mut levelled: Vec<Section> = sections
+    let mut levelled: Vec<SectionBiquad> = sections
         .iter()
         .map(|section| {
             let factor = section.levelling_factor();
@@ -97,7 +97,7 @@ fn level(sections: &[Section], gain: f64) -> Vec<Section> {
         .collect();
     match levelled.last_mut() {
         Some(last) => *last = last.with_numerator(last.b.map(|b| rest * b)),
-        None => levelled.push(Section::of_gain(rest)),
+        None => levelled.push(SectionBiquad::of_gain(rest)),
     }
     levelled
 }
@@ -115,7 +115,7 @@ fn change_words(change: &TransferChange, period_s: f64) -> String {
 }
 
 /// The pole that rounding moves most, relative to its distance from z = 1; nothing where it moves none by much.
-fn moved_pole(exact: &[Section], held: &[Section], period_s: f64) -> String {
+fn moved_pole(exact: &[SectionBiquad], held: &[SectionBiquad], period_s: f64) -> String {
     let shifts = exact.iter().zip(held).flat_map(|(exact, held)| {
         let (exact, held) = (exact.poles(), held.poles());
         let moved: Vec<(c64, c64)> = exact.into_iter().zip(held).collect();

@@ -106,7 +106,7 @@ impl Smooth {
 
 impl Group {
     /// Part of the square of each direction that the root for an amplitude takes away.
-    pub(crate) fn taken(&self, amplitude: f64) -> impl Iterator<Item = f64> {
+    pub(crate) fn take_amplitude(&self, amplitude: f64) -> impl Iterator<Item = f64> {
         let own = self.s2.iter().map(move |s2| amplitude * amplitude * s2);
         own.map(|more| more / (1.0 + more))
     }

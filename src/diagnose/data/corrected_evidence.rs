@@ -19,7 +19,7 @@ fn some<T: Clone>(all: &[T], lines: &[usize]) -> Vec<T> {
 impl Evidence {
     /// Every n-th line of all records; noise and magnitudes stay averaged over all lines.
     #[must_use]
-    pub fn thinned(&self, stride: usize) -> Self {
+    pub fn thin_lines(&self, stride: usize) -> Self {
         let of = |lines: usize| (0..lines).step_by(stride.max(1)).collect::<Vec<_>>();
         let sweeps = self.sweeps.iter();
         let taps = self.taps.iter();
@@ -71,7 +71,7 @@ impl Evidence {
     /// Without a fault of one record. Only those that scale responses, frequencies or the speed are taken out; the
     /// controller of a hammer test is needed where frequencies change.
     #[must_use]
-    pub fn corrected(&self, record: RecordId, fault: RecordFault, controller: Option<&dyn HeldResponse>) -> Self {
+    pub fn correct_record(&self, record: RecordId, fault: RecordFault, controller: Option<&dyn HeldResponse>) -> Self {
         let mut right = self.clone();
         // The order of the lines, on which smooth errors that were made depend, may change.
         right.smooth = Known::default();

@@ -23,7 +23,7 @@ pub(super) fn cholesky(c: &mut [c64; 16]) {
 }
 
 /// Solves L w = d for a lower factor.
-pub(crate) fn whiten(l: &[c64; 16], d: &mut [c64; 4]) {
+pub(crate) fn whiten_vector(l: &[c64; 16], d: &mut [c64; 4]) {
     whiten_with(l, &reciprocals(l), d);
 }
 
@@ -32,7 +32,7 @@ pub(crate) fn reciprocals(l: &[c64; 16]) -> [f64; 4] {
     std::array::from_fn(|i| l[5 * i].re.recip())
 }
 
-/// As [`whiten`], the reciprocal pivots known.
+/// As [`whiten_vector`], the reciprocal pivots known.
 pub(crate) fn whiten_with(l: &[c64; 16], pivots: &[f64; 4], d: &mut [c64; 4]) {
     for i in 0..4 {
         let mut sum = d[i];

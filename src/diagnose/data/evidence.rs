@@ -10,7 +10,7 @@
 use super::super::DiagnoseError;
 use super::common_error::Known;
 use super::covariance::cholesky;
-use super::measurement::{Axis, Measurement};
+use super::measurement::{ControlAxis, RecordSet};
 use crate::identify::repeat_scatter::RepeatScatter;
 use crate::identify::{MeasuredFrf, SweepRecord, open_loop};
 use crate::linalg::c64;
@@ -136,7 +136,7 @@ impl Evidence {
     ///
     /// # Errors
     /// [`DiagnoseError::NoSweep`], or [`DiagnoseError::Record`] for a record that gives no frequency response.
-    pub fn new(measurement: &Measurement) -> Result<Self, DiagnoseError> {
+    pub fn new(measurement: &RecordSet) -> Result<Self, DiagnoseError> {
         if measurement.sweeps.is_empty() {
             return Err(DiagnoseError::NoSweep);
         }
@@ -147,21 +147,21 @@ impl Evidence {
     ///
     /// # Errors
     /// [`DiagnoseError::Record`] for a record that gives no frequency response.
-    pub fn of(measurement: &Measurement) -> Result<Self, DiagnoseError> {
+    pub fn of(measurement: &RecordSet) -> Result<Self, DiagnoseError> {
         let sweeps: Result<Vec<_>, _> = measurement.sweeps.iter().map(sweep).collect();
         let taps = measurement.taps.iter().map(|tap| {
             let frf = &tap.frf;
             let lines = frf.frequency_hz.len();
             let omega_rad_s: Vec<f64> = frf.frequency_hz.iter().map(|f| TAU * f).collect();
             let power: Vec<f64> = frf.compliance.iter().map(|h| h.norm_sqr()).collect();
-            let mean = pooled(&power);
+            let mean = pool_variances(&power);
             TapEvidence {
                 speed_rad_s: frf.speed_rpm * TAU / 60.0,
                 noise: (0..lines).map(|k| frf.sigma(k, 0.0).powi(2)).collect(),
                 size: (0..lines).map(|k| 0.5 * (power[k] + mean[k])).collect(),
                 gap_sigma: (0..lines).map(|k| frf.sigma(k, GAP_FLOOR)).collect(),
                 controller: held(tap.controller, &omega_rad_s),
-                axis: usize::from(tap.axis == Axis::Y),
+                axis: usize::from(tap.axis == ControlAxis::Y),
                 compliance: frf.compliance.clone(),
                 omega_rad_s,
             }
@@ -184,7 +184,7 @@ pub(super) fn held(controller: &dyn HeldResponse, omega_rad_s: &[f64]) -> Vec<[c
     omega_rad_s.iter().map(line).collect()
 }
 
-fn pooled(values: &[f64]) -> Vec<f64> {
+fn pool_variances(values: &[f64]) -> Vec<f64> {
     let n = values.len();
     (0..n)
         .map(|k| {
@@ -241,7 +241,7 @@ fn sweep(record: &SweepRecord) -> Result<SweepEvidence, DiagnoseError> {
     let frf: MeasuredFrf = open_loop(record)?;
     let (lines, _, repeats, _) = record.current.dim();
     let g = |k: usize, i: usize, j: usize| frf.response[(k, i, j)];
-    let RepeatScatter { gains, smooth: mut noise, .. } = RepeatScatter::of(record, &frf, &pooled);
+    let RepeatScatter { gains, smooth: mut noise, .. } = RepeatScatter::of(record, &frf, &pool_variances);
     let axis_gain_sd = std::array::from_fn(|i| {
         let square: f64 = gains.iter().map(|g| g[i] * g[i]).sum();
         let of_one = square / repeats.saturating_sub(1).max(1) as f64;
@@ -264,7 +264,7 @@ fn sweep(record: &SweepRecord) -> Result<SweepEvidence, DiagnoseError> {
     let mut size = vec![[0.0; 16]; lines];
     for n in 0..16 {
         let power: Vec<f64> = (0..lines).map(|k| g(k, n / 4, n % 4).norm_sqr()).collect();
-        for (k, mean) in pooled(&power).into_iter().enumerate() {
+        for (k, mean) in pool_variances(&power).into_iter().enumerate() {
             size[k][n] = 0.5 * (power[k] + mean);
         }
     }

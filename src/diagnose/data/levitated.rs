@@ -44,7 +44,7 @@ impl Levitation {
 }
 
 /// G with the loop closed.
-pub(crate) struct Closed {
+pub(crate) struct ClosedResponse {
     /// G (I − K G)⁻¹.
     response: [c64; 16],
     /// (I − G K)⁻¹.
@@ -72,7 +72,7 @@ fn one(n: usize) -> c64 {
     c64::new(f64::from(u8::from(n / 4 == n % 4)), 0.0)
 }
 
-impl Closed {
+impl ClosedResponse {
     /// Closes the loop round G at a frequency.
     pub(crate) fn new(levitation: &Levitation, omega_rad_s: f64, g: &[c64; 16]) -> Self {
         let k: [c64; 4] = std::array::from_fn(|i| levitation.gain(i, omega_rad_s));
@@ -99,8 +99,13 @@ impl Closed {
 impl SweepEvidence {
     /// A line with the loop closed, and its standard deviations with a model error: relative to the response and to
     /// those of the two axes that it connects, between which it may vanish.
-    pub(crate) fn levitated(&self, line: usize, levitation: &Levitation, model_error: f64) -> (Closed, [f64; 16]) {
-        let closed = Closed::new(levitation, self.omega_rad_s[line], &self.response[line]);
+    pub(crate) fn close_line(
+        &self,
+        line: usize,
+        levitation: &Levitation,
+        model_error: f64,
+    ) -> (ClosedResponse, [f64; 16]) {
+        let closed = ClosedResponse::new(levitation, self.omega_rad_s[line], &self.response[line]);
         let size = |i: usize, j: usize| closed.response[4 * i + j].norm();
         // ΔT = L ΔG R, and row k of ΔG has the covariance S_k times the spread.
         let spread = &self.spread[line];
@@ -135,7 +140,7 @@ mod tests {
         let entry = |n: usize| c64::from_polar(1.0 / (1.0 + n as f64), (3 * n) as f64);
         let g: [c64; 16] = std::array::from_fn(entry);
         let k: [c64; 4] = std::array::from_fn(|i| levitation.gain(i, 7.0));
-        let closed = Closed::new(&levitation, 7.0, &g);
+        let closed = ClosedResponse::new(&levitation, 7.0, &g);
         let near = |a: [c64; 16], b: [c64; 16]| a.iter().zip(b).all(|(a, b)| (a - b).norm() < 1e-13);
         let identity: [c64; 16] = std::array::from_fn(one);
         let before = std::array::from_fn(|n| one(n) - g[n] * k[n % 4]);

@@ -6,7 +6,7 @@ use crate::lti::HeldResponse;
 
 /// A control axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Axis {
+pub enum ControlAxis {
     /// x.
     X,
     /// y, 90° ahead.
@@ -19,14 +19,14 @@ pub struct HammerTest<'a> {
     /// The compliance.
     pub frf: HammerFrf,
     /// Direction of blow and probe.
-    pub axis: Axis,
+    pub axis: ControlAxis,
     /// u = K y while it was measured; a sampled one acts through its hold.
     pub controller: &'a dyn HeldResponse,
 }
 
 /// Everything that was measured.
 #[derive(Clone, Default)]
-pub struct Measurement<'a> {
+pub struct RecordSet<'a> {
     /// Sweeps.
     pub sweeps: Vec<SweepRecord>,
     /// Hammer tests.
@@ -42,7 +42,7 @@ pub enum RecordId {
     Hammer(usize),
 }
 
-impl<'a> Measurement<'a> {
+impl<'a> RecordSet<'a> {
     /// All records.
     pub fn records(&self) -> impl Iterator<Item = RecordId> + use<> {
         let sweeps = (0..self.sweeps.len()).map(RecordId::Sweep);
@@ -74,7 +74,7 @@ impl<'a> Measurement<'a> {
 
     /// With a fault taken out of one record.
     #[must_use]
-    pub fn corrected(mut self, record: RecordId, fault: RecordFault) -> Self {
+    pub fn correct_record(mut self, record: RecordId, fault: RecordFault) -> Self {
         match record {
             RecordId::Sweep(s) => {
                 if let Some(sweep) = self.sweeps.get_mut(s) {

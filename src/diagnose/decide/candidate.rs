@@ -140,7 +140,7 @@ impl Case<'_> {
     ///
     /// # Errors
     /// As [`Self::fit_down`].
-    pub(crate) fn rotated(&self, set: &Candidate, first: usize) -> Result<Candidate, DiagnoseError> {
+    pub(crate) fn rotate_effects(&self, set: &Candidate, first: usize) -> Result<Candidate, DiagnoseError> {
         let (mut effects, mut at) = (set.effects.clone(), set.fit.at.clone());
         effects.rotate_left(first);
         at.theta.rotate_left(first);

@@ -6,13 +6,13 @@
 
 use super::super::DiagnoseError;
 use super::super::data::evidence::Subset;
-use super::super::data::measurement::Measurement;
+use super::super::data::measurement::RecordSet;
 use super::super::fit::estimate::FINAL_MODEL_ERROR;
 use super::super::fit::levitated_line::LEVITATED_FROM;
 use super::super::fit::problem::Point;
 use super::super::records::finding::{Alternatives, FoundFault};
 use super::super::records::gross::without_gross_faults;
-use super::super::records::search::{Explained, explained, on_all_lines};
+use super::super::records::search::{Explained, explain_records, on_all_lines};
 use super::super::records::trial::Trial;
 use super::candidate::{Candidate, Standing};
 use super::judgement::Verdict;
@@ -30,7 +30,7 @@ use crate::spindle::{Effect, Machine};
 /// [`DiagnoseError`] for records or machines that cannot be used.
 pub fn diagnose(
     machine: &Machine,
-    measurement: &Measurement,
+    measurement: &RecordSet,
     progress: &(dyn Fn(&str) + Sync),
 ) -> Result<Diagnosis, DiagnoseError> {
     diagnose_with(machine, measurement, &Alternatives::default(), progress)
@@ -42,7 +42,7 @@ pub fn diagnose(
 /// As [`diagnose`].
 pub fn diagnose_with(
     machine: &Machine,
-    measurement: &Measurement,
+    measurement: &RecordSet,
     alternatives: &Alternatives,
     progress: &(dyn Fn(&str) + Sync),
 ) -> Result<Diagnosis, DiagnoseError> {
@@ -53,8 +53,8 @@ pub fn diagnose_with(
 
 /// The measurement without the lines that something outside the loop disturbs, and these.
 fn without_polluted_lines<'a>(
-    measurement: &Measurement<'a>,
-) -> Result<(Vec<PollutedLines>, Measurement<'a>), DiagnoseError> {
+    measurement: &RecordSet<'a>,
+) -> Result<(Vec<PollutedLines>, RecordSet<'a>), DiagnoseError> {
     let (mut polluted, mut quiet) = (vec![], measurement.clone());
     for (sweep, record) in measurement.sweeps.iter().enumerate() {
         let (own, without) = polluted::without_polluted_lines(sweep, record, &open_loop(record)?);
@@ -67,7 +67,7 @@ fn without_polluted_lines<'a>(
 /// [`diagnose_with`] for records without disturbed lines.
 fn diagnose_quiet_lines(
     machine: &Machine,
-    measurement: &Measurement,
+    measurement: &RecordSet,
     alternatives: &Alternatives,
     progress: &(dyn Fn(&str) + Sync),
 ) -> Result<Diagnosis, DiagnoseError> {
@@ -108,7 +108,7 @@ struct Begun<'a> {
 }
 
 impl<'a> Begun<'a> {
-    fn new(machine: &Machine, measurement: Measurement<'a>) -> Result<Self, DiagnoseError> {
+    fn new(machine: &Machine, measurement: RecordSet<'a>) -> Result<Self, DiagnoseError> {
         let trial = Trial::new(machine, measurement)?;
         let (null, complete) = trial.stands(Subset::ALL)?;
         Ok(Self { trial, null, complete })
@@ -119,7 +119,7 @@ impl<'a> Begun<'a> {
         let trial = &self.trial;
         let catalogue = hypotheses(&trial.machine, &trial.model, &trial.evidence)?;
         let case = trial.case(&catalogue, progress);
-        let finalists = case.round(&self.null)?.finalists;
+        let finalists = case.run_round(&self.null)?.finalists;
         let best = finalists.first().filter(|best| case.within(best));
         Ok(best.and_then(Candidate::newest))
     }
@@ -147,7 +147,7 @@ fn course(
 ) -> Result<Diagnosis, DiagnoseError> {
     let Begun { trial, null, complete: explained_by_nothing } = begun;
     progress("mistakes of the rig");
-    let mut faulty = explained(&trial, &null, explained_by_nothing, alternatives)?;
+    let mut faulty = explain_records(&trial, &null, explained_by_nothing, alternatives)?;
     if let Some(found) = faulty.take_if(|f| f.complete) {
         let faults = gross.iter().cloned().chain(found.faults.clone()).collect();
         let without = conclude(&found.trial, &found.null, (faults, MOST_EFFECTS), progress)?;
@@ -155,7 +155,7 @@ fn course(
             return or_one_effect((&trial, &null), &found, (gross, without), progress);
         }
     }
-    let wide = if explained_by_nothing { None } else { trial.widened(&null)? };
+    let wide = if explained_by_nothing { None } else { trial.widen_tolerances(&null)? };
     // A machine that is off everywhere has one explanation; three effects and more would not be a simpler one.
     let most = if wide.is_some() { 2 } else { MOST_EFFECTS };
     let beside = |best: &[Candidate]| {
@@ -245,7 +245,7 @@ fn effect_and_fault(
         progress("mistakes of the rig beside it");
         let with = trial.of_machine(&trial.machine.with_effect(effect))?;
         let (null, complete) = with.stands(Subset::ALL)?;
-        let found = explained(&with, &null, complete, alternatives)?;
+        let found = explain_records(&with, &null, complete, alternatives)?;
         let Some(found) = found.filter(|found| found.complete) else {
             continue;
         };

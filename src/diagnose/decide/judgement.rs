@@ -91,7 +91,7 @@ pub(super) fn judge(case: &Case, best: &Candidate) -> Result<Judgement, Diagnose
     // A name must also predict what it has not seen; where nothing is left to predict, it need not.
     let share = PREDICTED.max(REMAINS * before.held_out);
     let predicts = predicted.held_out < share.min(MOST_HELD_OUT);
-    let strained = case.model.strained(&best.fit.at.p);
+    let strained = case.model.list_strained(&best.fit.at.p);
     let mut verdict = match (explained, predicts, best.effects.is_empty()) {
         // What no prior allows is no explanation.
         _ if !strained.is_empty() => Verdict::Unexplained,
@@ -156,7 +156,7 @@ fn takes_over(case: &Case, shorter: &Candidate, longer: &Candidate) -> bool {
 
 /// Whether a longer set explains more than noise and the floor of the gap do with a shorter one. What takes over for
 /// some of the nuisance parameters that are off may be one of two: others then still are.
-pub(super) fn needed(case: &Case, shorter: &Candidate, longer: &Candidate) -> Result<bool, DiagnoseError> {
+pub(super) fn needs_longer(case: &Case, shorter: &Candidate, longer: &Candidate) -> Result<bool, DiagnoseError> {
     let open = overall(case, &shorter.effects, &shorter.fit.at)?.all > 1.0;
     Ok(open
         || relieves(case, shorter, longer)
@@ -176,7 +176,7 @@ fn slope_is_read(case: &Case, best: &Candidate) -> Result<bool, DiagnoseError> {
     let stage = (FINAL_MODEL_ERROR, SLOPE_ITERATIONS);
     let offset = problem.fit(&best.fit.at, &[stage])?;
     let elsewhere = offset.data_chi2 + case.model.layout.prior(&offset.at.p);
-    let read = problem.with_slope_read(e, &offset.at, stage)?;
+    let read = problem.with_slope_read(e, &offset.at, stage.0, stage.1)?;
     Ok(read < elsewhere - TIE_BIC)
 }
 

@@ -26,7 +26,7 @@ pub struct Misfit {
 
 /// Sums of squared residuals by channel.
 #[derive(Clone, Default)]
-struct Block {
+struct ChannelMisfit {
     sums: [f64; 16],
     count: usize,
 }
@@ -45,8 +45,9 @@ impl Case<'_> {
         let problem = self.problem(effects, Subset::ALL);
         let residual = problem.residual(at, model_error)?;
         let mut worst = Misfit::default();
-        let blocks: Vec<Vec<Block>> =
-            (self.evidence.sweeps.iter()).map(|sweep| vec![Block::default(); bands(sweep.omega_rad_s.len())]).collect();
+        let blocks: Vec<Vec<ChannelMisfit>> = (self.evidence.sweeps.iter())
+            .map(|sweep| vec![ChannelMisfit::default(); bands(sweep.omega_rad_s.len())])
+            .collect();
         let mut blocks = blocks;
         for (record, line, first) in problem.rows() {
             let Record::Sweep(s) = record else {

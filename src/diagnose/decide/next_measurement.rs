@@ -160,7 +160,7 @@ pub fn proposals(case: &Case, members: &[&Candidate]) -> Result<Vec<Proposal>, D
         .into_par_iter()
         .map(|experiment| {
             let all: Result<Vec<Predicted>, DiagnoseError> =
-                members.iter().map(|m| predicted(case, m, &experiment)).collect();
+                members.iter().map(|m| predict_separation(case, m, &experiment)).collect();
             let all = all?;
             let mut least = f64::INFINITY;
             for (i, a) in all.iter().enumerate() {
@@ -194,7 +194,7 @@ fn effects_of(candidate: &Candidate, theta: &[Vec<f64>], experiment: &Experiment
     all
 }
 
-fn predicted(case: &Case, candidate: &Candidate, experiment: &Experiment) -> Result<Predicted, DiagnoseError> {
+fn predict_separation(case: &Case, candidate: &Candidate, experiment: &Experiment) -> Result<Predicted, DiagnoseError> {
     let (model, layout) = (case.model, &case.model.layout);
     let at = &candidate.fit.at;
     let entries = read(experiment.kind);

@@ -27,7 +27,7 @@ const FITTED: usize = 2;
 pub(super) fn relatives(case: &Case, set: &Candidate) -> Result<Vec<Candidate>, DiagnoseError> {
     let mut all = vec![];
     for (k, member) in set.effects.iter().enumerate() {
-        let mut begun: Vec<(Vec<Hypothesis>, Fit)> = related(case, &set.effects, member)
+        let mut begun: Vec<(Vec<Hypothesis>, Fit)> = list_relatives(case, &set.effects, member)
             .into_par_iter()
             .filter_map(|h| {
                 let (effects, at) = exchange(set, k, h);
@@ -55,14 +55,14 @@ pub(super) fn placed_again(case: &Case, mut found: Candidate) -> Result<Candidat
     if let Some(at) = found.effects.iter().position(tilts)
         && !case.within(&found)
     {
-        found = case.rotated(&found, at + 1)?;
+        found = case.rotate_effects(&found, at + 1)?;
         case.move_finalist(std::slice::from_mut(&mut found))?;
     }
     Ok(found)
 }
 
 /// Effects without a fitted position that share a site with a member and are not in the set, one start each.
-fn related<'a>(case: &Case<'a>, set: &[Hypothesis], member: &Hypothesis) -> Vec<&'a Hypothesis> {
+fn list_relatives<'a>(case: &Case<'a>, set: &[Hypothesis], member: &Hypothesis) -> Vec<&'a Hypothesis> {
     let sites = member.kind.entry().sites;
     let mut found: Vec<&Hypothesis> = vec![];
     for h in case.catalogue {

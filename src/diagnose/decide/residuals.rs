@@ -31,7 +31,7 @@ pub enum Record {
 
 /// One measured response with the model's.
 #[derive(Clone, Debug)]
-pub struct Channel {
+pub struct MeasuredChannel {
     /// Which record.
     pub record: Record,
     /// Speed, rad/s.
@@ -50,7 +50,7 @@ pub struct Channel {
     pub sigma: Vec<f64>,
 }
 
-impl Channel {
+impl MeasuredChannel {
     /// |measured − model|/σ, before and after.
     pub fn residual(&self) -> (Vec<f64>, Vec<f64>) {
         let of = |model: &[c64]| {
@@ -62,7 +62,7 @@ impl Channel {
 }
 
 /// Gaps before and after over channels of a kind.
-pub(crate) fn gaps(channels: &[Channel], wanted: impl Fn(&Channel) -> bool) -> (f64, f64) {
+pub(crate) fn gaps(channels: &[MeasuredChannel], wanted: impl Fn(&MeasuredChannel) -> bool) -> (f64, f64) {
     let (mut before, mut after) = (Gap::default(), Gap::default());
     for channel in channels.iter().filter(|c| wanted(c)) {
         let (b, a) = channel.residual();
@@ -80,7 +80,7 @@ pub(crate) fn channels(
     case: &Case,
     fitted: &Fitted,
     correction: Option<&Correction>,
-) -> Result<Vec<Channel>, DiagnoseError> {
+) -> Result<Vec<MeasuredChannel>, DiagnoseError> {
     let evidence = case.evidence;
     let origin = case.origin();
     let held_taps = !evidence.taps.is_empty();
@@ -102,7 +102,7 @@ pub(crate) fn channels(
         let (before, after) = both(sweep.speed_rad_s, &sweep.omega_rad_s, own)?;
         for n in 0..16 {
             let (i, j) = (n / 4, n % 4);
-            all.push(Channel {
+            all.push(MeasuredChannel {
                 record: Record::Sweep(i, j),
                 speed_rad_s: sweep.speed_rad_s,
                 held_out: !held_taps && held_out(i, j),
@@ -121,7 +121,7 @@ pub(crate) fn channels(
             let lines = all.iter().enumerate();
             lines.map(|(line, f)| tap.close(line, f).0).collect()
         };
-        all.push(Channel {
+        all.push(MeasuredChannel {
             record: Record::Hammer(tap.axis),
             speed_rad_s: tap.speed_rad_s,
             held_out: true,

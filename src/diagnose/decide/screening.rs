@@ -64,7 +64,7 @@ fn beside(origin: &Point, h: &Hypothesis) -> Point {
 
 /// What a round found.
 #[derive(Clone, Debug)]
-pub struct Round {
+pub struct ScreeningRound {
     /// Finalists at the final model error, best score first.
     pub finalists: Vec<Candidate>,
     /// Effects dropped before, with their score above the best at that stage.
@@ -77,12 +77,12 @@ impl Case<'_> {
     ///
     /// # Errors
     /// As [`Self::fit_down`].
-    pub fn round(&self, standing: &Standing) -> Result<Round, DiagnoseError> {
+    pub fn run_round(&self, standing: &Standing) -> Result<ScreeningRound, DiagnoseError> {
         let present = &standing.candidate.effects;
         let w = standing.working_error;
         let lists = if present.is_empty() { SHORT_LISTS } else { PAIR_LISTS };
         let with = |h: &Hypothesis| beside_present(present, h);
-        let free = self.free(present, settled(standing));
+        let free = self.free(present, is_settled(standing));
         (self.progress)(&format!("{} hypotheses, beside {} accepted", free.len(), present.len()));
         let fit = |h: &Hypothesis, from: &Point, usage: Subset, stages: &[Stage]| {
             self.problem(&with(h), usage).fit(from, stages)
@@ -93,7 +93,12 @@ impl Case<'_> {
         let mut others = vec![];
         let begun = ahead(
             begun,
-            Limits { most: 2 * lists[1], first_effects: usize::MAX, factor: DROPPED_CHI2_RATIO, surplus: None },
+            ScreeningLimits {
+                most: 2 * lists[1],
+                first_effects: usize::MAX,
+                factor: DROPPED_CHI2_RATIO,
+                surplus: None,
+            },
             &mut others,
         );
         let second: Vec<(Hypothesis, Fit)> = begun
@@ -103,7 +108,8 @@ impl Case<'_> {
                 Some((h, further))
             })
             .collect();
-        let limits = Limits { most: lists[1], first_effects: 2 * PAIR_SEEDS, factor: 10.0, surplus: Some(100.0) };
+        let limits =
+            ScreeningLimits { most: lists[1], first_effects: 2 * PAIR_SEEDS, factor: 10.0, surplus: Some(100.0) };
         let second = ahead(second, limits, &mut others);
         (self.progress)("finalists");
         let third: Vec<(Hypothesis, Fit)> = second
@@ -113,7 +119,7 @@ impl Case<'_> {
                 Some((h, further))
             })
             .collect();
-        let limits = Limits { most: lists[2], first_effects: PAIR_SEEDS, factor: 4.0, surplus: Some(50.0) };
+        let limits = ScreeningLimits { most: lists[2], first_effects: PAIR_SEEDS, factor: 4.0, surplus: Some(50.0) };
         let third = ahead(third, limits, &mut others);
         let mut finalists: Vec<Candidate> = third
             .par_iter()
@@ -125,7 +131,7 @@ impl Case<'_> {
         if finalists.first().is_some_and(|c| self.within(c)) {
             self.move_finalist(&mut finalists)?;
         }
-        Ok(Round { finalists, others })
+        Ok(ScreeningRound { finalists, others })
     }
 
     /// Adds strong effects of every size to the finalists of a round that explains nothing, and moves the best; whether
@@ -133,9 +139,9 @@ impl Case<'_> {
     ///
     /// # Errors
     /// As [`Self::fit_down`].
-    pub(super) fn add_strong(&self, standing: &Standing, round: &mut Round) -> Result<bool, DiagnoseError> {
+    pub(super) fn add_strong(&self, standing: &Standing, round: &mut ScreeningRound) -> Result<bool, DiagnoseError> {
         let finalists = &mut round.finalists;
-        if settled(standing) || finalists.first().is_some_and(|c| self.within(c)) {
+        if is_settled(standing) || finalists.first().is_some_and(|c| self.within(c)) {
             return Ok(false);
         }
         (self.progress)("strong effects of any size");
@@ -150,8 +156,8 @@ impl Case<'_> {
     ///
     /// # Errors
     /// As [`Self::fit_down`].
-    pub(super) fn full_round(&self, standing: &Standing) -> Result<Round, DiagnoseError> {
-        let mut round = self.round(standing)?;
+    pub(super) fn full_round(&self, standing: &Standing) -> Result<ScreeningRound, DiagnoseError> {
+        let mut round = self.run_round(standing)?;
         self.add_strong(standing, &mut round)?;
         Ok(round)
     }
@@ -178,7 +184,7 @@ impl Case<'_> {
     /// As [`Self::fit_down`].
     pub(super) fn one_effect_thinly(&self, null: &Standing) -> Result<Option<f64>, DiagnoseError> {
         let w = null.working_error;
-        let mut begun = self.first_fits(null, self.free(&[], settled(null)), MIMICS)?;
+        let mut begun = self.first_fits(null, self.free(&[], is_settled(null)), MIMICS)?;
         begun.sort_by(|a, b| score(&a.1).total_cmp(&score(&b.1)));
         begun.truncate(MIMICS / 2);
         let down: Vec<Stage> = (MODEL_ERRORS.into_iter().filter(|e| *e <= w)).map(|e| (e, 4)).collect();
@@ -227,7 +233,7 @@ impl Case<'_> {
         most: usize,
     ) -> Result<Vec<(Hypothesis, Fit)>, DiagnoseError> {
         let (present, w) = (&standing.candidate.effects, standing.working_error);
-        let settled = settled(standing);
+        let settled = is_settled(standing);
         let with = |h: &Hypothesis| beside_present(present, h);
         let screen = if settled { Subset::ALL } else { self.thin() };
         // Where the nuisance parameters fit the data, the step starts from their fit.
@@ -244,7 +250,7 @@ impl Case<'_> {
         let each = with_size.into_par_iter().filter_map(|h| {
             let with = with(&h);
             let problem = self.problem(&with, screen);
-            let step = problem.predicted(&base, &beside(origin, &h), w);
+            let step = problem.predict_minimum(&base, &beside(origin, &h), w);
             let (at, chi2) = step.ok()?;
             Some((h, at, chi2))
         });
@@ -302,7 +308,7 @@ impl Case<'_> {
 }
 
 /// Whether nothing fails: a linear step on all lines tells then what is worth a fit.
-fn settled(standing: &Standing) -> bool {
+fn is_settled(standing: &Standing) -> bool {
     let residuals = standing.candidate.fit.residuals;
     standing.working_error == FINAL_MODEL_ERROR && standing.failure < failing_chi2(residuals)
 }
@@ -310,7 +316,7 @@ fn settled(standing: &Standing) -> bool {
 /// Model errors of first fits: from a larger one again, as the nuisance parameters were fitted without the new effect.
 fn first_stages(standing: &Standing) -> Vec<Stage> {
     let w = standing.working_error;
-    if settled(standing) { vec![(w, 4)] } else { vec![(3.0 * w, 3), (w, 2)] }
+    if is_settled(standing) { vec![(w, 4)] } else { vec![(3.0 * w, 3), (w, 2)] }
 }
 
 fn score(fit: &Fit) -> f64 {
@@ -330,7 +336,7 @@ pub(super) fn matters(candidate: &Candidate) -> bool {
 }
 
 /// Which hypotheses a stage keeps beside its best.
-struct Limits {
+struct ScreeningLimits {
     /// Most names.
     most: usize,
     /// Most where the best one fails: the first effects of pairs.
@@ -343,7 +349,11 @@ struct Limits {
 }
 
 /// Best start of every name, best score first, within the limits; the others are added to `others`.
-fn ahead(mut all: Vec<(Hypothesis, Fit)>, limits: Limits, others: &mut Vec<(Effect, f64)>) -> Vec<(Hypothesis, Fit)> {
+fn ahead(
+    mut all: Vec<(Hypothesis, Fit)>,
+    limits: ScreeningLimits,
+    others: &mut Vec<(Effect, f64)>,
+) -> Vec<(Hypothesis, Fit)> {
     all.sort_by(|a, b| score(&a.1).total_cmp(&score(&b.1)));
     let Some((best, limit, most)) = all.first().map(|(_, best)| {
         let fails = fails(best);

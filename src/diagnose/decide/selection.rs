@@ -13,10 +13,10 @@ use super::super::fit::hypothesis::Hypothesis;
 use super::super::fit::problem::Point;
 use super::super::locate::place::Place;
 use super::candidate::{Candidate, MODEL_ERRORS, Standing, fails};
-use super::judgement::needed;
+use super::judgement::needs_longer;
 use super::misfit::FAILING_BLOCK_CHI2;
 use super::relatives::{placed_again, relatives};
-use super::screening::{FIRST_EFFECT_BIC_GAIN, FURTHER_EFFECT_BIC_GAIN, Round};
+use super::screening::{FIRST_EFFECT_BIC_GAIN, FURTHER_EFFECT_BIC_GAIN, ScreeningRound};
 use crate::spindle::{Effect, EffectKind};
 use rayon::prelude::*;
 
@@ -48,7 +48,7 @@ pub(super) struct Chosen {
 pub(super) fn choose(
     case: &Case,
     null: &Standing,
-    mut round: Round,
+    mut round: ScreeningRound,
     sole: Option<&Place>,
     most: usize,
 ) -> Result<Chosen, DiagnoseError> {
@@ -63,7 +63,7 @@ pub(super) fn choose(
             round = again;
         }
     }
-    let ranking = ranked(&round);
+    let ranking = rank_effects(&round);
     let finalists = round.finalists;
     let fall = fall(case, null, &finalists)?;
     let chosen = |standing, rivals| Chosen {
@@ -76,7 +76,7 @@ pub(super) fn choose(
     let Some(first) = better(case, &finalists, fall, FIRST_EFFECT_BIC_GAIN)? else {
         return Ok(chosen(null.clone(), vec![]));
     };
-    if !needed(case, &null.candidate, &first.candidate)? {
+    if !needs_longer(case, &null.candidate, &first.candidate)? {
         return Ok(chosen(null.clone(), vec![]));
     }
     if most <= 1 {
@@ -102,7 +102,7 @@ pub(super) fn choose(
     }
     let (mut standing, mut rivals) = (first, finalists);
     while let Some((next, others)) = extend(case, &begins)? {
-        if !needed(case, &standing.candidate, &next.candidate)? {
+        if !needs_longer(case, &standing.candidate, &next.candidate)? {
             break;
         }
         let fruitless = !complete(case, &next)? && !next.nearer_than(&standing);
@@ -113,8 +113,8 @@ pub(super) fn choose(
         begins = vec![standing.clone()];
     }
     if standing.candidate.effects.len() > 1 && complete(case, &standing)? {
-        standing = swapped(case, standing, &mut rivals)?;
-        standing = thinned(case, standing, &mut rivals)?;
+        standing = swap_effects(case, standing, &mut rivals)?;
+        standing = drop_effects(case, standing, &mut rivals)?;
     }
     Ok(chosen(standing, rivals))
 }
@@ -173,15 +173,15 @@ fn extend(case: &Case, begins: &[Standing]) -> Result<Option<Compared>, Diagnose
     let again = begins.first().and_then(|best| as_it_is(case, best));
     let begins: Vec<Standing> = begins.iter().cloned().chain(again).collect();
     for begin in &begins {
-        let round = case.round(begin)?;
+        let round = case.run_round(begin)?;
         let longer = longer(case, begin, &round.finalists)?;
         tried.push((round, longer));
-        if explained(case, &tried)? {
+        if is_explained(case, &tried)? {
             return Ok(best_of(tried));
         }
     }
     if let Some(best) = ahead_of_all(&tried)
-        && let Some(other) = exchanged(case, best)?
+        && let Some(other) = exchange_effect(case, best)?
     {
         return Ok(Some(other));
     }
@@ -189,7 +189,7 @@ fn extend(case: &Case, begins: &[Standing]) -> Result<Option<Compared>, Diagnose
         let (round, found) = &mut tried[k];
         if case.add_strong(begin, round)? {
             *found = longer(case, begin, &round.finalists)?;
-            if explained(case, &tried)? {
+            if is_explained(case, &tried)? {
                 break;
             }
         }
@@ -209,7 +209,7 @@ fn longer(case: &Case, begin: &Standing, finalists: &[Candidate]) -> Result<Opti
 }
 
 /// Rounds with the sets that they led to.
-type Tried = [(Round, Option<Standing>)];
+type Tried = [(ScreeningRound, Option<Standing>)];
 
 /// The best of these sets.
 fn ahead_of_all(tried: &Tried) -> Option<&Standing> {
@@ -219,28 +219,28 @@ fn ahead_of_all(tried: &Tried) -> Option<&Standing> {
 }
 
 /// Whether the best of these sets leaves nothing.
-fn explained(case: &Case, tried: &Tried) -> Result<bool, DiagnoseError> {
+fn is_explained(case: &Case, tried: &Tried) -> Result<bool, DiagnoseError> {
     ahead_of_all(tried).map_or(Ok(false), |best| complete(case, best))
 }
 
 /// The best of these sets, and the finalists of all rounds that led to one.
-fn best_of(tried: Vec<(Round, Option<Standing>)>) -> Option<Compared> {
+fn best_of(tried: Vec<(ScreeningRound, Option<Standing>)>) -> Option<Compared> {
     let best = ahead_of_all(&tried)?.clone();
     let led = tried.into_iter().filter(|(_, longer)| longer.is_some());
     Some((best, led.flat_map(|(round, _)| round.finalists).collect()))
 }
 
 /// The set without a member, and what the catalogue offers in its place.
-fn in_place_of(case: &Case, standing: &Standing, member: usize) -> Result<(Standing, Round), DiagnoseError> {
+fn in_place_of(case: &Case, standing: &Standing, member: usize) -> Result<(Standing, ScreeningRound), DiagnoseError> {
     let (effects, mut at) = standing.candidate.without(member);
     at.p.fill(0.0);
     let without = case.fit_down(&effects, &at, Subset::ALL)?;
-    case.round(&without).map(|round| (without, round))
+    case.run_round(&without).map(|round| (without, round))
 }
 
 /// The set that explains the records once one member is exchanged, and all that were compared: the first member may
 /// have stood for parts of two effects. The last member is left out: it was searched beside all others.
-fn exchanged(case: &Case, standing: &Standing) -> Result<Option<Compared>, DiagnoseError> {
+fn exchange_effect(case: &Case, standing: &Standing) -> Result<Option<Compared>, DiagnoseError> {
     for member in 0..standing.candidate.effects.len().saturating_sub(1) {
         let finalists = in_place_of(case, standing, member)?.1.finalists;
         if let Some(best) = finalists.first() {
@@ -254,7 +254,7 @@ fn exchanged(case: &Case, standing: &Standing) -> Result<Option<Compared>, Diagn
 }
 
 /// Were the earlier members the right choice, now that the others are known?
-fn swapped(case: &Case, mut standing: Standing, rivals: &mut Vec<Candidate>) -> Result<Standing, DiagnoseError> {
+fn swap_effects(case: &Case, mut standing: Standing, rivals: &mut Vec<Candidate>) -> Result<Standing, DiagnoseError> {
     for _ in 1..standing.candidate.effects.len() {
         let (without, mut round) = in_place_of(case, &standing, 0)?;
         case.add_strong(&without, &mut round)?;
@@ -266,7 +266,7 @@ fn swapped(case: &Case, mut standing: Standing, rivals: &mut Vec<Candidate>) -> 
             }
             _ => {
                 // The same member again: it goes to the end, so that the next one is first.
-                standing.candidate = case.rotated(&standing.candidate, 1)?;
+                standing.candidate = case.rotate_effects(&standing.candidate, 1)?;
                 standing.from.theta.rotate_left(1);
             }
         }
@@ -282,7 +282,7 @@ fn swapped(case: &Case, mut standing: Standing, rivals: &mut Vec<Candidate>) -> 
 }
 
 /// The set without members that are not needed any more.
-fn thinned(case: &Case, mut standing: Standing, rivals: &mut Vec<Candidate>) -> Result<Standing, DiagnoseError> {
+fn drop_effects(case: &Case, mut standing: Standing, rivals: &mut Vec<Candidate>) -> Result<Standing, DiagnoseError> {
     let mut i = 0;
     while complete(case, &standing)? && standing.candidate.effects.len() > 1 && i < standing.candidate.effects.len() {
         let (effects, at) = standing.candidate.without(i);
@@ -401,7 +401,7 @@ fn settle(case: &Case, best: &Candidate) -> Result<Standing, DiagnoseError> {
     })
 }
 
-fn ranked(round: &Round) -> Vec<(Effect, f64)> {
+fn rank_effects(round: &ScreeningRound) -> Vec<(Effect, f64)> {
     let Some(best) = round.finalists.first().map(Candidate::score) else {
         return vec![];
     };

@@ -61,7 +61,7 @@ impl Case<'_> {
             let (h, found) = &fits[i];
             let with = with(h);
             let problem = self.problem(&with, self.thin());
-            let next = self.relocated(&problem, h, found.clone(), &stages);
+            let next = self.refit_place(&problem, h, found.clone(), &stages);
             let dropped = next.chi2 > limit;
             fits[i].1 = next;
             if dropped {
@@ -74,7 +74,7 @@ impl Case<'_> {
     /// A fit, or a better one from another place with the numbers that it found: where the row of an effect goes up and
     /// down along the shaft, a fit stays between two nodes. A step, on half of the lines where there are many, ranks
     /// the places; those with the smallest χ² are fitted.
-    fn relocated(&self, problem: &Problem, h: &Hypothesis, found: Fit, stages: &[Stage]) -> Fit {
+    fn refit_place(&self, problem: &Problem, h: &Hypothesis, found: Fit, stages: &[Stage]) -> Fit {
         let Some((w, _)) = stages.last().copied() else {
             return found;
         };
@@ -134,7 +134,7 @@ impl Case<'_> {
             };
             let least = |a: &Sized, b: &Sized| a.1.total_cmp(&b.1);
             let coarse = sizes.iter().filter_map(sized).min_by(least)?;
-            let closer = between(kind, &coarse.2);
+            let closer = places_between(kind, &coarse.2);
             let closer = closer.iter().filter_map(sized);
             let (at, ..) = closer.chain([coarse]).min_by(least)?;
             let fit = problem.fit(&at, &[(w, 2)]).ok()?;
@@ -254,7 +254,7 @@ const TILTING_RATIO: f64 = 3.0;
 
 /// Numbers next to the best of [`sizes`], half way to its neighbours in the logarithm: from a tilting stiffness 1.7
 /// times too large or too small, fits ended at a wrong place.
-fn between(kind: EffectKind, best: &[f64]) -> Vec<Vec<f64>> {
+fn places_between(kind: EffectKind, best: &[f64]) -> Vec<Vec<f64>> {
     let half = TILTING_RATIO.sqrt();
     match kind {
         EffectKind::TiltingStiffness => [half.recip(), half].map(|by| best.iter().map(|t| by * t).collect()).to_vec(),

@@ -19,7 +19,7 @@ use super::detectability::{Detectable, detectable};
 use super::judgement::{Judgement, Verdict, judge, lowers_the_gap, overall, relieves};
 use super::misfit::Misfit;
 use super::next_measurement::{Proposal, proposals};
-use super::residuals::{Channel, Fitted, channels, gaps};
+use super::residuals::{Fitted, MeasuredChannel, channels, gaps};
 use super::selection::{Chosen, choose};
 use super::tie::indistinguishable;
 use crate::diagnose::fit::case::Case;
@@ -101,7 +101,7 @@ pub struct Diagnosis {
     /// Nuisance parameters of the fit.
     pub small: Vec<f64>,
     /// Measured, model before and model after, channel by channel.
-    pub channels: Vec<Channel>,
+    pub channels: Vec<MeasuredChannel>,
     /// What stands in for a name when the verdict is unexplained.
     pub correction: Option<Correction>,
     /// Measurements that would separate the members of a tie, the most separating first.
@@ -154,7 +154,7 @@ pub(super) fn conclude_unless(
     let case = trial.case(&catalogue, progress);
     progress("where it sits");
     let localisation = localise(&case)?;
-    let mut round = case.round(null)?;
+    let mut round = case.run_round(null)?;
     if !round.finalists.first().is_some_and(|c| case.within(c))
         && let Some(other) = instead(&round.finalists)?
     {
@@ -162,14 +162,16 @@ pub(super) fn conclude_unless(
     }
     case.add_strong(null, &mut round)?;
     let chosen = choose(&case, null, round, localisation.sole(), most)?;
-    concluded((trial, &case), null, (localisation, chosen), faults)
+    conclude_diagnosis(trial, &case, null, localisation, chosen, faults)
 }
 
 /// The diagnosis in which these effects were chosen.
-fn concluded(
-    (trial, case): (&Trial, &Case),
+fn conclude_diagnosis(
+    trial: &Trial,
+    case: &Case,
     null: &Standing,
-    (localisation, mut chosen): (Localisation, Chosen),
+    localisation: Localisation,
+    mut chosen: Chosen,
     faults: Vec<FoundFault>,
 ) -> Result<Diagnosis, DiagnoseError> {
     let mut best = chosen.standing.candidate.clone();
@@ -196,8 +198,8 @@ fn concluded(
     if !tie.is_empty() {
         verdict = Verdict::Tie;
     }
-    let shown = Shown::of(verdict, &best, &trained, null)?;
-    let correction = match (verdict, localisation.named()) {
+    let shown = ShownMachine::of(verdict, &best, &trained, null)?;
+    let correction = match (verdict, localisation.named_port()) {
         (Verdict::Unexplained, Some(port)) => Some(correct(case, port, held_out.training)?),
         _ => None,
     };
@@ -263,7 +265,7 @@ fn axis_gains(trial: &Trial, point: &Point) -> Vec<[f64; 4]> {
 fn rivals(members: &[&Candidate], best: &Candidate, faults: &[FoundFault]) -> Result<Vec<Rival>, DiagnoseError> {
     let one = |member: &&Candidate| {
         Ok(Rival {
-            effects: named(member)?,
+            effects: name_effects(member)?,
             record_faults: faults.to_vec(),
             score_above_best: member.score() - best.score(),
         })
@@ -274,9 +276,9 @@ fn rivals(members: &[&Candidate], best: &Candidate, faults: &[FoundFault]) -> Re
 /// The correction where it improves held-out data, and the channels with it.
 fn worthwhile(
     case: &Case<'_>,
-    shown: &Shown<'_>,
+    shown: &ShownMachine<'_>,
     correction: Option<Correction>,
-) -> Result<(Option<Correction>, Vec<Channel>), DiagnoseError> {
+) -> Result<(Option<Correction>, Vec<MeasuredChannel>), DiagnoseError> {
     let fitted = Fitted {
         small: shown.without_held_out.p.clone(),
         effects: hypothesis::effects(shown.hypotheses, &shown.without_held_out.theta),
@@ -292,7 +294,7 @@ fn worthwhile(
 
 /// The machine with effects and nuisance parameters. Gains of axes that are further off than calibration usually leaves
 /// belong to the sensors, and are kept.
-fn corrected_machine(trial: &Trial, shown: &Shown) -> Machine {
+fn corrected_machine(trial: &Trial, shown: &ShownMachine) -> Machine {
     let layout = &trial.model.layout;
     let mut corrected = layout.machine.apply(&trial.machine, &shown.point.p);
     let effects = &mut corrected.spindle.effects;
@@ -333,7 +335,7 @@ pub(super) fn hypotheses(
 }
 
 /// What goes into files and pictures: what was named, or the machine as it is.
-struct Shown<'a> {
+struct ShownMachine<'a> {
     effects: Vec<NamedEffect>,
     hypotheses: &'a [Hypothesis],
     point: &'a Point,
@@ -341,7 +343,7 @@ struct Shown<'a> {
     without_held_out: &'a Point,
 }
 
-impl<'a> Shown<'a> {
+impl<'a> ShownMachine<'a> {
     fn of(
         verdict: Verdict,
         best: &'a Candidate,
@@ -353,7 +355,7 @@ impl<'a> Shown<'a> {
                 Self { effects: vec![], hypotheses: &[], point: &null.from, without_held_out: &null.from }
             }
             _ => Self {
-                effects: named(best)?,
+                effects: name_effects(best)?,
                 hypotheses: &best.effects,
                 point: &best.fit.at,
                 without_held_out: &trained.fit.at,
@@ -363,7 +365,7 @@ impl<'a> Shown<'a> {
 }
 
 /// Effects of a candidate with standard deviations and 90 % intervals from the curvature.
-fn named(candidate: &Candidate) -> Result<Vec<NamedEffect>, DiagnoseError> {
+fn name_effects(candidate: &Candidate) -> Result<Vec<NamedEffect>, DiagnoseError> {
     let covariance = candidate.fit.covariance()?;
     // Model error beyond noise and model error widens everything.
     let excess = (candidate.fit.data_chi2 / candidate.fit.residuals.max(1) as f64).max(1.0).sqrt();

@@ -9,17 +9,17 @@ use crate::spindle::response::ported::factor;
 use crate::spindle::response::{LineSlopes, Square};
 
 /// A line of the model that records are compared with.
-pub(super) struct Prediction<'a> {
+pub(super) struct PredictedLine<'a> {
     pub(super) line: &'a LineSlopes,
     /// Columns of the Jacobian.
-    pub(super) order: &'a [Column],
+    pub(super) order: &'a [JacobianColumn],
     /// Nuisance parameters.
     pub(super) p: &'a [f64],
     pub(super) model_error: f64,
 }
 
 /// Where the derivative to a parameter comes from.
-pub(super) enum Column {
+pub(super) enum JacobianColumn {
     /// None: the parameter changes nothing.
     Nothing,
     /// A derivative of the line.
@@ -34,29 +34,29 @@ pub(super) enum Column {
 
 /// Columns in the order of the parameters: the small ones where there is a layout, then the `coordinates` of effects.
 /// `readings` stand behind those in a line.
-pub(super) fn order(layout: Option<&Layout>, coordinates: usize, readings: &[Option<usize>; 4]) -> Vec<Column> {
+pub(super) fn order(layout: Option<&Layout>, coordinates: usize, readings: &[Option<usize>; 4]) -> Vec<JacobianColumn> {
     let mut all = vec![];
     if let Some(layout) = layout {
-        all.extend((0..layout.machine.groups).map(Column::Line));
-        all.extend([0, 1].map(Column::Current));
-        all.extend([0, 1].map(|b| Column::Line(layout.machine.groups + b)));
-        all.extend([0, 1].map(Column::Signal));
-        all.extend((layout.machine.groups + 2..layout.machine.analytic()).map(Column::Line));
+        all.extend((0..layout.machine.groups).map(JacobianColumn::Line));
+        all.extend([0, 1].map(JacobianColumn::Current));
+        all.extend([0, 1].map(|b| JacobianColumn::Line(layout.machine.groups + b)));
+        all.extend([0, 1].map(JacobianColumn::Signal));
+        all.extend((layout.machine.groups + 2..layout.machine.analytic()).map(JacobianColumn::Line));
         let reading = |r: &Option<usize>| match r {
-            Some(k) => Column::Line(layout.machine.analytic() + k),
-            None => Column::Nothing,
+            Some(k) => JacobianColumn::Line(layout.machine.analytic() + k),
+            None => JacobianColumn::Nothing,
         };
         all.extend(readings.iter().map(reading));
         for s in 0..layout.sweeps {
-            all.extend((0..4).map(|i| Column::Axis(s, i)));
+            all.extend((0..4).map(|i| JacobianColumn::Axis(s, i)));
         }
     }
     let small = layout.map_or(0, |l| l.machine.analytic());
-    all.extend((small..small + coordinates).map(Column::Line));
+    all.extend((small..small + coordinates).map(JacobianColumn::Line));
     all
 }
 
-impl Prediction<'_> {
+impl PredictedLine<'_> {
     /// Writes the derivatives of the residuals of a line into the rows of `block` from `first` on, of a sweep whose
     /// axes have gains, or of a hammer test. `seen` is what a change of F, with such gains, does to these residuals; it
     /// is linear, so that a few entries of the receptance say it for every parameter that acts on the shaft.
@@ -65,30 +65,31 @@ impl Prediction<'_> {
         sweep: Option<usize>,
         gain: &[f64; 4],
         seen: impl Fn(&Square, &[f64; 4]) -> [c64; N],
-        (block, first): (&mut Mat<f64>, usize),
+        block: &mut Mat<f64>,
+        first: usize,
     ) {
         let f = &self.line.response;
         // No sweep looks at the tool.
         let looked_at = |n: usize| sweep.is_none() || (n % 9 / 3 < 2 && n % 3 < 2);
-        let units: Vec<(usize, Parts<N>)> = (self.line.units.iter().enumerate())
+        let units: Vec<(usize, ComplexParts<N>)> = (self.line.units.iter().enumerate())
             .filter(|(n, _)| !self.order.is_empty() && looked_at(*n))
-            .map(|(n, unit)| (n, Parts::of(&seen(unit, gain))))
+            .map(|(n, unit)| (n, ComplexParts::of(&seen(unit, gain))))
             .collect();
         for (c, column) in self.order.iter().enumerate() {
             let parts = match *column {
-                Column::Line(k) => match self.line.other(k) {
-                    Some(other) => Parts::of(&seen(other, gain)),
-                    None => Parts::sum(self.line.entries(k), &units),
+                JacobianColumn::Line(k) => match self.line.other(k) {
+                    Some(other) => ComplexParts::of(&seen(other, gain)),
+                    None => ComplexParts::sum(self.line.entries(k), &units),
                 },
-                Column::Current(b) => Parts::of(&seen(&factor(f, false, b), gain)),
-                Column::Signal(b) => Parts::of(&seen(&factor(f, true, b), gain)),
-                Column::Axis(s, axis) if sweep == Some(s) => {
+                JacobianColumn::Current(b) => ComplexParts::of(&seen(&factor(f, false, b), gain)),
+                JacobianColumn::Signal(b) => ComplexParts::of(&seen(&factor(f, true, b), gain)),
+                JacobianColumn::Axis(s, axis) if sweep == Some(s) => {
                     let mut own = [0.0; 4];
                     own[axis] = 1.0;
-                    Parts::of(&seen(f, &own))
+                    ComplexParts::of(&seen(f, &own))
                 }
                 // The block is zero from the start.
-                Column::Axis(..) | Column::Nothing => continue,
+                JacobianColumn::Axis(..) | JacobianColumn::Nothing => continue,
             };
             let rows = &mut block.col_as_slice_mut(c)[first..first + 2 * N];
             for (pair, (re, im)) in rows.chunks_exact_mut(2).zip(parts.re.iter().zip(&parts.im)) {
@@ -100,12 +101,12 @@ impl Prediction<'_> {
 }
 
 /// Complex numbers, real and imaginary parts apart.
-struct Parts<const N: usize> {
+struct ComplexParts<const N: usize> {
     re: [f64; N],
     im: [f64; N],
 }
 
-impl<const N: usize> Parts<N> {
+impl<const N: usize> ComplexParts<N> {
     fn of(values: &[c64; N]) -> Self {
         Self { re: values.map(|v| v.re), im: values.map(|v| v.im) }
     }

@@ -76,7 +76,7 @@ impl Problem<'_> {
     }
 
     /// The most probable amplitude of the smooth model error, with the residuals and derivatives that belong to it.
-    fn tuned(&self, at: &mut Point, here: &mut Linearised, model_error: f64) -> Result<(), DiagnoseError> {
+    fn tune_point(&self, at: &mut Point, here: &mut Linearised, model_error: f64) -> Result<(), DiagnoseError> {
         if let Some(smooth) = self.smooth(model_error)? {
             let amplitude = smooth.amplitude(&here.residual, at.smooth);
             if amplitude != at.smooth {
@@ -99,7 +99,7 @@ impl Problem<'_> {
     }
 
     /// A point moved by a step of all parameters, kept where it makes sense.
-    pub(super) fn stepped(&self, at: &Point, step: &Mat<f64>) -> Point {
+    pub(super) fn take_step(&self, at: &Point, step: &Mat<f64>) -> Point {
         let mut there = at.clone();
         for (k, p) in there.p.iter_mut().enumerate() {
             *p += step[(k, 0)];
@@ -140,7 +140,7 @@ impl Problem<'_> {
     fn held(&self, at: &Point, slope: &Mat<f64>) -> Vec<bool> {
         // Far below every step that matters, far above rounding.
         let nudge = Mat::from_fn(slope.nrows(), 1, |k, _| 1e-9 * slope[(k, 0)].signum());
-        let moved = self.stepped(at, &nudge);
+        let moved = self.take_step(at, &nudge);
         let flat = |p: &Point| -> Vec<f64> {
             let effects = p.theta.iter().flatten();
             p.p.iter().chain(effects).copied().collect()
@@ -157,10 +157,10 @@ impl Problem<'_> {
         let mut at = start.clone();
         let mut end = None;
         for (model_error, iterations) in stages {
-            let mut here = self.linearised(&at, *model_error)?;
+            let mut here = self.linearise_records(&at, *model_error)?;
             let mut expected = true;
             for iteration in 0..=*iterations {
-                self.tuned(&mut at, &mut here, *model_error)?;
+                self.tune_point(&mut at, &mut here, *model_error)?;
                 let cost = self.cost(&at, *model_error)?;
                 let equations = self.equations(&at, &here, cost);
                 let chi2 = equations.fit.chi2;
@@ -171,24 +171,24 @@ impl Problem<'_> {
                     break;
                 }
                 let from = (&at, &here);
-                let Some(next) = self.improved(from, equations, expected, *model_error)? else {
+                let Some(next) = self.improve_point(from.0, from.1, equations, expected, *model_error)? else {
                     break;
                 };
                 (at, expected) = (next.there, next.whole);
                 here = match next.ahead {
                     Some(ahead) => ahead,
-                    None => self.linearised(&at, *model_error)?,
+                    None => self.linearise_records(&at, *model_error)?,
                 };
             }
         }
         match end {
             Some(fit) => Ok(fit),
-            None => self.unfitted(at),
+            None => self.keep_start(at),
         }
     }
 
     /// χ² of a point without a step.
-    fn unfitted(&self, at: Point) -> Result<Fit, DiagnoseError> {
+    fn keep_start(&self, at: Point) -> Result<Fit, DiagnoseError> {
         let r = self.residual(&at, FINAL_MODEL_ERROR)?;
         let data: f64 = r.iter().map(|r| r * r).sum();
         let small = self.model.layout.len();
@@ -226,9 +226,10 @@ impl Problem<'_> {
 
     /// A point of smaller χ²; none where no step decreases χ² by more than a negligible part. Where the whole step is
     /// `expected` to be taken, its derivatives are computed with it.
-    fn improved(
+    fn improve_point(
         &self,
-        (at, here): (&Point, &Linearised),
+        at: &Point,
+        here: &Linearised,
         equations: Equations,
         expected: bool,
         model_error: f64,
@@ -256,12 +257,12 @@ impl Problem<'_> {
         }
         let lower = |value: f64| value < chi2;
         let alone = |there: Point, whole: bool| Improved { there, ahead: None, whole };
-        let there = self.stepped(at, &whole);
+        let there = self.take_step(at, &whole);
         if !expected {
             if self.chi2(&there, model_error).is_ok_and(lower) {
                 return Ok(Some(alone(there, true)));
             }
-        } else if let Ok(ahead) = self.linearised(&there, model_error) {
+        } else if let Ok(ahead) = self.linearise_records(&there, model_error) {
             let data: f64 = ahead.residual.iter().map(|r| r * r).sum();
             if lower(data + self.prior(&there.p) + self.cost(&there, model_error)?) {
                 return Ok(Some(Improved { there, ahead: Some(ahead), whole: true }));
@@ -277,7 +278,7 @@ impl Problem<'_> {
             let Ok(step) = solve_normal(&damped, &slope) else {
                 continue;
             };
-            let there = self.stepped(at, &step);
+            let there = self.take_step(at, &step);
             if self.chi2(&there, model_error).is_ok_and(lower) {
                 return Ok(Some(alone(there, false)));
             }

@@ -43,7 +43,7 @@ impl Problem<'_> {
     ) -> Result<Option<Point>, DiagnoseError> {
         let n = gauss_newton.step.nrows();
         let near = Mat::from_fn(n, 1, |k, _| NEAR * gauss_newton.step[(k, 0)]);
-        let Ok(there) = self.residual(&self.stepped(at, &near), model_error) else {
+        let Ok(there) = self.residual(&self.take_step(at, &near), model_error) else {
             return Ok(None);
         };
         let straight = here.jacobian.times(&near);
@@ -61,7 +61,7 @@ impl Problem<'_> {
         let mut share = 1.0;
         while share > SHORTEST {
             let step = Mat::from_fn(n, 1, |k, _| share * (gauss_newton.step[(k, 0)] + 0.5 * share * bend[(k, 0)]));
-            let there = self.stepped(at, &step);
+            let there = self.take_step(at, &step);
             match self.chi2(&there, model_error) {
                 Ok(value) if value < lowest => (best, lowest) = (Some(there), value),
                 // χ² rises again.

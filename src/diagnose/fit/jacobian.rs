@@ -6,7 +6,7 @@
 
 use super::super::data::common_error::Smooth;
 use crate::linalg::Mat;
-use crate::linalg::gram::{add_gram, dot_in_lanes, mirrored};
+use crate::linalg::gram::{add_gram, dot_in_lanes, mirror_lower};
 use rayon::prelude::*;
 use std::sync::Arc;
 
@@ -56,8 +56,8 @@ impl Jacobian {
             own
         };
         let parts: Vec<Mat<f64>> = self.blocks.par_iter().map(part).collect();
-        let mut all = mirrored(self.sum(parts, self.columns));
-        for (w, taken) in self.taken() {
+        let mut all = mirror_lower(self.sum(parts, self.columns));
+        for (w, taken) in self.take_blocks() {
             all -= w.transpose() * taken;
         }
         all
@@ -70,13 +70,13 @@ impl Jacobian {
             Some((*next - width, *width))
         });
         let firsts: Vec<(usize, usize)> = firsts.collect();
-        let shares = self.taken();
+        let shares = self.take_blocks();
         let own = |(first, width): &(usize, usize)| {
             let mut all = Mat::zeros(*width, *width);
             for block in &self.blocks {
                 add_gram(&mut all, block.subcols(*first, *width));
             }
-            let mut all = mirrored(all);
+            let mut all = mirror_lower(all);
             for (w, taken) in &shares {
                 all -= w.subcols(*first, *width).transpose() * taken.subcols(*first, *width);
             }
@@ -102,7 +102,7 @@ impl Jacobian {
         let parts = both.map(|(a, b)| a.transpose() * b);
         let mut all = self.sum(parts.collect(), other.columns);
         if let Some(common) = &other.common {
-            for ((_, taken), w) in self.taken().iter().zip(&common.shares) {
+            for ((_, taken), w) in self.take_blocks().iter().zip(&common.shares) {
                 all -= taken.transpose() * w;
             }
         }
@@ -138,14 +138,14 @@ impl Jacobian {
     }
 
     /// W of every group, and (2D − D²)W.
-    fn taken(&self) -> Vec<(&Mat<f64>, Mat<f64>)> {
+    fn take_blocks(&self) -> Vec<(&Mat<f64>, Mat<f64>)> {
         let Some(common) = &self.common else {
             return vec![];
         };
         let groups = common.smooth.groups.iter().zip(&common.shares);
         groups
             .map(|(group, w)| {
-                let factors: Vec<f64> = group.taken(common.amplitude).collect();
+                let factors: Vec<f64> = group.take_amplitude(common.amplitude).collect();
                 let taken = Mat::from_fn(w.nrows(), w.ncols(), |k, c| factors[k] * w[(k, c)]);
                 (w, taken)
             })

@@ -3,8 +3,8 @@
 //! Lines do not depend on each other: they are computed in parallel and joined in order.
 
 use super::super::DiagnoseError;
-use super::super::data::covariance::{reciprocals, whiten, whiten_with};
-use super::columns::{Prediction, order};
+use super::super::data::covariance::{reciprocals, whiten_vector, whiten_with};
+use super::columns::{PredictedLine, order};
 use super::hypothesis::{self, Hypothesis};
 use super::jacobian::Jacobian;
 use super::problem::{Point, Problem};
@@ -38,7 +38,7 @@ impl Record {
 }
 
 /// A frequency at a speed, and the lines of the records that were measured there.
-struct Task {
+struct LineTask {
     speed: usize,
     omega: f64,
     lines: Vec<(Record, usize)>,
@@ -94,7 +94,7 @@ impl Problem<'_> {
             .collect()
     }
 
-    fn tasks(&self, speeds: &[f64]) -> Vec<Task> {
+    fn tasks(&self, speeds: &[f64]) -> Vec<LineTask> {
         let index = |speed: f64| speeds.iter().position(|s| *s == speed).unwrap_or_default();
         // Positive numbers have the order of their bits.
         let mut tasks: BTreeMap<(usize, u64), Vec<(Record, usize)>> = BTreeMap::new();
@@ -112,7 +112,10 @@ impl Problem<'_> {
                 add(Record::HammerTest(t), tap.speed_rad_s, &tap.omega_rad_s);
             }
         }
-        tasks.into_iter().map(|((speed, omega), lines)| Task { speed, omega: f64::from_bits(omega), lines }).collect()
+        tasks
+            .into_iter()
+            .map(|((speed, omega), lines)| LineTask { speed, omega: f64::from_bits(omega), lines })
+            .collect()
     }
 
     /// Whitened residuals (real and imaginary parts, times √2) at a point.
@@ -120,7 +123,7 @@ impl Problem<'_> {
     /// # Errors
     /// [`DiagnoseError`] when the model cannot be assembled.
     pub fn residual(&self, at: &Point, model_error: f64) -> Result<Vec<f64>, DiagnoseError> {
-        let all = self.evaluated(at, model_error, Wanted::Residual, None)?;
+        let all = self.evaluate_records(at, model_error, Wanted::Residual, None)?;
         Ok(all.residual)
     }
 
@@ -128,8 +131,8 @@ impl Problem<'_> {
     ///
     /// # Errors
     /// As [`Self::residual`].
-    pub(super) fn linearised(&self, at: &Point, model_error: f64) -> Result<Linearised, DiagnoseError> {
-        self.evaluated(at, model_error, Wanted::All, None)
+    pub(super) fn linearise_records(&self, at: &Point, model_error: f64) -> Result<Linearised, DiagnoseError> {
+        self.evaluate_records(at, model_error, Wanted::All, None)
     }
 
     /// The same with derivatives to the coordinates of the last effect only. Where that changes the electronics alone,
@@ -143,7 +146,7 @@ impl Problem<'_> {
         model_error: f64,
         shaft: Option<&[Receptance]>,
     ) -> Result<Linearised, DiagnoseError> {
-        self.evaluated(at, model_error, Wanted::Newest, shaft)
+        self.evaluate_records(at, model_error, Wanted::Newest, shaft)
     }
 
     /// Residuals at a point, and derivatives to further effects that have no size yet and are not assembled: one column
@@ -157,7 +160,7 @@ impl Problem<'_> {
         model_error: f64,
         further: &[Hypothesis],
     ) -> Result<Linearised, DiagnoseError> {
-        self.evaluated(at, model_error, Wanted::Beside(further), None)
+        self.evaluate_records(at, model_error, Wanted::Beside(further), None)
     }
 
     /// Numbers of the effects that derivatives are wanted to, in fit coordinates.
@@ -166,7 +169,7 @@ impl Problem<'_> {
         let mut numbers = vec![];
         let mut add = |h: &Hypothesis, theta: &[f64], own: Vec<Number>| {
             let scaled = own.into_iter().enumerate();
-            numbers.extend(scaled.map(|(i, number)| number.scaled(h.slope(i, theta))));
+            numbers.extend(scaled.map(|(i, number)| number.scale_number(h.slope(i, theta))));
         };
         let from = match wanted {
             Wanted::Residual | Wanted::Beside(_) => effects.len(),
@@ -189,7 +192,7 @@ impl Problem<'_> {
         numbers
     }
 
-    fn evaluated(
+    fn evaluate_records(
         &self,
         at: &Point,
         model_error: f64,
@@ -229,8 +232,8 @@ impl Problem<'_> {
             Some(_) => vec![],
             None => speeds.iter().map(assemble).collect::<Result<_, _>>()?,
         };
-        let line = |t: usize, task: &Task| match &known {
-            Some((shaft, electronics)) => LineSlopes::round(&shaft[t], electronics, task.omega, &numbers),
+        let line = |t: usize, task: &LineTask| match &known {
+            Some((shaft, electronics)) => LineSlopes::around_frequency(&shaft[t], electronics, task.omega, &numbers),
             None => {
                 let own = &models[task.speed];
                 let first = own.ports() - probes.len();
@@ -251,9 +254,10 @@ impl Problem<'_> {
                 let mut shaft = Vec::with_capacity(piece.len());
                 for (t, task) in piece.iter().enumerate() {
                     let line = line(first * PIECE + t, task);
-                    let predicted = Prediction { line: &line, order: &order, p: &at.p, model_error };
-                    for record in &task.lines {
-                        self.compare(*record, &predicted, (&mut r, &mut block));
+                    let predicted = PredictedLine { line: &line, order: &order, p: &at.p, model_error };
+                    let mut rows = ResidualRows { residual: &mut r, block: &mut block };
+                    for (record, line) in &task.lines {
+                        self.compare(*record, *line, &predicted, &mut rows);
                     }
                     shaft.push(line.receptance);
                 }
@@ -274,47 +278,41 @@ impl Problem<'_> {
         Ok(Linearised { residual, jacobian: Jacobian::new(blocks, width, smooth.filter(|_| width > 0)), shaft })
     }
 
-    /// Appends the whitened residual of a line to `r`, and writes its derivatives, in `order`, into the same rows of
-    /// `block`.
-    fn compare(
-        &self,
-        (record, line): (Record, usize),
-        predicted: &Prediction,
-        (r, block): (&mut Vec<f64>, &mut Mat<f64>),
-    ) {
+    /// Appends the whitened residual of a line, and its derivatives in `order`.
+    fn compare(&self, record: Record, line: usize, predicted: &PredictedLine, rows: &mut ResidualRows) {
         let (f, p) = (&predicted.line.response, predicted.p);
-        let first = r.len();
+        let first = rows.residual.len();
         match record {
             Record::Sweep(s) => {
-                if let Some(levitation) = self.levitated(predicted.model_error) {
-                    return self.compare_levitated((s, line, levitation), predicted, (r, block));
+                if let Some(levitation) = self.find_levitation(predicted.model_error) {
+                    return self.compare_levitated(s, line, levitation, predicted, rows);
                 }
                 let sweep = &self.evidence.sweeps[s];
-                let rows = sweep.whitening(line, predicted.model_error, self.usage.off_diagonal);
+                let triangles = sweep.whitening(line, predicted.model_error, self.usage.off_diagonal);
                 let g = &sweep.response[line];
                 let gain: [f64; 4] = std::array::from_fn(|i| 1.0 + p[self.model.layout.axis(s, i)]);
                 for i in 0..4 {
                     let mut d: [c64; 4] = std::array::from_fn(|j| g[4 * i + j] - f[SIDE * i + j] * gain[i]);
-                    whiten(&rows[i], &mut d);
-                    push(r, &d);
+                    whiten_vector(&triangles[i], &mut d);
+                    push(rows.residual, &d);
                 }
-                let pivots = rows.each_ref().map(reciprocals);
+                let pivots = triangles.each_ref().map(reciprocals);
                 let seen = |change: &Square, gain: &[f64; 4]| {
                     let mut all = [ZERO; 16];
                     for (i, all) in all.chunks_exact_mut(4).enumerate() {
                         let mut d: [c64; 4] = std::array::from_fn(|j| change[SIDE * i + j] * gain[i]);
-                        whiten_with(&rows[i], &pivots[i], &mut d);
+                        whiten_with(&triangles[i], &pivots[i], &mut d);
                         all.copy_from_slice(&d);
                     }
                     all
                 };
-                predicted.write(Some(s), &gain, seen, (block, first));
+                predicted.write(Some(s), &gain, seen, rows.block, first);
             }
             Record::HammerTest(t) => {
                 let tap = &self.evidence.taps[t];
                 let sd = tap.sd(line, predicted.model_error);
                 let (h, left, right) = tap.close(line, f);
-                push(r, &[(tap.compliance[line] - h) / sd]);
+                push(rows.residual, &[(tap.compliance[line] - h) / sd]);
                 let seen = |change: &Square, _: &[f64; 4]| {
                     let mut sum = ZERO;
                     for (left, row) in left.iter().zip(change.chunks_exact(SIDE)) {
@@ -323,7 +321,7 @@ impl Problem<'_> {
                     }
                     [sum / sd]
                 };
-                predicted.write(None, &[1.0; 4], seen, (block, first));
+                predicted.write(None, &[1.0; 4], seen, rows.block, first);
             }
         }
     }
@@ -333,6 +331,12 @@ impl Problem<'_> {
 /// shaft, a housing has a frequency.
 pub(crate) fn assembled_with_size(kind: EffectKind) -> bool {
     matches!(kind, EffectKind::ToolJoint | EffectKind::HousingMode)
+}
+
+/// Residuals, and their derivatives in the rows that begin with them.
+pub(super) struct ResidualRows<'a> {
+    pub(super) residual: &'a mut Vec<f64>,
+    pub(super) block: &'a mut Mat<f64>,
 }
 
 pub(super) fn push(all: &mut Vec<f64>, values: &[c64]) {

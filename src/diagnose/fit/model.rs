@@ -65,7 +65,7 @@ impl Model {
 
     /// Nuisance parameters that are further from the machine as given than any prior allows, the furthest first: their
     /// names, and how many prior standard deviations they are off.
-    pub fn strained(&self, p: &[f64]) -> Vec<(String, f64)> {
+    pub fn list_strained(&self, p: &[f64]) -> Vec<(String, f64)> {
         let off = |(k, p): (usize, &f64)| (k, self.layout.deviation(k, *p).0.abs());
         let all = p.iter().enumerate().map(off);
         let mut far: Vec<(usize, f64)> = all.filter(|(_, off)| *off > MOST_SD).collect();

@@ -49,7 +49,7 @@ impl Layout {
     }
 
     /// Widens the priors of the machine but for the mesh and its reading, and not those of axis gains.
-    pub(crate) fn widen(&mut self, width: f64) {
+    pub(crate) fn widen_priors(&mut self, width: f64) {
         let own = self.machine.mesh();
         self.sd[..own].iter_mut().for_each(|sd| *sd *= width);
         self.width *= width;

@@ -37,12 +37,12 @@ impl Linear {
 }
 
 impl Problem<'_> {
-    /// Residuals and derivatives of these effects at a point, for [`Self::predicted`].
+    /// Residuals and derivatives of these effects at a point, for [`Self::predict_minimum`].
     ///
     /// # Errors
     /// As [`Self::residual`].
     pub fn linear(&self, at: &Point, model_error: f64) -> Result<Linear, DiagnoseError> {
-        let Linearised { residual, jacobian, shaft } = self.linearised(at, model_error)?;
+        let Linearised { residual, jacobian, shaft } = self.linearise_records(at, model_error)?;
         let mut normal = jacobian.normal();
         for (k, (weight, _)) in self.model.layout.pull(&at.p).enumerate() {
             normal[(k, k)] += weight;
@@ -55,7 +55,12 @@ impl Problem<'_> {
     ///
     /// # Errors
     /// As [`Self::residual`].
-    pub fn predicted(&self, base: &Linear, from: &Point, model_error: f64) -> Result<(Point, f64), DiagnoseError> {
+    pub fn predict_minimum(
+        &self,
+        base: &Linear,
+        from: &Point,
+        model_error: f64,
+    ) -> Result<(Point, f64), DiagnoseError> {
         let (Some(hypothesis), Some(theta)) = (self.effects.last(), from.theta.last()) else {
             return Ok((from.clone(), f64::INFINITY));
         };
@@ -149,7 +154,7 @@ impl Problem<'_> {
             share.min(limit / step[(n + i, 0)].abs().max(f64::MIN_POSITIVE))
         });
         let taken = Mat::from_fn(n + d, 1, |k, _| share * step[(k, 0)]);
-        let there = self.stepped(from, &taken);
+        let there = self.take_step(from, &taken);
         let chi2 = new.data + self.prior(&from.p) + self.cost(from, new.model_error)? - gain;
         // The longer a step, the less a linear prediction is worth; a negative χ² is none.
         Ok((there, chi2.max(0.0)))

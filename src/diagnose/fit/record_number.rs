@@ -82,7 +82,7 @@ impl RecordNumber<'_> {
             for halving in 0..HALVINGS {
                 let share = shorten * 0.5f64.powi(halving as i32);
                 let taken = Mat::from_fn(n, 1, |k, _| share * step[(k, 0)]);
-                let at = self.problem(self.rest).stepped(&best.at, &taken);
+                let at = self.problem(self.rest).take_step(&best.at, &taken);
                 let number = best.number + share * step[(n, 0)];
                 match self.chi2(&at, number, model_error) {
                     Ok((chi2, _)) if chi2 < best.chi2 => {
@@ -113,7 +113,7 @@ impl RecordNumber<'_> {
         model_error: f64,
         known: (&Linear, &[&Linear]),
     ) -> Result<f64, DiagnoseError> {
-        let (normal, slope) = self.bordered(from, model_error, known)?;
+        let (normal, slope) = self.border_equations(from, model_error, known.0, known.1)?;
         let step = solve_normal(&normal, &slope)?;
         let n = step.nrows() - 1;
         // What is left of the number's own curvature once the nuisance parameters follow.
@@ -135,15 +135,16 @@ impl RecordNumber<'_> {
         let own = (self.own)(from.number);
         let rest = self.problem(self.rest).linear(&from.at, model_error)?;
         let here = self.problem(&own).linear(&from.at, model_error)?;
-        self.bordered(from, model_error, (&here, &[&rest]))
+        self.border_equations(from, model_error, &here, &[&rest])
     }
 
     /// The same from linearisations of the record and of the others.
-    fn bordered(
+    fn border_equations(
         &self,
         from: &Numbered,
         model_error: f64,
-        (here, others): (&Linear, &[&Linear]),
+        here: &Linear,
+        others: &[&Linear],
     ) -> Result<(Mat<f64>, Mat<f64>), DiagnoseError> {
         let moved = (self.own)(from.number + self.difference);
         let there = self.problem(&moved).residual(&from.at, model_error)?;

@@ -24,20 +24,21 @@ impl Problem<'_> {
         &self,
         e: usize,
         from: &Point,
-        (model_error, iterations): (f64, usize),
+        model_error: f64,
+        iterations: usize,
     ) -> Result<f64, DiagnoseError> {
         let mut at = from.clone();
         let (mut read, mut lowest) = self.slope_read(e, &at, model_error)?;
         for _ in 0..iterations {
             // The derivatives at the offset serve for the arm.
-            let here = Linearised { residual: read.clone(), ..self.linearised(&at, model_error)? };
+            let here = Linearised { residual: read.clone(), ..self.linearise_records(&at, model_error)? };
             let equations = self.equations(&at, &here, 0.0);
             let step = solve_normal(&equations.normal, &equations.slope)?;
             let before = lowest;
             for halving in 0..HALVINGS {
                 let share = 0.5f64.powi(halving);
                 let taken = Mat::from_fn(step.nrows(), 1, |k, _| share * step[(k, 0)]);
-                let there = self.stepped(&at, &taken);
+                let there = self.take_step(&at, &taken);
                 let (next, chi2) = self.slope_read(e, &there, model_error)?;
                 if chi2 < lowest {
                     (at, read, lowest) = (there, next, chi2);
@@ -56,7 +57,7 @@ impl Problem<'_> {
         let mut flat = at.clone();
         let own = flat.theta.get_mut(e).and_then(|theta| theta.first_mut());
         let arm = own.map_or(0.0, std::mem::take);
-        let here = self.linearised(&flat, model_error)?;
+        let here = self.linearise_records(&flat, model_error)?;
         let before = at.theta.iter().take(e).map(Vec::len).sum::<usize>();
         let column = at.p.len() + before;
         let unit = Mat::from_fn(here.jacobian.columns(), 1, |k, _| f64::from(u8::from(k == column)));

@@ -11,7 +11,7 @@ use super::linearise::Record;
 use super::problem::Problem;
 use crate::diagnose::DiagnoseError;
 use crate::diagnose::data::common_error::{Group, LARGEST, Smooth};
-use crate::diagnose::data::covariance::whiten;
+use crate::diagnose::data::covariance::whiten_vector;
 use crate::linalg::gram::add_gram;
 use crate::linalg::{Mat, c64, symmetric_eigen};
 use rayon::prelude::*;
@@ -68,12 +68,12 @@ impl Problem<'_> {
         if let Some(found) = known().get(&key) {
             return Ok(Some(found.clone()));
         }
-        let made = Arc::new(self.made(model_error)?);
+        let made = Arc::new(self.build_basis(model_error)?);
         known().insert(key, made.clone());
         Ok(Some(made))
     }
 
-    fn made(&self, model_error: f64) -> Result<Smooth, DiagnoseError> {
+    fn build_basis(&self, model_error: f64) -> Result<Smooth, DiagnoseError> {
         let mut lines: BTreeMap<Record, Vec<(usize, usize)>> = BTreeMap::new();
         for (record, line, first) in self.rows() {
             lines.entry(record).or_default().push((line, first));
@@ -111,7 +111,7 @@ impl Problem<'_> {
             for j in 0..4 {
                 let mut d = [c64::new(0.0, 0.0); 4];
                 d[j] = sweep.response[*line][4 * i + j];
-                whiten(lower, &mut d);
+                whiten_vector(lower, &mut d);
                 let column = |f: usize| 2 * (FUNCTIONS * j + f);
                 for (k, v) in d.iter().enumerate() {
                     entries(&mut b, (8 * l + 2 * k, &column), *v, &shape);

@@ -7,14 +7,14 @@ use crate::spindle::response::ZERO;
 const DEPENDENT: f64 = 1e-9;
 
 /// Orthonormal directions of a line, whitened, with the triangle that leads back.
-pub(super) struct Basis {
+pub(super) struct LineBasis {
     pub q: Vec<[c64; 16]>,
     /// Index of the direction behind each q, and R (columns over q).
     pub kept: Vec<usize>,
     pub r: Vec<Vec<c64>>,
 }
 
-impl Basis {
+impl LineBasis {
     pub(super) fn new(directions: &[[c64; 16]]) -> Self {
         let mut basis = Self { q: vec![], kept: vec![], r: vec![] };
         for (i, d) in directions.iter().enumerate() {

@@ -67,7 +67,7 @@ pub(crate) fn correct(case: &Case, port: &PortScore, usage: Subset) -> Result<Co
         let mut all = vec![];
         for omega in &tap.omega_rad_s {
             let view = scene.view(*omega);
-            let x = view.bound(&interpolated(known, *omega));
+            let x = view.bind_law(&interpolate_law(known, *omega));
             let mut f = view.response;
             for (d, x) in view.directions.iter().zip(&x) {
                 for (f, d) in f.iter_mut().zip(d) {
@@ -81,7 +81,7 @@ pub(crate) fn correct(case: &Case, port: &PortScore, usage: Subset) -> Result<Co
     Ok(Correction { port: port.port.clone(), place: place.clone(), sweeps, taps, p })
 }
 
-fn interpolated(known: &[(f64, Vec<c64>)], omega: f64) -> Vec<c64> {
+fn interpolate_law(known: &[(f64, Vec<c64>)], omega: f64) -> Vec<c64> {
     let above = known.partition_point(|(w, _)| *w < omega);
     match (above.checked_sub(1).and_then(|k| known.get(k)), known.get(above)) {
         (Some((a, x)), Some((b, y))) => {

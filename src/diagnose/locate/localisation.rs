@@ -10,7 +10,7 @@ use super::super::DiagnoseError;
 use super::super::data::evidence::Subset;
 use super::super::fit::case::Case;
 use super::super::fit::model::Model;
-use super::place::{Place, Unit};
+use super::place::{LawUnit, Place};
 use super::projection::{LawFit, Settled, lines, settle};
 use super::recovered_law::Law;
 use crate::linalg::c64;
@@ -94,7 +94,7 @@ pub struct Localisation {
 
 impl Localisation {
     /// The best place at which something is, if any was followed to the end.
-    pub fn named(&self) -> Option<&PortScore> {
+    pub fn named_port(&self) -> Option<&PortScore> {
         self.ports.iter().find(|p| p.place != Place::Nowhere)
     }
 
@@ -211,7 +211,7 @@ fn sort(field: &mut [Entry]) {
 }
 
 /// A law at each of these places, fitted with the nuisance parameters.
-fn fitted(
+fn fit_places(
     case: &Case,
     tried: Vec<(String, Place, Vec<f64>)>,
     stages: &[(f64, usize)],
@@ -236,7 +236,7 @@ fn ranked_places(case: &Case) -> Result<Vec<Entry>, DiagnoseError> {
             stride: if round + 1 == ROUNDS.len() { *stride } else { (case.evidence.lines() / LINES).max(*stride) },
             ..Subset::ALL
         };
-        field = fitted(case, next, stages, usage)?;
+        field = fit_places(case, next, stages, usage)?;
         sort(&mut field);
         if round + 1 == ROUNDS.len() {
             move_best_station(case, &mut field, stages, usage)?;
@@ -245,7 +245,7 @@ fn ranked_places(case: &Case) -> Result<Vec<Entry>, DiagnoseError> {
         let released = match round {
             0 => {
                 let nowhere = field.iter().find(|f| f.1 == Place::Nowhere);
-                nowhere.map_or(vec![], |f| strained(case.model, &f.2.p))
+                nowhere.map_or(vec![], |f| start_from_strained(case.model, &f.2.p))
             }
             _ => vec![],
         };
@@ -276,7 +276,7 @@ fn move_best_station(
             let moved = place.moved_to(z);
             (station_name(case.model, &moved), moved, s.p.clone())
         });
-        let tried = fitted(case, tried.collect(), stages, usage)?;
+        let tried = fit_places(case, tried.collect(), stages, usage)?;
         field.extend(tried);
         sort(field);
         let kind = field.first().map(|f| f.1.clone());
@@ -330,7 +330,7 @@ fn trim(field: &mut Vec<(String, Place, Settled)>, most: usize) {
 }
 
 /// Nuisance parameters that left their priors, as places of their own.
-fn strained(model: &Model, p: &[f64]) -> Vec<Start> {
+fn start_from_strained(model: &Model, p: &[f64]) -> Vec<Start> {
     let layout = &model.layout;
     let mut far: Vec<(usize, f64)> = p
         .iter()
@@ -354,7 +354,7 @@ pub(super) struct Seen {
     numbers: usize,
     frequency_hz: Vec<f64>,
     line_after: Vec<f64>,
-    names: Vec<(&'static str, Unit)>,
+    names: Vec<(&'static str, LawUnit)>,
     laws: Vec<Vec<(c64, f64)>>,
     /// X of every line, sweep by sweep.
     pub x: Vec<Vec<Vec<c64>>>,
@@ -399,14 +399,14 @@ impl Seen {
         let values = vec![c64::new(value, 0.0); hz.len()];
         // One per cent stands for what the prior would have allowed.
         let sd = vec![0.01; hz.len()];
-        Law::new("", Unit::Relative, hz, values, sd)
+        Law::new("", LawUnit::Relative, hz, values, sd)
     }
 
     /// Laws in order of frequency over all sweeps, each on the lines that have it.
     fn laws(&self) -> Vec<Law> {
         let mut order: Vec<usize> = (0..self.frequency_hz.len()).collect();
         order.sort_by(|a, b| self.frequency_hz[*a].total_cmp(&self.frequency_hz[*b]));
-        let law = |(k, (name, unit)): (usize, &(&str, Unit))| {
+        let law = |(k, (name, unit)): (usize, &(&str, LawUnit))| {
             let (mut hz, mut values, mut sd) = (vec![], vec![], vec![]);
             for line in &order {
                 if let Some((value, deviation)) = self.laws[*line].get(k) {

@@ -47,7 +47,7 @@ pub enum Place {
 
 /// What the numbers at a place are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Unit {
+pub enum LawUnit {
     /// Force per displacement, N/m.
     Stiffness,
     /// Angle per moment, rad/(N m).
@@ -60,7 +60,7 @@ pub enum Unit {
     Flexibility,
 }
 
-impl Unit {
+impl LawUnit {
     /// As printed.
     pub fn text(self) -> &'static str {
         match self {
@@ -161,17 +161,17 @@ impl Place {
     }
 
     /// What the laws found here are: names and units, in the order of `PlaceResponse::laws`.
-    pub fn laws(&self, split: bool) -> Vec<(&'static str, Unit)> {
+    pub fn laws(&self, split: bool) -> Vec<(&'static str, LawUnit)> {
         match self {
             Self::Nowhere | Self::Freed(_) => vec![],
-            Self::Joint => vec![("turning", Unit::TurningFlexibility), ("across", Unit::Flexibility)],
-            Self::Apart(_) => vec![("x", Unit::Stiffness), ("y", Unit::Stiffness)],
-            Self::Circulating(_) => vec![("x to y", Unit::Stiffness), ("x and y alike", Unit::Stiffness)],
-            Self::Station(_) if split => vec![("x and y alike", Unit::Stiffness), ("x to y", Unit::Stiffness)],
-            Self::Station(_) => vec![("", Unit::Stiffness)],
-            Self::Housing => vec![("", Unit::Flexibility)],
-            Self::SensorPlane(_) | Self::ActuatorPlane(_) => vec![("", Unit::Arm)],
-            _ => vec![("", Unit::Relative)],
+            Self::Joint => vec![("turning", LawUnit::TurningFlexibility), ("across", LawUnit::Flexibility)],
+            Self::Apart(_) => vec![("x", LawUnit::Stiffness), ("y", LawUnit::Stiffness)],
+            Self::Circulating(_) => vec![("x to y", LawUnit::Stiffness), ("x and y alike", LawUnit::Stiffness)],
+            Self::Station(_) if split => vec![("x and y alike", LawUnit::Stiffness), ("x to y", LawUnit::Stiffness)],
+            Self::Station(_) => vec![("", LawUnit::Stiffness)],
+            Self::Housing => vec![("", LawUnit::Flexibility)],
+            Self::SensorPlane(_) | Self::ActuatorPlane(_) => vec![("", LawUnit::Arm)],
+            _ => vec![("", LawUnit::Relative)],
         }
     }
 }

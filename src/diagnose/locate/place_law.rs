@@ -12,11 +12,11 @@ use crate::spindle::response::ported::{Ported, product};
 
 impl PlaceResponse<'_> {
     /// Δ of a sign from X, or X from Δ: X (1 + G X)⁻¹ and Δ (1 − G Δ)⁻¹.
-    fn exchanged(&self, at: &Ported, from: &[c64], sign: f64) -> Vec<c64> {
+    fn exchange_signals(&self, at: &Ported, from: &[c64], sign: f64) -> Vec<c64> {
         let bond = self.scene.bond(at);
         let m = bond.m;
         let mut to = matrix(m, from);
-        let mut unit = product(&to, &bond.g, (m, m, m));
+        let mut unit = product(&to, &bond.g, m, m, m);
         for (i, u) in unit.iter_mut().enumerate() {
             *u = *u * sign + if i % (m + 1) == 0 { ONE } else { ZERO };
         }
@@ -33,13 +33,13 @@ impl PlaceResponse<'_> {
         match (&self.minus, place) {
             (Some(minus), _) if self.scene.split => {
                 let back: Vec<c64> = from[half..].iter().map(|z| z.conj()).collect();
-                let mut all = self.exchanged(&self.plus, &from[..half], sign);
-                let back = self.exchanged(minus, &back, sign);
+                let mut all = self.exchange_signals(&self.plus, &from[..half], sign);
+                let back = self.exchange_signals(minus, &back, sign);
                 all.extend(back.iter().map(|z| z.conj()));
                 all
             }
-            (_, Place::Apart(_)) => from.iter().flat_map(|x| self.exchanged(&self.plus, &[*x], sign)).collect(),
-            _ => self.exchanged(&self.plus, from, sign),
+            (_, Place::Apart(_)) => from.iter().flat_map(|x| self.exchange_signals(&self.plus, &[*x], sign)).collect(),
+            _ => self.exchange_signals(&self.plus, from, sign),
         }
     }
 
@@ -49,7 +49,7 @@ impl PlaceResponse<'_> {
     }
 
     /// X from Δ.
-    pub(crate) fn bound(&self, free: &[c64]) -> Vec<c64> {
+    pub(crate) fn bind_law(&self, free: &[c64]) -> Vec<c64> {
         self.signs(free, -1.0)
     }
 
@@ -59,12 +59,12 @@ impl PlaceResponse<'_> {
     }
 
     /// X of a joint with flexibility across (m/N) and in turning (rad/(N m)) and none between the two.
-    pub(crate) fn jointed(&self, flexibility: [c64; 2]) -> Vec<c64> {
+    pub(crate) fn add_joint(&self, flexibility: [c64; 2]) -> Vec<c64> {
         let law = |i: usize| {
             let rigid = self.scene.rigid[i];
             c64::new(rigid, 0.0) - (flexibility[i] + 1.0 / rigid).inv()
         };
-        self.bound(&[law(0), ZERO, law(1)])
+        self.bind_law(&[law(0), ZERO, law(1)])
     }
 
     /// The laws that X means, in the order of [`Place::laws`]; stiffness positive for a spring.

@@ -81,7 +81,7 @@ impl Place {
             Self::ActuatorPlane(b) => vec![count - 1, MAGNETS[*b]],
             _ => (count - probes.len()..count).collect(),
         };
-        let split = self.mechanical() && (assembled.coupled() || matches!(self, Self::Circulating(_)));
+        let split = self.mechanical() && (assembled.is_coupled() || matches!(self, Self::Circulating(_)));
         Ok(OpenedPlace { place: self, assembled, extra, split, rigid })
     }
 }
@@ -91,8 +91,8 @@ impl OpenedPlace<'_> {
     pub(crate) fn view(&self, omega_rad_s: f64) -> PlaceResponse<'_> {
         let a = &self.assembled;
         let electronics = a.electronics_line(omega_rad_s);
-        let plus = a.ported(omega_rad_s, &self.extra);
-        let minus = (a.coupled() || self.split).then(|| a.ported(-omega_rad_s, &self.extra));
+        let plus = a.reduce_to_ports(omega_rad_s, &self.extra);
+        let minus = (a.is_coupled() || self.split).then(|| a.reduce_to_ports(-omega_rad_s, &self.extra));
         // The directions are those of a machine without springs in one plane: near enough to tell where something is.
         let response = if a.has_plane_springs() {
             a.line(omega_rad_s, None).response
@@ -100,7 +100,7 @@ impl OpenedPlace<'_> {
             Assembled::response(&electronics, &plus, minus.as_ref())
         };
         let mut view = PlaceResponse { scene: self, electronics, plus, minus, response, directions: vec![] };
-        view.directions = view.offered();
+        view.directions = view.offer_laws();
         view
     }
 
@@ -154,7 +154,7 @@ impl PlaceResponse<'_> {
 
     /// Linear change that a unit law makes to any response of this kind (a derivative too); `None` where it is not a
     /// mixture of entries.
-    pub(super) fn mixed(&self, f: &Square) -> Option<Square> {
+    pub(super) fn mix_axes(&self, f: &Square) -> Option<Square> {
         let rows = |pick: &dyn Fn(usize, usize) -> c64| -> Square { std::array::from_fn(|n| pick(n / SIDE, n % SIDE)) };
         let own = |i: usize, j: usize| f[SIDE * i + j];
         let when = |yes: bool, i: usize, j: usize| if yes { own(i, j) } else { ZERO };
@@ -185,7 +185,7 @@ impl PlaceResponse<'_> {
 
     /// Change when rows or columns are read further along the shaft: with its slope, and with the magnet that moves
     /// with an actuator.
-    fn tilted(&self) -> Square {
+    fn tilt_axes(&self) -> Square {
         let side = self.plus.side;
         let ks = self.scene.assembled.negative_stiffness();
         let pick = |at: &Ported| -> [c64; 9] {
@@ -206,15 +206,15 @@ impl PlaceResponse<'_> {
         self.electronics.apply(&pick(&self.plus), minus.as_ref())
     }
 
-    fn offered(&self) -> Vec<Square> {
+    fn offer_laws(&self) -> Vec<Square> {
         let place = self.scene.place;
-        if let Some(mixed) = self.mixed(&self.response) {
+        if let Some(mixed) = self.mix_axes(&self.response) {
             return vec![mixed];
         }
         let minus = self.minus.as_ref();
         match place {
             Place::SensorPlane(_) | Place::ActuatorPlane(_) => {
-                vec![self.tilted()]
+                vec![self.tilt_axes()]
             }
             place if place.mechanical() => {
                 let nothing = [ZERO; 9];

@@ -39,11 +39,11 @@ impl PlaceResponse<'_> {
             }
         }
         let first = x.first().copied().unwrap_or(ZERO);
-        let with_mixture = |d: Square| match self.mixed(&d) {
+        let with_mixture = |d: Square| match self.mix_axes(&d) {
             Some(m) => std::array::from_fn(|n| d[n] + first * m[n]),
             None => d,
         };
-        let mixes = self.mixed(&self.response).is_some();
+        let mixes = self.mix_axes(&self.response).is_some();
         let gain = |rows: bool, b: usize| {
             if mixes { with_mixture(factor(&self.response, rows, b)) } else { factor(&response, rows, b) }
         };
@@ -51,7 +51,7 @@ impl PlaceResponse<'_> {
         let mut units: Vec<Square> = self.units().into_iter().map(with_mixture).collect();
         let scene = self.scene;
         let half = x.len() / 2;
-        let at = |ported: &Ported, x: &[c64]| self.moved(ported, x, parameters);
+        let at = |ported: &Ported, x: &[c64]| self.slope_of_move(ported, x, parameters);
         let entries = match (&self.minus, scene.place) {
             (Some(minus), _) => {
                 let own = if scene.split { &x[..half] } else { x };
@@ -97,13 +97,13 @@ impl PlaceResponse<'_> {
     }
 
     /// Derivatives between sensors and magnets at one sign of frequency, with the law X of that sign.
-    fn moved(&self, at: &Ported, x: &[c64], parameters: &MachineParameters) -> Vec<[c64; 4]> {
+    fn slope_of_move(&self, at: &Ported, x: &[c64], parameters: &MachineParameters) -> Vec<[c64; 4]> {
         let (left, right) = self.sides(at, x);
         let assembled = &self.scene.assembled;
-        let mut all = assembled.ported_slopes(at, (&left, &right), parameters);
+        let mut all = assembled.ported_slopes(at, &left, &right, parameters);
         if *self.scene.place == Place::Housing {
             for f in 0..2 {
-                let more = self.carried(at, x, f);
+                let more = self.carry_through(at, x, f);
                 let own = &mut all[parameters.groups + f];
                 own.iter_mut().zip(more).for_each(|(own, more)| *own += more);
             }
@@ -136,8 +136,8 @@ impl PlaceResponse<'_> {
                 let bond = self.scene.bond(at);
                 let m = bond.m;
                 let x = matrix(m, x);
-                let on_left = product(&bond.b, &x, (3, m, m));
-                let on_right = product(&x, &bond.c, (m, m, 3));
+                let on_left = product(&bond.b, &x, 3, m, m);
+                let on_right = product(&x, &bond.c, m, m, 3);
                 for b in 0..2 {
                     for a in 0..m {
                         left[b * side + 3 + a] = on_left[b * m + a];
@@ -151,7 +151,7 @@ impl PlaceResponse<'_> {
     }
 
     /// What the negative stiffness of bearing `f` itself does to what a hanging stator carries.
-    fn carried(&self, at: &Ported, x: &[c64], f: usize) -> [c64; 4] {
+    fn carry_through(&self, at: &Ported, x: &[c64], f: usize) -> [c64; 4] {
         let bond = self.scene.bond(at);
         let ks = self.scene.assembled.negative_stiffness();
         let x = x.first().copied().unwrap_or(ZERO);

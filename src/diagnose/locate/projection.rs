@@ -5,15 +5,15 @@
 //! relinearised while the model error falls.
 
 use super::super::DiagnoseError;
-use super::super::data::covariance::whiten;
+use super::super::data::covariance::whiten_vector;
 use super::super::data::evidence::{Subset, SweepEvidence};
 use super::super::fit::case::Case;
 use super::super::fit::nuisance::Layout;
-use super::basis::{Basis, power};
+use super::basis::{LineBasis, power};
 use super::place::Place;
 use super::place_response::{OpenedPlace, PlaceResponse};
 use crate::linalg::dense::solve_normal;
-use crate::linalg::gram::{add_gram, mirrored};
+use crate::linalg::gram::{add_gram, mirror_lower};
 use crate::linalg::{Mat, c64};
 use crate::spindle::response::{SIDE, Square, ZERO};
 
@@ -53,7 +53,7 @@ pub(crate) struct Fitted<'v> {
     pub sd: Vec<f64>,
     /// The model.
     pub view: &'v PlaceResponse<'v>,
-    basis: Basis,
+    basis: LineBasis,
     residual: [c64; 16],
     rows: [[c64; 16]; 4],
 }
@@ -93,8 +93,8 @@ pub(crate) fn lines(case: &Case, fit: &LawFit, mut visit: impl FnMut(Fitted)) ->
             let rows = sweep.whitening(line, model_error, usage.off_diagonal);
             let gain: [f64; 4] = std::array::from_fn(|i| 1.0 + p[layout.axis(s, i)]);
             let residual = residual(sweep, line, &view.response, &gain, &rows);
-            let white: Vec<[c64; 16]> = view.directions.iter().map(|d| whitened(d, &gain, &rows)).collect();
-            let basis = Basis::new(&white);
+            let white: Vec<[c64; 16]> = view.directions.iter().map(|d| whiten_rows(d, &gain, &rows)).collect();
+            let basis = LineBasis::new(&white);
             let (x, sd) = basis.solve(&residual, white.len());
             let left = basis.beyond(&residual);
             visit(Fitted {
@@ -117,17 +117,17 @@ fn residual(sweep: &SweepEvidence, line: usize, f: &Square, gain: &[f64; 4], row
     let mut all = [ZERO; 16];
     for i in 0..4 {
         let mut d: [c64; 4] = std::array::from_fn(|j| sweep.response[line][4 * i + j] - f[SIDE * i + j] * gain[i]);
-        whiten(&rows[i], &mut d);
+        whiten_vector(&rows[i], &mut d);
         all[4 * i..4 * i + 4].copy_from_slice(&d);
     }
     all
 }
 
-fn whitened(f: &Square, gain: &[f64; 4], rows: &[[c64; 16]; 4]) -> [c64; 16] {
+fn whiten_rows(f: &Square, gain: &[f64; 4], rows: &[[c64; 16]; 4]) -> [c64; 16] {
     let mut all = [ZERO; 16];
     for i in 0..4 {
         let mut d: [c64; 4] = std::array::from_fn(|j| f[SIDE * i + j] * gain[i]);
-        whiten(&rows[i], &mut d);
+        whiten_vector(&rows[i], &mut d);
         all[4 * i..4 * i + 4].copy_from_slice(&d);
     }
     all
@@ -167,7 +167,7 @@ pub(crate) fn settle(
                 if last {
                     return;
                 }
-                line.write(layout, &p, (&mut block, filled));
+                line.write(layout, &p, &mut block, filled);
                 filled += HEIGHT;
                 if filled == block.nrows() {
                     add_gram(&mut gram, block.as_ref());
@@ -191,7 +191,7 @@ pub(crate) fn settle(
                 break;
             }
             let pulls: Vec<(f64, f64)> = priors.pull(&p).collect();
-            let gram = mirrored(gram);
+            let gram = mirror_lower(gram);
             let matrix = Mat::from_fn(n, n, |i, j| 2.0 * gram[(i, j)] + if i == j { pulls[i].0 } else { 0.0 });
             let right = Mat::from_fn(n, 1, |i, _| 2.0 * gram[(n, i)] + pulls[i].1);
             let step = solve_normal(&matrix, &right)?;
@@ -210,12 +210,12 @@ pub(crate) fn settle(
 impl Fitted<'_> {
     /// Writes PJ and Pr of this line, real and imaginary parts apart, into the rows of `block` from `first` on; columns
     /// that do not depend on the line stay as they are.
-    fn write(&self, layout: &Layout, p: &[f64], (block, first): (&mut Mat<f64>, usize)) {
+    fn write(&self, layout: &Layout, p: &[f64], block: &mut Mat<f64>, first: usize) {
         let n = layout.len();
         let machine = &layout.machine;
         let slopes = self.view.slopes(&self.x, machine);
         let gain: [f64; 4] = std::array::from_fn(|i| 1.0 + p[layout.axis(self.sweep, i)]);
-        let left = |d: &Square, gain: &[f64; 4]| parts(&self.basis.beyond(&whitened(d, gain, &self.rows)));
+        let left = |d: &Square, gain: &[f64; 4]| parts(&self.basis.beyond(&whiten_rows(d, gain, &self.rows)));
         let mut column = |k: usize, values: &[f64; HEIGHT]| {
             block.col_as_slice_mut(k)[first..first + HEIGHT].copy_from_slice(values);
         };
@@ -275,7 +275,7 @@ impl Fitted<'_> {
         let collet = self.view.collet();
         let at = |z: &[c64; 2]| -> Vec<c64> {
             let s: [c64; 2] = std::array::from_fn(|i| z[i] * collet[i]);
-            self.triangle(&self.view.jointed(s))
+            self.triangle(&self.view.add_joint(s))
         };
         let wanted = self.triangle(&self.x);
         let cost = |there: &[c64]| -> f64 {

@@ -7,7 +7,7 @@
 //! relative change has a constant gain beside its shape, because only priors tell it from force constants and sensor
 //! gains.
 
-use super::place::Unit;
+use super::place::LawUnit;
 use crate::linalg::{Mat, c64, solve};
 use crate::spindle::response::ZERO;
 use std::f64::consts::TAU;
@@ -23,7 +23,7 @@ const DELAYS_S: (f64, f64, usize) = (1e-6, 1e-3, 40);
 
 /// A kind of law.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Shape {
+pub enum LawShape {
     /// Nothing beyond the noise.
     Nothing,
     /// k.
@@ -52,7 +52,7 @@ pub struct Law {
     /// Which law of the place, empty where there is one only.
     pub name: String,
     /// What its numbers are.
-    pub unit: Unit,
+    pub unit: LawUnit,
     /// Lines, Hz.
     pub frequency_hz: Vec<f64>,
     /// Values.
@@ -60,7 +60,7 @@ pub struct Law {
     /// Standard deviations.
     pub sd: Vec<f64>,
     /// The best shape.
-    pub shape: Shape,
+    pub shape: LawShape,
     /// The shape at the lines.
     pub fitted: Vec<c64>,
     /// Share of the weighted square of the law that the shape carries.
@@ -69,7 +69,7 @@ pub struct Law {
 
 impl Law {
     /// Finds the shape of a law.
-    pub fn new(name: &str, unit: Unit, frequency_hz: Vec<f64>, values: Vec<c64>, sd: Vec<f64>) -> Self {
+    pub fn new(name: &str, unit: LawUnit, frequency_hz: Vec<f64>, values: Vec<c64>, sd: Vec<f64>) -> Self {
         let (shape, fitted, carried) = shape(&frequency_hz, &values, &sd, unit);
         Self { name: name.to_owned(), unit, frequency_hz, values, sd, shape, fitted, carried }
     }
@@ -85,78 +85,78 @@ impl Law {
     /// The shape in words, with its numbers.
     pub fn words(&self) -> String {
         let u = self.unit.text();
-        let relative = self.unit == Unit::Relative;
+        let relative = self.unit == LawUnit::Relative;
         match self.shape {
-            Shape::Nothing => "nothing beyond the noise".into(),
-            Shape::Constant(k) if relative => format!("a constant gain of {:+.2} %", 100.0 * k),
-            Shape::Constant(k) if self.unit == Unit::Arm => {
+            LawShape::Nothing => "nothing beyond the noise".into(),
+            LawShape::Constant(k) if relative => format!("a constant gain of {:+.2} %", 100.0 * k),
+            LawShape::Constant(k) if self.unit == LawUnit::Arm => {
                 format!("a constant arm of {:+.2} mm", 1e3 * k)
             }
-            Shape::Constant(k) if self.unit == Unit::Flexibility && k != 0.0 => {
+            LawShape::Constant(k) if self.unit == LawUnit::Flexibility && k != 0.0 => {
                 format!("a constant flexibility, a stiffness of {:.3e} N/m", k.recip())
             }
-            Shape::Constant(k) if self.unit == Unit::TurningFlexibility && k != 0.0 => {
+            LawShape::Constant(k) if self.unit == LawUnit::TurningFlexibility && k != 0.0 => {
                 format!("a constant flexibility, a stiffness of {:.3e} N m/rad", k.recip())
             }
-            Shape::Constant(k) => format!("a constant stiffness of {k:.3e} {u}"),
-            Shape::Mass(m) if self.unit == Unit::Stiffness => {
+            LawShape::Constant(k) => format!("a constant stiffness of {k:.3e} {u}"),
+            LawShape::Mass(m) if self.unit == LawUnit::Stiffness => {
                 format!("a mass of {:.1} g (−ω² m)", 1e3 * m)
             }
-            Shape::Mass(m) => format!("a law −ω² · {m:.3e}"),
-            Shape::Damper(c) if relative => {
+            LawShape::Mass(m) => format!("a law −ω² · {m:.3e}"),
+            LawShape::Damper(c) if relative => {
                 format!("a delay or fast lag of {:.1} µs (jω)", -1e6 * c)
             }
-            Shape::Damper(c) => format!("a damper of {c:.3e} {u} s (jω c)"),
-            Shape::SpringMassDamper(k, m, c) => {
+            LawShape::Damper(c) => format!("a damper of {c:.3e} {u} s (jω c)"),
+            LawShape::SpringMassDamper(k, m, c) => {
                 format!("spring, mass and damper: {k:.2e} {u}, {:.1} g, {c:.1e} {u} s", 1e3 * m)
             }
-            Shape::HalfOrder(a) => format!("half order, {a:.2e} √(jω) (eddy currents)"),
-            Shape::Delay(t) => format!("a pure delay of {:.1} µs", 1e6 * t),
-            Shape::Lag(b, hz) => format!(
+            LawShape::HalfOrder(a) => format!("half order, {a:.2e} √(jω) (eddy currents)"),
+            LawShape::Delay(t) => format!("a pure delay of {:.1} µs", 1e6 * t),
+            LawShape::Lag(b, hz) => format!(
                 "a first-order {} of {:.1} µs with its corner at {hz:.0} Hz",
                 if b < 0.0 { "lag" } else { "lead" },
                 1e6 * b.abs()
             ),
-            Shape::Resonance(hz, zeta, top) => {
+            LawShape::Resonance(hz, zeta, top) => {
                 format!("a resonance at {hz:.0} Hz, damping ratio {zeta:.3}, up to {top:.2e} {u}")
             }
-            Shape::Other => "no simple law".into(),
+            LawShape::Other => "no simple law".into(),
         }
     }
 
     /// Name of the shape in files.
     pub(crate) fn name_of_shape(&self) -> &'static str {
         match self.shape {
-            Shape::Nothing => "nothing",
-            Shape::Constant(_) => "constant",
-            Shape::Mass(_) => "mass",
-            Shape::Damper(_) => "damper",
-            Shape::SpringMassDamper(..) => "spring_mass_damper",
-            Shape::HalfOrder(_) => "half_order",
-            Shape::Delay(_) => "delay",
-            Shape::Lag(..) => "first_order_lag",
-            Shape::Resonance(..) => "resonance",
-            Shape::Other => "other",
+            LawShape::Nothing => "nothing",
+            LawShape::Constant(_) => "constant",
+            LawShape::Mass(_) => "mass",
+            LawShape::Damper(_) => "damper",
+            LawShape::SpringMassDamper(..) => "spring_mass_damper",
+            LawShape::HalfOrder(_) => "half_order",
+            LawShape::Delay(_) => "delay",
+            LawShape::Lag(..) => "first_order_lag",
+            LawShape::Resonance(..) => "resonance",
+            LawShape::Other => "other",
         }
     }
 }
 
 /// Values, weights and lines of a fit.
-struct Data<'a> {
+struct LawData<'a> {
     omega: Vec<f64>,
     values: &'a [c64],
     weight: Vec<f64>,
 }
 
-type Tried = (Shape, Vec<c64>, usize);
+type Tried = (LawShape, Vec<c64>, usize);
 
-fn shape(frequency_hz: &[f64], values: &[c64], sd: &[f64], unit: Unit) -> (Shape, Vec<c64>, f64) {
+fn shape(frequency_hz: &[f64], values: &[c64], sd: &[f64], unit: LawUnit) -> (LawShape, Vec<c64>, f64) {
     // A line on which the law cannot be seen weighs nothing; one that is seen far too well does not decide alone.
     let mut typical: Vec<f64> = sd.iter().copied().filter(|s| *s > 0.0).collect();
     typical.sort_by(f64::total_cmp);
     let model_error = 0.1 * typical.get(typical.len() / 4).copied().unwrap_or(1.0);
     let seen = |v: &c64, s: &f64| v.re.is_finite() && v.im.is_finite() && s.is_finite();
-    let data = Data {
+    let data = LawData {
         omega: frequency_hz.iter().map(|f| TAU * f).collect(),
         values,
         weight: values
@@ -167,19 +167,19 @@ fn shape(frequency_hz: &[f64], values: &[c64], sd: &[f64], unit: Unit) -> (Shape
     };
     let lines = data.weight.iter().filter(|w| **w > 0.0).count();
     if lines < 8 {
-        return (Shape::Other, vec![ZERO; values.len()], 0.0);
+        return (LawShape::Other, vec![ZERO; values.len()], 0.0);
     }
     let total = data.chi2(&vec![ZERO; values.len()]);
     if total < 2.5 * lines as f64 {
         // 2|law|²/σ² is 2 a line for noise alone.
-        return (Shape::Nothing, vec![ZERO; values.len()], 0.0);
+        return (LawShape::Nothing, vec![ZERO; values.len()], 0.0);
     }
     let n = (2.0 * lines as f64 / CORRELATED).max(4.0);
     let score = |t: &Tried| {
         let chi2 = data.chi2(&t.1).max(1e-6 * total);
         n * chi2.ln() + t.2 as f64 * n.ln()
     };
-    let tried = data.tried(unit);
+    let tried = data.try_unit(unit);
     let carried = |t: &Tried| 1.0 - data.chi2(&t.1) / total;
     let fewest = tried.iter().filter(|t| carried(t) > ENOUGH).map(|t| t.2).min();
     let best = tried
@@ -189,13 +189,13 @@ fn shape(frequency_hz: &[f64], values: &[c64], sd: &[f64], unit: Unit) -> (Shape
     match best {
         Some((shape, fitted, _)) => {
             let carried = 1.0 - data.chi2(&fitted) / total;
-            if carried < CARRIED { (Shape::Other, fitted, carried) } else { (shape, fitted, carried) }
+            if carried < CARRIED { (LawShape::Other, fitted, carried) } else { (shape, fitted, carried) }
         }
-        None => (Shape::Other, vec![ZERO; values.len()], 0.0),
+        None => (LawShape::Other, vec![ZERO; values.len()], 0.0),
     }
 }
 
-impl Data<'_> {
+impl LawData<'_> {
     fn chi2(&self, fitted: &[c64]) -> f64 {
         self.values
             .iter()
@@ -234,23 +234,23 @@ impl Data<'_> {
         self.omega.iter().map(|w| of(c64::new(0.0, *w))).collect()
     }
 
-    fn tried(&self, unit: Unit) -> Vec<Tried> {
+    fn try_unit(&self, unit: LawUnit) -> Vec<Tried> {
         let mut all: Vec<Tried> = vec![];
         let one = self.law(|_| c64::new(1.0, 0.0));
-        let relative = unit == Unit::Relative;
+        let relative = unit == LawUnit::Relative;
         // A constant gain beside the shape of a relative change.
         let beside = |law: Vec<c64>| {
             if relative { vec![law, one.clone()] } else { vec![law] }
         };
         if let Some((a, fitted)) = self.sum(std::slice::from_ref(&one)) {
-            all.push((Shape::Constant(a[0]), fitted, 1));
+            all.push((LawShape::Constant(a[0]), fitted, 1));
         }
         let square = self.law(|s| s * s);
         let first = self.law(|s| s);
         let half = self.law(|s| s.sqrt());
-        let simple: [(&[c64], fn(f64) -> Shape); 3] =
-            [(&square, Shape::Mass), (&first, Shape::Damper), (&half, Shape::HalfOrder)];
-        let stiffness = unit == Unit::Stiffness;
+        let simple: [(&[c64], fn(f64) -> LawShape); 3] =
+            [(&square, LawShape::Mass), (&first, LawShape::Damper), (&half, LawShape::HalfOrder)];
+        let stiffness = unit == LawUnit::Stiffness;
         for (law, shape) in simple.into_iter().filter(|_| stiffness || relative) {
             let laws = beside(law.to_vec());
             if let Some((a, fitted)) = self.sum(&laws) {
@@ -262,7 +262,7 @@ impl Data<'_> {
             all.extend(self.lag(&one));
         }
         if stiffness && let Some((a, fitted)) = self.sum(&[one, square, first]) {
-            all.push((Shape::SpringMassDamper(a[0], a[1], a[2]), fitted, 3));
+            all.push((LawShape::SpringMassDamper(a[0], a[1], a[2]), fitted, 3));
         }
         // An absorber's force grows as N(s) of third degree over second; a filter's change is proper.
         all.extend(self.resonance(if stiffness { 4 } else { 3 }));
@@ -287,7 +287,7 @@ impl Data<'_> {
             let turned = self.law(|s| (-s * t).exp());
             // 1 + X is what a factor multiplies.
             let shifted: Vec<c64> = self.values.iter().map(|v| v + 1.0).collect();
-            let data = Data { omega: self.omega.clone(), values: &shifted, weight: self.weight.clone() };
+            let data = LawData { omega: self.omega.clone(), values: &shifted, weight: self.weight.clone() };
             let (_, fitted) = data.sum(&[turned])?;
             Some(fitted.iter().zip(one).map(|(f, one)| f - one).collect())
         };
@@ -297,7 +297,7 @@ impl Data<'_> {
         let tried = (0..=count).map(|k| from * ratio.powi(k as i32));
         let t = tried.flat_map(|t| [t, -t]).min_by(|a, b| cost(*a).total_cmp(&cost(*b)))?;
         let t = refine(t, ratio, &cost);
-        Some((Shape::Delay(t), fitted(t)?, 2))
+        Some((LawShape::Delay(t), fitted(t)?, 2))
     }
 
     /// g + jω b/(1 + jω/ω_c).
@@ -312,7 +312,7 @@ impl Data<'_> {
         let hz = tried.min_by(|a, b| cost(*a).total_cmp(&cost(*b)))?;
         let hz = refine(hz, ratio, &cost);
         let (a, fitted) = with(hz)?;
-        Some((Shape::Lag(a[0], hz), fitted, 3))
+        Some((LawShape::Lag(a[0], hz), fitted, 3))
     }
 
     /// N(s)/(1 + d₁s + d₂s²) with `terms` coefficients above.
@@ -324,7 +324,7 @@ impl Data<'_> {
         let mut numbers = vec![];
         // Eight rounds settle the weights of a linear fit that a resonance may be.
         for _ in 0..8 {
-            let weighted = Data {
+            let weighted = LawData {
                 omega: self.omega.clone(),
                 values: self.values,
                 weight: self.weight.iter().zip(&below).map(|(w, d)| w / d.norm_sqr().max(1e-12)).collect(),
@@ -359,7 +359,7 @@ impl Data<'_> {
             .map(|(n, d)| n / d)
             .collect();
         let top = fitted.iter().map(|v| v.norm()).fold(0.0, f64::max);
-        Some((Shape::Resonance(own / TAU, zeta, top), fitted, terms + 2))
+        Some((LawShape::Resonance(own / TAU, zeta, top), fitted, terms + 2))
     }
 }
 

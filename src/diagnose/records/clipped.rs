@@ -6,7 +6,7 @@
 
 use super::super::DiagnoseError;
 use super::super::data::evidence::GAP_FLOOR;
-use super::super::data::measurement::Measurement;
+use super::super::data::measurement::RecordSet;
 use super::super::decide::candidate::Standing;
 use super::trial::Trial;
 use crate::identify::plausibility::Signal;
@@ -23,7 +23,7 @@ const MOST: f64 = 0.5;
 const SHARES: [f64; 4] = [0.995, 0.95, 0.87, std::f64::consts::FRAC_PI_4];
 
 /// Limits that a sweep's signals allow, ascending; first the signal of which most lines are close to its largest.
-pub(crate) fn clippings(measurement: &Measurement, sweep: usize) -> Vec<(Signal, Vec<f64>)> {
+pub(crate) fn clippings(measurement: &RecordSet, sweep: usize) -> Vec<(Signal, Vec<f64>)> {
     let Some(record) = measurement.sweeps.get(sweep) else {
         return vec![];
     };
@@ -50,7 +50,9 @@ pub(crate) fn clippings(measurement: &Measurement, sweep: usize) -> Vec<(Signal,
 /// [`DiagnoseError`] when the model cannot be assembled.
 pub(super) fn beyond(
     trial: &Trial,
-    (sweep, signal, limit): (usize, Signal, f64),
+    sweep: usize,
+    signal: Signal,
+    limit: f64,
     standing: &Standing,
 ) -> Result<bool, DiagnoseError> {
     let Some(record) = trial.measurement.sweeps.get(sweep) else {

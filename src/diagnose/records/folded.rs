@@ -23,7 +23,7 @@ const LEAVES: f64 = 0.5;
 ///
 /// # Errors
 /// [`DiagnoseError`] when the model cannot be assembled.
-pub(crate) fn folded(trial: &Trial) -> Result<Vec<Suspect>, DiagnoseError> {
+pub(crate) fn list_folded(trial: &Trial) -> Result<Vec<Suspect>, DiagnoseError> {
     let case = trial.case(&[], &|_| {});
     let mut found = vec![];
     for (s, sweep) in trial.evidence.sweeps.iter().enumerate() {
@@ -34,7 +34,7 @@ pub(crate) fn folded(trial: &Trial) -> Result<Vec<Suspect>, DiagnoseError> {
         let (alone, _) = trial.evidence.apart(record);
         let chi2 = |rate: Option<f64>| {
             let evidence = match rate {
-                Some(sample_rate_hz) => alone.corrected(record, RecordFault::Alias { sample_rate_hz }, None),
+                Some(sample_rate_hz) => alone.correct_record(record, RecordFault::Alias { sample_rate_hz }, None),
                 None => alone.clone(),
             };
             let mut own = case.problem(&[], Subset::ALL);

@@ -1,7 +1,7 @@
 //! Mistakes that need no fit: a record against the nominal machine, as [`crate::identify::plausibility`] does it.
 
 use super::super::DiagnoseError;
-use super::super::data::measurement::{Axis, Measurement, RecordId};
+use super::super::data::measurement::{ControlAxis, RecordId, RecordSet};
 use super::finding::FoundFault;
 use crate::identify::{hammer_plausibility, open_loop, sweep_plausibility};
 use crate::spindle::Machine;
@@ -13,8 +13,8 @@ use rayon::prelude::*;
 /// [`DiagnoseError`] for records or machines that cannot be used.
 pub(crate) fn without_gross_faults<'a>(
     machine: &Machine,
-    measurement: &Measurement<'a>,
-) -> Result<(Vec<FoundFault>, Measurement<'a>), DiagnoseError> {
+    measurement: &RecordSet<'a>,
+) -> Result<(Vec<FoundFault>, RecordSet<'a>), DiagnoseError> {
     let (mut found, mut right) = (vec![], measurement.clone());
     let records: Vec<RecordId> = measurement.records().collect();
     let each = records.par_iter().map(|record| {
@@ -26,7 +26,7 @@ pub(crate) fn without_gross_faults<'a>(
             }
             RecordId::Hammer(t) => {
                 let tap = &measurement.taps[t];
-                let axis = usize::from(tap.axis == Axis::Y);
+                let axis = usize::from(tap.axis == ControlAxis::Y);
                 hammer_plausibility("", &tap.frf, axis, machine, tap.controller)?.faults
             }
         })
@@ -34,7 +34,7 @@ pub(crate) fn without_gross_faults<'a>(
     let each: Vec<_> = each.collect::<Result<_, DiagnoseError>>()?;
     for (record, faults) in records.into_iter().zip(each) {
         for fault in faults {
-            right = right.corrected(record, fault);
+            right = right.correct_record(record, fault);
             found.push(FoundFault { record, fault, name: None });
         }
     }

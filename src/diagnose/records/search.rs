@@ -17,7 +17,7 @@ use super::super::fit::problem::Problem;
 use super::super::fit::record_number::{Numbered, RecordNumber};
 use super::clipped::{beyond, clippings};
 use super::finding::{Alternatives, FoundFault};
-use super::folded::folded;
+use super::folded::list_folded;
 use super::suspect::{Family, Suspect, suspects};
 use super::trial::Trial;
 use crate::identify::plausibility::RecordFault;
@@ -56,17 +56,17 @@ pub(crate) struct Explained<'a> {
 ///
 /// # Errors
 /// [`DiagnoseError`] for records or machines that cannot be used.
-pub(crate) fn explained<'a>(
+pub(crate) fn explain_records<'a>(
     trial: &Trial<'a>,
     null: &Standing,
     explained_by_nothing: bool,
     alternatives: &Alternatives<'a>,
 ) -> Result<Option<Explained<'a>>, DiagnoseError> {
     if explained_by_nothing {
-        return hidden(trial, null);
+        return find_hidden(trial, null);
     }
     let stride = (trial.evidence.lines() / LINES).max(3);
-    let thin = trial.observing(trial.evidence.thinned(stride));
+    let thin = trial.observing(trial.evidence.thin_lines(stride));
     let (standing, complete) = thin.stands(Subset::ALL)?;
     let mut here = Explained { faults: vec![], trial: thin, null: standing, complete };
     for _ in 0..MOST {
@@ -79,7 +79,7 @@ pub(crate) fn explained<'a>(
         }
     }
     if here.faults.is_empty() {
-        return reconciled(trial);
+        return reconcile_records(trial);
     }
     // What thinned lines refute is worth all of them only where nothing else explains the records.
     Ok(Some(if here.complete { on_all_lines(trial, &here, alternatives)? } else { here }))
@@ -92,7 +92,7 @@ fn gap(trial: &Trial, standing: &Standing) -> Result<Overall, DiagnoseError> {
 
 /// A fault that a smooth model error or the nuisance parameters have taken up: what is more likely a mistake of one
 /// number than an error of every channel.
-fn hidden<'a>(trial: &Trial<'a>, null: &Standing) -> Result<Option<Explained<'a>>, DiagnoseError> {
+fn find_hidden<'a>(trial: &Trial<'a>, null: &Standing) -> Result<Option<Explained<'a>>, DiagnoseError> {
     let free = (null.candidate.fit.residuals.max(2) as f64).ln();
     let needed = free + FIRST_EFFECT_BIC_GAIN;
     let from = |s: &Suspect| Numbered {
@@ -133,12 +133,12 @@ fn hidden<'a>(trial: &Trial<'a>, null: &Standing) -> Result<Option<Explained<'a>
     worth.sort_by(|a, b| b.1.total_cmp(&a.1));
     let mut best: Option<Explained<'a>> = None;
     for (s, _) in worth.iter().take(FINALISTS) {
-        let fit = lowered(trial, s, &from(s), &[FINAL_MODEL_ERROR])?;
+        let fit = lower_gap(trial, s, &from(s), &[FINAL_MODEL_ERROR])?;
         if !s.matters(fit.number, &trial.measurement) {
             continue;
         }
-        let fault = s.fault(fit.number);
-        let measurement = trial.measurement.clone().corrected(s.record, fault);
+        let fault = s.to_fault(fit.number);
+        let measurement = trial.measurement.clone().correct_record(s.record, fault);
         let found = explanation(trial.with(measurement)?, vec![(s.record, fault, None)])?;
         let score = found.null.candidate.score();
         let lowest = best.as_ref().map(|b| b.null.candidate.score());
@@ -154,7 +154,7 @@ fn hidden<'a>(trial: &Trial<'a>, null: &Standing) -> Result<Option<Explained<'a>
 /// The same faults with all lines, their numbers fitted again.
 ///
 /// # Errors
-/// As [`explained`].
+/// As [`explain_records`].
 pub(crate) fn on_all_lines<'a>(
     trial: &Trial<'a>,
     thin: &Explained<'a>,
@@ -183,10 +183,10 @@ pub(crate) fn on_all_lines<'a>(
                 failure: f64::INFINITY,
                 model_error: LAST[0],
             };
-            fault = s.fault(lowered(&full, &s, &from, &LAST)?.number);
-            measurement = measurement.corrected(found.record, fault);
+            fault = s.to_fault(lower_gap(&full, &s, &from, &LAST)?.number);
+            measurement = measurement.correct_record(found.record, fault);
         } else if let RecordFault::Clipping { .. } = fault {
-            measurement = measurement.corrected(found.record, fault);
+            measurement = measurement.correct_record(found.record, fault);
         }
         full = full.with(measurement)?;
         faults.push((found.record, fault, found.name.clone()));
@@ -223,12 +223,12 @@ fn next<'a>(here: &Explained<'a>, alternatives: &Alternatives<'a>) -> Result<Opt
 fn with_numbers<'a>(here: &Explained<'a>) -> Result<Vec<Explained<'a>>, DiagnoseError> {
     let (trial, standing) = (&here.trial, &here.null);
     let known = |s: &&Suspect| {
-        let name = s.fault(s.start).name();
+        let name = s.to_fault(s.start).name();
         let same = |k: &FoundFault| k.record == s.record && k.fault.name() == name;
         !here.faults.iter().any(same)
     };
     let mut all = suspects(&trial.machine, &trial.evidence, &trial.measurement);
-    all.extend(folded(trial)?);
+    all.extend(list_folded(trial)?);
     let free: Vec<Suspect> = all.iter().filter(known).copied().collect();
     let origin = |s: &Suspect| Numbered {
         number: s.start,
@@ -240,7 +240,7 @@ fn with_numbers<'a>(here: &Explained<'a>) -> Result<Vec<Explained<'a>>, Diagnose
     let started: Vec<(Suspect, Numbered)> = free
         .par_iter()
         .filter_map(|s| {
-            let fit = lowered(trial, s, &origin(s), &MODEL_ERRORS[..FIRST]);
+            let fit = lower_gap(trial, s, &origin(s), &MODEL_ERRORS[..FIRST]);
             Some((*s, fit.ok()?))
         })
         .collect();
@@ -256,7 +256,7 @@ fn with_numbers<'a>(here: &Explained<'a>) -> Result<Vec<Explained<'a>>, Diagnose
     }
     let mut ahead: Vec<(Suspect, Numbered)> = best
         .par_iter()
-        .filter_map(|(s, fit)| Some((*s, lowered(trial, s, fit, &MODEL_ERRORS[FIRST - 1..]).ok()?)))
+        .filter_map(|(s, fit)| Some((*s, lower_gap(trial, s, fit, &MODEL_ERRORS[FIRST - 1..]).ok()?)))
         .filter(|(s, fit)| s.matters(fit.number, &trial.measurement))
         .filter(|(_, fit)| {
             fit.failure < FAILING_CHI2
@@ -269,9 +269,9 @@ fn with_numbers<'a>(here: &Explained<'a>) -> Result<Vec<Explained<'a>>, Diagnose
         by_error.then(a.1.failure.total_cmp(&b.1.failure))
     });
     let finalists = ahead.iter().take(FINALISTS).map(|(s, fit)| {
-        let fault = s.fault(fit.number);
+        let fault = s.to_fault(fit.number);
         let controller = trial.controller(s.record);
-        let evidence = trial.evidence.corrected(s.record, fault, controller);
+        let evidence = trial.evidence.correct_record(s.record, fault, controller);
         explanation(trial.observing(evidence), vec![(s.record, fault, None)])
     });
     finalists.collect()
@@ -292,7 +292,7 @@ fn with_limits<'a>(here: &Explained<'a>) -> Result<Vec<Explained<'a>>, DiagnoseE
                 let fault = RecordFault::Clipping { limit, signal };
                 let named = vec![(RecordId::Sweep(s), fault, None)];
                 let found = explanation(trial.observing(evidence), named)?;
-                if !found.complete || !beyond(trial, (s, signal, limit), &found.null)? {
+                if !found.complete || !beyond(trial, s, signal, limit, &found.null)? {
                     break;
                 }
                 highest = Some(found);
@@ -310,7 +310,7 @@ fn with_limits<'a>(here: &Explained<'a>) -> Result<Vec<Explained<'a>>, DiagnoseE
 fn with_number<T>(trial: &Trial, suspect: &Suspect, of: impl FnOnce(&RecordNumber) -> T) -> T {
     let (alone, rest) = trial.evidence.apart(suspect.record);
     let controller = trial.controller(suspect.record);
-    let own = |number: f64| alone.corrected(suspect.record, suspect.fault(number), controller);
+    let own = |number: f64| alone.correct_record(suspect.record, suspect.to_fault(number), controller);
     of(&RecordNumber {
         model: &trial.model,
         rest: &rest,
@@ -323,7 +323,7 @@ fn with_number<T>(trial: &Trial, suspect: &Suspect, of: impl FnOnce(&RecordNumbe
 
 /// Fits a suspect at decreasing model errors until it fails at one beyond the first few, or by far at the last of
 /// those.
-fn lowered(trial: &Trial, suspect: &Suspect, from: &Numbered, errors: &[f64]) -> Result<Numbered, DiagnoseError> {
+fn lower_gap(trial: &Trial, suspect: &Suspect, from: &Numbered, errors: &[f64]) -> Result<Numbered, DiagnoseError> {
     with_number(trial, suspect, |numbered| {
         let mut fit = from.clone();
         for error in errors {
@@ -344,7 +344,7 @@ fn lowered(trial: &Trial, suspect: &Suspect, from: &Numbered, errors: &[f64]) ->
 
 /// A record that disagrees with all others, which the machine explains: with one number of its own, fitted from where
 /// the others stand. Of two records either clock may be the wrong one.
-fn reconciled<'a>(trial: &Trial<'a>) -> Result<Option<Explained<'a>>, DiagnoseError> {
+fn reconcile_records<'a>(trial: &Trial<'a>) -> Result<Option<Explained<'a>>, DiagnoseError> {
     let all: Vec<RecordId> = trial.measurement.records().collect();
     let mut best: Option<Explained<'a>> = None;
     for record in all.iter().copied() {
@@ -365,17 +365,17 @@ fn reconciled<'a>(trial: &Trial<'a>) -> Result<Option<Explained<'a>>, DiagnoseEr
                 failure: f64::INFINITY,
                 model_error: MODEL_ERRORS[0],
             };
-            let number = lowered(trial, &s, &from, &MODEL_ERRORS)?.number;
+            let number = lower_gap(trial, &s, &from, &MODEL_ERRORS)?.number;
             if !s.matters(number, &trial.measurement) {
                 continue;
             }
-            let mut tried = vec![(record, s.fault(number))];
+            let mut tried = vec![(record, s.to_fault(number))];
             if s.family == Family::Clock && all.len() == 2 {
                 let other = all.iter().filter(|r| **r != record);
-                tried.extend(other.map(|r| (*r, s.fault(-number))));
+                tried.extend(other.map(|r| (*r, s.to_fault(-number))));
             }
             for (record, fault) in tried {
-                let measurement = trial.measurement.clone().corrected(record, fault);
+                let measurement = trial.measurement.clone().correct_record(record, fault);
                 let found = explanation(trial.with(measurement)?, vec![(record, fault, None)])?;
                 let score = |e: &Explained| e.null.candidate.score();
                 let lowest = best.as_ref().map(score);
@@ -421,7 +421,7 @@ fn with_names<'a>(here: &Explained<'a>, alternatives: &Alternatives<'a>) -> Resu
         for (name, controller) in &alternatives.controllers {
             let mut other = trial.under(t, *controller);
             let own: Option<&dyn HeldResponse> = Some(*controller);
-            other.evidence = other.evidence.corrected(record, RecordFault::Controller, own);
+            other.evidence = other.evidence.correct_record(record, RecordFault::Controller, own);
             if other.reaches(standing.working_error)?.nearer_than(standing) {
                 let fault = (record, RecordFault::Controller, Some(name.clone()));
                 all.push(explanation(other, vec![fault])?);

@@ -1,7 +1,7 @@
 //! Faults of a record that have one number, and where their fits start.
 
 use super::super::data::evidence::{Evidence, SweepEvidence};
-use super::super::data::measurement::{Measurement, RecordId};
+use super::super::data::measurement::{RecordId, RecordSet};
 use crate::identify::plausibility::{RecordFault, Signal};
 use crate::spindle::Machine;
 
@@ -56,7 +56,7 @@ impl Suspect {
     }
 
     /// The number of a record that has no such fault.
-    pub(crate) fn present(&self, measurement: &Measurement) -> f64 {
+    pub(crate) fn present(&self, measurement: &RecordSet) -> f64 {
         match self.family {
             Family::Speed => measurement.speed_rpm(self.record) / SPEED_UNIT_RPM,
             _ => 0.0,
@@ -64,7 +64,7 @@ impl Suspect {
     }
 
     /// The fault for a number.
-    pub(crate) fn fault(&self, number: f64) -> RecordFault {
+    pub(crate) fn to_fault(self, number: f64) -> RecordFault {
         match self.family {
             Family::Speed => RecordFault::SpeedLabel { speed_rpm: (SPEED_UNIT_RPM * number).max(0.0) },
             Family::Clock => RecordFault::Clock { factor: number.exp() },
@@ -94,7 +94,7 @@ impl Suspect {
     }
 
     /// Least size worth a name: five times what calibrated instruments and crystals leave.
-    pub(crate) fn matters(&self, number: f64, measurement: &Measurement) -> bool {
+    pub(crate) fn matters(&self, number: f64, measurement: &RecordSet) -> bool {
         match self.family {
             Family::Speed => {
                 let label = measurement.speed_rpm(self.record);
@@ -117,7 +117,7 @@ impl Suspect {
 }
 
 /// All suspects of a measurement, the starts of one fault behind each other.
-pub(crate) fn suspects(machine: &Machine, evidence: &Evidence, measurement: &Measurement) -> Vec<Suspect> {
+pub(crate) fn suspects(machine: &Machine, evidence: &Evidence, measurement: &RecordSet) -> Vec<Suspect> {
     let mut all = vec![];
     let top = machine.spindle.max_rpm / SPEED_UNIT_RPM;
     let turns = machine.effective().gyroscopic_factor != 0.0 && evidence.sweeps.iter().any(turns);

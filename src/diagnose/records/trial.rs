@@ -2,7 +2,7 @@
 
 use super::super::DiagnoseError;
 use super::super::data::evidence::{Evidence, Subset};
-use super::super::data::measurement::{Measurement, RecordId};
+use super::super::data::measurement::{RecordId, RecordSet};
 use super::super::decide::candidate::Standing;
 use super::super::decide::selection::complete;
 use super::super::fit::case::Case;
@@ -21,7 +21,7 @@ pub(crate) struct Trial<'a> {
     /// The machine.
     pub machine: Machine,
     /// The records.
-    pub measurement: Measurement<'a>,
+    pub measurement: RecordSet<'a>,
     /// The records, whitened.
     pub evidence: Evidence,
     /// The machine, reduced.
@@ -43,7 +43,7 @@ impl<'a> Trial<'a> {
     ///
     /// # Errors
     /// [`DiagnoseError`] for records or machines that cannot be used.
-    pub(crate) fn new(machine: &Machine, measurement: Measurement<'a>) -> Result<Self, DiagnoseError> {
+    pub(crate) fn new(machine: &Machine, measurement: RecordSet<'a>) -> Result<Self, DiagnoseError> {
         let evidence = Evidence::new(&measurement)?;
         Ok(Self {
             model: Model::new(machine, &evidence.axis_gain_sd())?,
@@ -57,7 +57,7 @@ impl<'a> Trial<'a> {
     ///
     /// # Errors
     /// [`DiagnoseError::Record`] for a record that gives no frequency response.
-    pub(crate) fn with(&self, measurement: Measurement<'a>) -> Result<Self, DiagnoseError> {
+    pub(crate) fn with(&self, measurement: RecordSet<'a>) -> Result<Self, DiagnoseError> {
         Ok(Self {
             evidence: Evidence::new(&measurement)?,
             model: self.model.clone(),
@@ -137,7 +137,7 @@ impl<'a> Trial<'a> {
     ///
     /// # Errors
     /// [`DiagnoseError`] when a model cannot be assembled.
-    pub(crate) fn widened(&self, null: &Standing) -> Result<Option<Widened<'a>>, DiagnoseError> {
+    pub(crate) fn widen_tolerances(&self, null: &Standing) -> Result<Option<Widened<'a>>, DiagnoseError> {
         let covariance = null.candidate.fit.covariance()?;
         let own = self.model.layout.machine.mesh();
         let sd = &self.model.layout.sd;
@@ -146,7 +146,7 @@ impl<'a> Trial<'a> {
         let mut best: Option<Widened<'a>> = None;
         for width in WIDTHS {
             let mut trial = self.observing(self.evidence.clone());
-            trial.model.layout.widen(width);
+            trial.model.layout.widen_priors(width);
             let (null, complete) = trial.stands(Subset::ALL)?;
             let score = null.candidate.score() + 2.0 * known * width.ln();
             if complete && best.as_ref().is_none_or(|b| score < b.score) {

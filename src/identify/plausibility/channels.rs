@@ -3,7 +3,7 @@
 //! check.
 
 use super::Check;
-use super::checks::Measured;
+use super::checks::MeasuredRecord;
 use super::spectrum::median;
 use crate::identify::frf::{AXES, AXIS_NAMES};
 use crate::linalg::c64;
@@ -25,7 +25,7 @@ const HOLD_SHOWS: f64 = 0.02;
 const ONE_HOLD: f64 = 0.3;
 
 /// The slips that a sweep shows.
-pub(crate) fn slips(measured: &Measured<'_>) -> Vec<Check> {
+pub(crate) fn slips(measured: &MeasuredRecord<'_>) -> Vec<Check> {
     let found = [
         repeated_column(&measured.frf.signal, "signal"),
         repeated_column(&measured.frf.current, "current"),
@@ -65,7 +65,7 @@ fn repeated_column(data: &Array3<c64>, what: &str) -> Option<Check> {
 }
 
 /// Signals or currents of x and y of a plane that stand at 2 or √2 to each other.
-fn factor_within_plane(m: &Measured<'_>) -> Option<Check> {
+fn factor_within_plane(m: &MeasuredRecord<'_>) -> Option<Check> {
     // By sign: whether the first or the second axis has more.
     let candidates = [LN_2, -LN_2, 0.5 * LN_2, -0.5 * LN_2];
     for plane in 0..2 {
@@ -73,7 +73,7 @@ fn factor_within_plane(m: &Measured<'_>) -> Option<Check> {
         let (far_x, far_y) = ((x + 2) % AXES, (y + 2) % AXES);
         let ratio = |first: (usize, usize), second: (usize, usize)| {
             let each = |line: usize| {
-                m.measured(line, first.0, first.1).magnitude - m.measured(line, second.0, second.1).magnitude
+                m.measured_log(line, first.0, first.1).magnitude - m.measured_log(line, second.0, second.1).magnitude
             };
             median((0..m.data.entries.len()).map(each))
         };
@@ -116,9 +116,9 @@ fn factor_within_plane(m: &Measured<'_>) -> Option<Check> {
 }
 
 /// Both signals of a plane twice or half as large as the nominal machine has them, those of the other as it has them.
-fn doubled_plane(m: &Measured<'_>) -> Option<Check> {
+fn doubled_plane(m: &MeasuredRecord<'_>) -> Option<Check> {
     let off = |output: usize, input: usize| {
-        let each = |line: usize| m.measured(line, output, input).magnitude - m.model(line, output, input).magnitude;
+        let each = |line: usize| m.measured_log(line, output, input).magnitude - m.model(line, output, input).magnitude;
         median((0..m.data.entries.len()).map(each))
     };
     for plane in 0..2 {
@@ -151,7 +151,7 @@ fn doubled_plane(m: &Measured<'_>) -> Option<Check> {
 
 /// u against K y in the plane that has no injection: what is left over frequency is the hold, once more or once less
 /// than the record says.
-fn hold(m: &Measured<'_>) -> Option<Check> {
+fn hold(m: &MeasuredRecord<'_>) -> Option<Check> {
     let controller = m.controller?;
     let period_s = m.machine.spindle.electronics.sample_period_s();
     let mut pairs = vec![];

@@ -7,7 +7,7 @@
 
 use super::Check;
 use super::search::{Agreement, HALF_A_DECADE};
-use super::spectrum::{Log, Spectrum, median, wrapped};
+use super::spectrum::{LogValue, Spectrum, median, wrap_angle};
 use crate::identify::frf::{AXES, AXIS_NAMES};
 use crate::identify::{IdentifyError, MeasuredFrf};
 use crate::linalg::c64;
@@ -27,7 +27,7 @@ const SCATTER: f64 = 0.5;
 const LAG: (f64, f64) = (0.35, 1.22);
 
 /// What the checks look at.
-pub(crate) struct Measured<'a> {
+pub(crate) struct MeasuredRecord<'a> {
     /// The sweep.
     pub frf: &'a MeasuredFrf,
     /// Lines of the sweep that are compared.
@@ -48,7 +48,7 @@ pub(crate) struct Measured<'a> {
 ///
 /// # Errors
 /// [`IdentifyError::Machine`] when the machine has no rotor.
-pub(crate) fn checks(measured: &Measured, agreement: Agreement) -> Result<Vec<Check>, IdentifyError> {
+pub(crate) fn checks(measured: &MeasuredRecord, agreement: Agreement) -> Result<Vec<Check>, IdentifyError> {
     let low = measured.low_band();
     let mut list = vec![];
     list.extend(measured.static_gain(&low));
@@ -86,7 +86,7 @@ fn factor_check(name: &'static str, ratio: f64, words: String) -> Check {
     }
 }
 
-impl Measured<'_> {
+impl MeasuredRecord<'_> {
     /// Positions among the compared lines of those well below the first bending mode, or the lowest ones.
     fn low_band(&self) -> Vec<usize> {
         let limit = self.first_flexible_hz.unwrap_or(f64::INFINITY) / 3.0;
@@ -94,11 +94,11 @@ impl Measured<'_> {
         (0..below.max(LOWEST).min(self.data.frequency_hz.len())).collect()
     }
 
-    pub(super) fn measured(&self, line: usize, output: usize, input: usize) -> Log {
+    pub(super) fn measured_log(&self, line: usize, output: usize, input: usize) -> LogValue {
         self.data.entries[line][output + AXES * input]
     }
 
-    pub(super) fn model(&self, line: usize, output: usize, input: usize) -> Log {
+    pub(super) fn model(&self, line: usize, output: usize, input: usize) -> LogValue {
         self.nominal.entries[line][output + AXES * input]
     }
 
@@ -118,11 +118,11 @@ impl Measured<'_> {
 
     fn static_gain(&self, band: &[usize]) -> Option<Check> {
         let ratio = |k: usize| {
-            let each = |l: &usize| self.measured(*l, k, k).magnitude - self.model(*l, k, k).magnitude;
+            let each = |l: &usize| self.measured_log(*l, k, k).magnitude - self.model(*l, k, k).magnitude;
             (k, median(band.iter().map(each)))
         };
         let (k, ratio) = Self::furthest((0..AXES).map(ratio))?;
-        let level = median(band.iter().map(|l| self.measured(*l, k, k).magnitude))?.exp();
+        let level = median(band.iter().map(|l| self.measured_log(*l, k, k).magnitude))?.exp();
         Some(factor_check(
             "static_gain",
             ratio,
@@ -138,7 +138,7 @@ impl Measured<'_> {
 
     fn low_frequency_phase(&self, band: &[usize]) -> Option<Check> {
         let off = |k: usize| {
-            let each = |l: &usize| wrapped(self.measured(*l, k, k).phase - self.model(*l, k, k).phase).abs();
+            let each = |l: &usize| wrap_angle(self.measured_log(*l, k, k).phase - self.model(*l, k, k).phase).abs();
             (k, median(band.iter().map(each)))
         };
         let (k, phase) = Self::furthest((0..AXES).map(off))?;
@@ -165,7 +165,7 @@ impl Measured<'_> {
             for k in 0..AXES {
                 let lag = -against_real(self.model(l, k, k).phase);
                 if (LAG.0..LAG.1).contains(&lag) {
-                    phases.push(against_real(self.measured(l, k, k).phase));
+                    phases.push(against_real(self.measured_log(l, k, k).phase));
                 }
             }
         }
@@ -190,7 +190,7 @@ impl Measured<'_> {
     fn symmetry(&self) -> Option<Check> {
         let ratio = |plane: usize| {
             let (x, y) = (2 * plane, 2 * plane + 1);
-            let each = |l: usize| self.measured(l, x, x).magnitude - self.measured(l, y, y).magnitude;
+            let each = |l: usize| self.measured_log(l, x, x).magnitude - self.measured_log(l, y, y).magnitude;
             (plane, median((0..self.data.entries.len()).map(each)))
         };
         let (plane, ratio) = Self::furthest((0..2).map(ratio))?;
@@ -211,8 +211,8 @@ impl Measured<'_> {
     fn crossed_planes(&self) -> Option<Check> {
         let ratio = |axis: usize| {
             let (f, r) = (axis, axis + 2);
-            let crossed = |at: &dyn Fn(usize, usize) -> Log| at(f, r).magnitude - at(r, f).magnitude;
-            let each = |l: usize| crossed(&|i, j| self.measured(l, i, j)) - crossed(&|i, j| self.model(l, i, j));
+            let crossed = |at: &dyn Fn(usize, usize) -> LogValue| at(f, r).magnitude - at(r, f).magnitude;
+            let each = |l: usize| crossed(&|i, j| self.measured_log(l, i, j)) - crossed(&|i, j| self.model(l, i, j));
             (axis, median((0..self.data.entries.len()).map(each)))
         };
         let (axis, ratio) = Self::furthest((0..2).map(ratio))?;
@@ -236,7 +236,7 @@ impl Measured<'_> {
         let ratio = |plane: usize| {
             let (x, y) = (2 * plane, 2 * plane + 1);
             let each = |l: usize| {
-                let at = |i, j| self.measured(l, i, j).magnitude;
+                let at = |i, j| self.measured_log(l, i, j).magnitude;
                 0.5 * (at(x, y) + at(y, x) - at(x, x) - at(y, y))
             };
             (plane, median((0..self.data.entries.len()).map(each)))
@@ -267,7 +267,7 @@ impl Measured<'_> {
         if band.len() < FEWEST {
             return Ok(None);
         }
-        let each = |(l, k): (usize, usize)| self.measured(l, k, k).magnitude - self.model(l, k, k).magnitude;
+        let each = |(l, k): (usize, usize)| self.measured_log(l, k, k).magnitude - self.model(l, k, k).magnitude;
         let pairs = band.iter().flat_map(|l| (0..AXES).map(|k| (*l, k)));
         Ok(median(pairs.map(each)).map(|ratio| Check {
             name: "rigid_body_mass",
@@ -303,7 +303,7 @@ impl Measured<'_> {
         if self.frf.repeats < 2 {
             return None;
         }
-        let entries = |line: &Vec<Log>| {
+        let entries = |line: &Vec<LogValue>| {
             (0..AXES).map(|k| line[k + AXES * k]).map(|g| g.deviation - g.magnitude).collect::<Vec<_>>()
         };
         let scatter = median(self.data.entries.iter().flat_map(entries))?.exp();
@@ -333,8 +333,8 @@ impl Measured<'_> {
             for e in 0..AXES {
                 let other = (e + 2) % AXES;
                 let predicted = (0..AXES).map(|j| k[(other, j)] * self.frf.signal[(*l, j, e)]).sum::<c64>();
-                let found = Log::of(self.frf.current[(*l, other, e)], 0.0);
-                distances.extend(found.distance(&Log::of(predicted, 0.0)));
+                let found = LogValue::of(self.frf.current[(*l, other, e)], 0.0);
+                distances.extend(found.distance(&LogValue::of(predicted, 0.0)));
             }
         }
         let distance = median(distances)?;

@@ -36,14 +36,14 @@ impl Signal {
 
 /// What a hammer record holds in place of compliance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Quantity {
+pub enum HammerQuantity {
     /// Velocity per force.
     Mobility,
     /// Acceleration per force.
     Accelerance,
 }
 
-impl Quantity {
+impl HammerQuantity {
     /// The name in files.
     pub fn name(self) -> &'static str {
         match self {
@@ -102,7 +102,7 @@ pub enum RecordFault {
         factor: f64,
     },
     /// A hammer record that is not compliance.
-    Quantity(Quantity),
+    Quantity(HammerQuantity),
     /// The rotor turned at another speed than the record says.
     SpeedLabel {
         /// The speed that the data show, rpm.
@@ -253,10 +253,10 @@ impl RecordFault {
                 Some("rad/s") => "divide the column frequency_hz by 2π".into(),
                 _ => format!("divide the column frequency_hz by {factor}"),
             },
-            Self::Quantity(Quantity::Mobility) => {
+            Self::Quantity(HammerQuantity::Mobility) => {
                 "divide the response by jω, or give it as a universal file that says mobility".into()
             }
-            Self::Quantity(Quantity::Accelerance) => {
+            Self::Quantity(HammerQuantity::Accelerance) => {
                 "divide the response by -ω², or give it as a universal file that says accelerance".into()
             }
             Self::SpeedLabel { speed_rpm } => format!("write speed_rpm: {speed_rpm:.0}"),

@@ -3,7 +3,7 @@
 
 use super::hypotheses::of_hammer;
 use super::search::{Comparison, HALF_A_DECADE};
-use super::spectrum::{Log, Spectrum, median, wrapped};
+use super::spectrum::{LogValue, Spectrum, median, wrap_angle};
 use super::sweep::spread;
 use super::{Check, Plausibility};
 use crate::identify::hammer::closed_loop_compliance;
@@ -30,7 +30,7 @@ pub fn hammer_plausibility(
 ) -> Result<Plausibility, IdentifyError> {
     let plant = Plant::new(machine, hammer.speed_rpm * TAU / 60.0, ModelDetail::Full)?;
     let lines = spread(&hammer.frequency_hz, LINES);
-    let entry = |l: &usize| vec![Log::of(hammer.compliance[*l], hammer.sigma(*l, 0.0))];
+    let entry = |l: &usize| vec![LogValue::of(hammer.compliance[*l], hammer.sigma(*l, 0.0))];
     let data = Spectrum {
         frequency_hz: lines.iter().map(|l| hammer.frequency_hz[*l]).collect(),
         entries: lines.iter().map(entry).collect(),
@@ -38,7 +38,7 @@ pub fn hammer_plausibility(
     let model = |hz: &[f64]| {
         let line = |f: &f64| {
             let h = closed_loop_compliance(&plant, controller, TAU * f, axis);
-            vec![Log::of(h, 0.0)]
+            vec![LogValue::of(h, 0.0)]
         };
         Spectrum { frequency_hz: hz.to_vec(), entries: hz.iter().map(line).collect() }
     };
@@ -52,7 +52,7 @@ pub fn hammer_plausibility(
 }
 
 fn checks(data: &Spectrum, nominal: &Spectrum, distance: f64) -> Vec<Check> {
-    let pairs: Vec<(&Log, &Log)> =
+    let pairs: Vec<(&LogValue, &LogValue)> =
         (data.entries.iter().flatten()).zip(nominal.entries.iter().flatten()).take(LOWEST).collect();
     let mut list = vec![];
     if let Some(ratio) = median(pairs.iter().map(|(d, m)| d.magnitude - m.magnitude)) {
@@ -71,7 +71,7 @@ fn checks(data: &Spectrum, nominal: &Spectrum, distance: f64) -> Vec<Check> {
             ),
         });
     }
-    if let Some(phase) = median(pairs.iter().map(|(d, m)| wrapped(d.phase - m.phase).abs())) {
+    if let Some(phase) = median(pairs.iter().map(|(d, m)| wrap_angle(d.phase - m.phase).abs())) {
         list.push(Check {
             name: "low_frequency_phase",
             value: phase.to_degrees(),

@@ -4,7 +4,7 @@
 //! frequencies; every one has an exact inverse. In a set of faults scales and signs belong to the channel names of
 //! the record, so they are undone before permutations: candidates are listed in that order and sets keep it.
 
-use super::faults::{Quantity, RecordFault, Signal};
+use super::faults::{HammerQuantity, RecordFault, Signal};
 use super::spectrum::Spectrum;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -49,7 +49,7 @@ pub(crate) fn of_hammer() -> Vec<RecordFault> {
     list.push(RecordFault::Sign { channel: None, signal });
     list.push(RecordFault::Conjugate);
     list.extend(CLOCKS.map(|factor| RecordFault::Clock { factor }));
-    list.extend([Quantity::Accelerance, Quantity::Mobility].map(RecordFault::Quantity));
+    list.extend([HammerQuantity::Accelerance, HammerQuantity::Mobility].map(RecordFault::Quantity));
     list
 }
 
@@ -86,7 +86,7 @@ fn undo(spectrum: &mut Spectrum, outputs: usize, fault: &RecordFault) {
                     RecordFault::Unit { signal, decades, channel } if hit(signal, channel) => {
                         // G = Y U⁻¹: what multiplies u divides G.
                         let inverse = if signal == Signal::Current { decades } else { -decades };
-                        *entry = entry.scaled(inverse);
+                        *entry = entry.scale_decades(inverse);
                     }
                     RecordFault::Conjugate => entry.phase = -entry.phase,
                     RecordFault::Quantity(quantity) => {

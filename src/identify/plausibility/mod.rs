@@ -16,7 +16,7 @@ pub(crate) mod search;
 pub(crate) mod spectrum;
 pub(crate) mod sweep;
 
-pub use faults::{Quantity, RecordFault, Signal};
+pub use faults::{HammerQuantity, RecordFault, Signal};
 pub use hammer::hammer_plausibility;
 pub use sweep::sweep_plausibility;
 

@@ -83,7 +83,7 @@ impl Comparison<'_> {
     /// How well the model meets the record as it is.
     pub(crate) fn agreement(&self) -> Agreement {
         let model = (self.model)(&self.data.frequency_hz);
-        self.rated(&self.distances(self.data, &model))
+        self.rate_agreement(&self.distances(self.data, &model))
     }
 
     /// The faults that explain the record, in the order in which they are undone; empty when the record needs none or
@@ -91,7 +91,7 @@ impl Comparison<'_> {
     pub(crate) fn faults(&self, candidates: &[RecordFault]) -> Vec<RecordFault> {
         let lines = &self.data.frequency_hz;
         let mut models = Models { list: vec![(1.0, (self.model)(lines))] };
-        let now = self.rated(&self.distances(self.data, &models.list[0].1));
+        let now = self.rate_agreement(&self.distances(self.data, &models.list[0].1));
         let clock_is_right = now.mean < CLOCK_IS_RIGHT;
         let known: Vec<RecordFault> = candidates
             .iter()
@@ -134,7 +134,7 @@ impl Comparison<'_> {
             }
             let corrected = undone(self.data, self.outputs, &set);
             let left = self.distances(&corrected, models.of(&set));
-            let rated = self.rated(&left);
+            let rated = self.rate_agreement(&left);
             // Equal but for rounding: the earlier one stands.
             if !rated.plausible() || rated.mean > best.0 - 1e-9 {
                 continue;
@@ -190,7 +190,7 @@ impl Comparison<'_> {
         data.entries.iter().zip(&model.entries).map(line).collect()
     }
 
-    fn rated(&self, distances: &Distances) -> Agreement {
+    fn rate_agreement(&self, distances: &Distances) -> Agreement {
         let (mut sum, mut count) = (0.0, 0usize);
         for d in distances.iter().flatten().flatten() {
             sum += d;
@@ -212,6 +212,6 @@ impl Comparison<'_> {
     }
 }
 
-fn distance(data: &[super::spectrum::Log], model: &[super::spectrum::Log], k: usize) -> Option<f64> {
+fn distance(data: &[super::spectrum::LogValue], model: &[super::spectrum::LogValue], k: usize) -> Option<f64> {
     data.get(k)?.distance(model.get(k)?)
 }

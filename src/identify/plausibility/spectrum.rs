@@ -12,7 +12,7 @@ pub(crate) const LARGEST: f64 = PI;
 
 /// ln of a value: magnitude and phase, with the standard deviation of the value.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Log {
+pub(crate) struct LogValue {
     /// ln |g|.
     pub magnitude: f64,
     /// arg g, rad.
@@ -21,14 +21,14 @@ pub(crate) struct Log {
     pub deviation: f64,
 }
 
-impl Log {
+impl LogValue {
     /// Of a value with a standard deviation in its unit.
     pub(crate) fn of(value: c64, deviation: f64) -> Self {
         Self { magnitude: value.norm().ln(), phase: value.im.atan2(value.re), deviation: deviation.ln() }
     }
 
     /// Times 10^`decades`.
-    pub(crate) fn scaled(self, decades: i32) -> Self {
+    pub(crate) fn scale_decades(self, decades: i32) -> Self {
         let shift = LN_10 * f64::from(decades);
         Self { magnitude: self.magnitude + shift, deviation: self.deviation + shift, ..self }
     }
@@ -43,25 +43,25 @@ impl Log {
     }
 
     /// True where the value is more than twice its standard deviation.
-    fn seen(&self, deviation: f64) -> bool {
+    fn is_seen(&self, deviation: f64) -> bool {
         self.magnitude > deviation + 2f64.ln()
     }
 
     /// Distance to a model value, in nepers and radians; `None` where noise hides both.
     pub(crate) fn distance(&self, model: &Self) -> Option<f64> {
-        if !self.seen(self.deviation) && !model.seen(self.deviation) {
+        if !self.is_seen(self.deviation) && !model.is_seen(self.deviation) {
             return None;
         }
         let magnitude = self.magnitude - model.magnitude;
         if !magnitude.is_finite() {
             return Some(LARGEST);
         }
-        Some(magnitude.hypot(wrapped(self.phase - model.phase)).min(LARGEST))
+        Some(magnitude.hypot(wrap_angle(self.phase - model.phase)).min(LARGEST))
     }
 }
 
 /// An angle between −π and π.
-pub(crate) fn wrapped(angle: f64) -> f64 {
+pub(crate) fn wrap_angle(angle: f64) -> f64 {
     angle - TAU * (angle / TAU).round()
 }
 
@@ -71,7 +71,7 @@ pub(crate) struct Spectrum {
     /// Frequency per line, Hz, as the record says.
     pub frequency_hz: Vec<f64>,
     /// Entry [output + outputs · input] of every line.
-    pub entries: Vec<Vec<Log>>,
+    pub entries: Vec<Vec<LogValue>>,
 }
 
 /// Median of values; `None` without any. The upper one of two.

@@ -2,10 +2,10 @@
 
 use super::Plausibility;
 use super::channels::slips;
-use super::checks::{Measured, checks};
+use super::checks::{MeasuredRecord, checks};
 use super::hypotheses::of_sweep;
 use super::search::Comparison;
-use super::spectrum::{Log, Spectrum};
+use super::spectrum::{LogValue, Spectrum};
 use crate::identify::frf::AXES;
 use crate::identify::{IdentifyError, MeasuredFrf};
 use crate::linalg::c64;
@@ -36,11 +36,11 @@ pub fn sweep_plausibility(
         frequency_hz: lines.iter().map(|l| frf.frequency_hz[*l]).collect(),
         entries: lines.iter().map(|l| measured_line(frf, *l)).collect(),
     };
-    let model = |hz: &[f64]| modelled(&plant, hz);
+    let model = |hz: &[f64]| model_spectrum(&plant, hz);
     let comparison = Comparison { data: &data, outputs: AXES, compared: &SAME_AXIS, model: &model };
     let faults = comparison.faults(&of_sweep());
-    let nominal = modelled(&plant, &data.frequency_hz);
-    let measured = Measured {
+    let nominal = model_spectrum(&plant, &data.frequency_hz);
+    let measured = MeasuredRecord {
         frf,
         lines: &lines,
         data: &data,
@@ -54,19 +54,19 @@ pub fn sweep_plausibility(
     Ok(Plausibility { record: record.to_owned(), checks, faults })
 }
 
-fn measured_line(frf: &MeasuredFrf, line: usize) -> Vec<Log> {
+fn measured_line(frf: &MeasuredFrf, line: usize) -> Vec<LogValue> {
     let entry = |k: usize| {
         let (i, j) = (k % AXES, k / AXES);
-        Log::of(frf.response[(line, i, j)], frf.sigma(line, i, j, 0.0))
+        LogValue::of(frf.response[(line, i, j)], frf.sigma(line, i, j, 0.0))
     };
     (0..AXES * AXES).map(entry).collect()
 }
 
-fn modelled(plant: &Plant, hz: &[f64]) -> Spectrum {
+fn model_spectrum(plant: &Plant, hz: &[f64]) -> Spectrum {
     let line = |f: &f64| {
         let g = plant.at(TAU * f);
         let entry = |k: usize| -> c64 { g[(k % AXES, k / AXES)] };
-        (0..AXES * AXES).map(|k| Log::of(entry(k), 0.0)).collect()
+        (0..AXES * AXES).map(|k| LogValue::of(entry(k), 0.0)).collect()
     };
     Spectrum { frequency_hz: hz.to_vec(), entries: hz.iter().map(line).collect() }
 }

@@ -25,7 +25,7 @@ pub(crate) struct OrbitPlane {
 
 /// What moves.
 #[derive(Clone, Debug)]
-pub(crate) struct Motion {
+pub(crate) struct AnimatedMotion {
     /// Title.
     pub title: String,
     /// Stations along the shaft, m.
@@ -61,12 +61,12 @@ const SOFT: &str = "#7D7D7D";
 pub(crate) const REDUCED_MOTION: &str = "@media (prefers-reduced-motion: reduce) { .muspin-moving { display: none } }";
 
 /// The animation as SVG text, and its frames as CSV text.
-pub(crate) fn animate(motion: &Motion) -> Picture {
+pub(crate) fn animate(motion: &AnimatedMotion) -> Picture {
     Picture { svg: svg(motion), csv: csv(motion) }
 }
 
 /// Opening tag, title and the scale of time.
-fn header(m: &Motion) -> String {
+fn header(m: &AnimatedMotion) -> String {
     let mut out = String::new();
     let w = &mut out;
     line(
@@ -91,7 +91,7 @@ fn header(m: &Motion) -> String {
     out
 }
 
-fn svg(m: &Motion) -> String {
+fn svg(m: &AnimatedMotion) -> String {
     let largest = largest(m);
     // A round scale of the side view: so many px for that many µm.
     let gain = SWING / round_up(largest.max(1e-12));
@@ -152,7 +152,7 @@ fn svg(m: &Motion) -> String {
 }
 
 /// One orbit along the axis: y to the right, x upwards.
-fn end_view(w: &mut String, m: &Motion, plane: &OrbitPlane, k: usize) {
+fn end_view(w: &mut String, m: &AnimatedMotion, plane: &OrbitPlane, k: usize) {
     let color = COLORS[k % COLORS.len()];
     let centre = (COLUMN, 78.0 + 122.0 * k as f64);
     let own = plane.x_m.iter().zip(&plane.y_m).map(|(x, y)| x.hypot(*y)).fold(0.0, f64::max);
@@ -309,13 +309,13 @@ fn length(m: f64) -> String {
     }
 }
 
-fn largest(m: &Motion) -> f64 {
+fn largest(m: &AnimatedMotion) -> f64 {
     let stations = m.frames.iter().flat_map(|[x, y]| x.iter().zip(y));
     stations.map(|(x, y)| x.hypot(*y)).fold(0.0, f64::max)
 }
 
 /// Frames of the planes: time, then x and y of each, m.
-fn csv(m: &Motion) -> String {
+fn csv(m: &AnimatedMotion) -> String {
     let mut header = vec!["time_s".to_owned()];
     for plane in &m.planes {
         let name = plane.name.replace(' ', "_");

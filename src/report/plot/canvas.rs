@@ -98,7 +98,7 @@ impl<'a> Canvas<'a> {
 
     /// A polyline.
     pub(super) fn line(&self, points: &[(f64, f64)], ink: Ink, dash: Dash, width_px: f64) -> Result<(), PlotError> {
-        let mut path: Vec<(i32, i32)> = points.iter().map(|p| fine(*p)).collect();
+        let mut path: Vec<(i32, i32)> = points.iter().map(|p| fine(p.0, p.1)).collect();
         // Points closer than the subdivision do not show and would only make the file larger.
         path.dedup();
         if path.len() < 2 {
@@ -111,14 +111,14 @@ impl<'a> Canvas<'a> {
 
     /// A filled polygon.
     pub(super) fn area(&self, corners: &[(f64, f64)], ink: Ink) -> Result<(), PlotError> {
-        let mut path: Vec<(i32, i32)> = corners.iter().map(|p| fine(*p)).collect();
+        let mut path: Vec<(i32, i32)> = corners.iter().map(|p| fine(p.0, p.1)).collect();
         path.dedup();
         self.area.draw(&Polygon::new(path, ink.style(true, 1.0))).map_err(drawing)
     }
 
     /// A filled rectangle between two corners.
     pub(super) fn rectangle(&self, a: (f64, f64), b: (f64, f64), ink: Ink) -> Result<(), PlotError> {
-        let ((x0, y0), (x1, y1)) = (fine(a), fine(b));
+        let ((x0, y0), (x1, y1)) = (fine(a.0, a.1), fine(b.0, b.1));
         let corners = [(x0.min(x1), y0.min(y1)), (x0.max(x1), y0.max(y1))];
         self.area.draw(&plotters::prelude::Rectangle::new(corners, ink.style(true, 1.0))).map_err(drawing)
     }
@@ -132,7 +132,7 @@ impl<'a> Canvas<'a> {
             Marker::Circle | Marker::Disc => {
                 let filled = marker == Marker::Disc;
                 let radius = (h * FINE).round() as i32;
-                let circle = Circle::new(fine(at), radius, ink.style(filled, stroke));
+                let circle = Circle::new(fine(at.0, at.1), radius, ink.style(filled, stroke));
                 self.area.draw(&circle).map_err(drawing)
             }
             Marker::Square => self.line(
@@ -166,7 +166,7 @@ impl<'a> Canvas<'a> {
         let (at, vertical) = if face.upright { ((x + drop, y), VPos::Bottom) } else { ((x, y + drop), VPos::Bottom) };
         let transform = if face.upright { FontTransform::Rotate270 } else { FontTransform::None };
         let style = style(face).transform(transform).pos(Pos::new(horizontal, vertical));
-        self.area.draw(&Text::new(text.to_owned(), fine(at), style)).map_err(drawing)
+        self.area.draw(&Text::new(text.to_owned(), fine(at.0, at.1), style)).map_err(drawing)
     }
 
     /// Width of a text, px at report size, from the metrics of the embedded font.
@@ -220,7 +220,7 @@ fn pattern(dash: Dash) -> Option<&'static str> {
     }
 }
 
-fn fine((x, y): (f64, f64)) -> (i32, i32) {
+fn fine(x: f64, y: f64) -> (i32, i32) {
     ((x * FINE).round() as i32, (y * FINE).round() as i32)
 }
 

@@ -2,7 +2,7 @@
 //! hypotheses.
 
 use super::Curve;
-use super::figure::{Axis, Figure, HeatMap, Panel, Series, Shape};
+use super::figure::{Axis, Figure, HeatMap, Panel, Series, SeriesShape};
 use super::style::{Color, Dash, Look, Marker, Role};
 use crate::linalg::c64;
 
@@ -32,9 +32,9 @@ pub fn channel(
     residuals: [&[f64]; 2],
 ) -> Figure {
     let axis = || Axis::log("Frequency", "Hz");
-    let mut magnitude = Panel::new("", axis().unlabelled(), Axis::log(quantity, unit));
+    let mut magnitude = Panel::new("", axis().without_labels(), Axis::log(quantity, unit));
     let angle = Axis::linear("Phase", "°").with_range(-180.0, 180.0).with_step(90.0);
-    let mut phase = Panel::new("", axis().unlabelled(), angle);
+    let mut phase = Panel::new("", axis().without_labels(), angle);
     let mut sigma = Panel::new("", axis(), Axis::log("Residual", "σ"));
     for (name, response, look) in [
         ("model before", before, Role::Nominal.look()),
@@ -132,7 +132,7 @@ pub fn impedance(
     fitted: &[c64],
     shape: &str,
 ) -> Figure {
-    let mut magnitude = Panel::new("", Axis::log("Frequency", "Hz").unlabelled(), Axis::log("Magnitude", unit));
+    let mut magnitude = Panel::new("", Axis::log("Frequency", "Hz").without_labels(), Axis::log("Magnitude", unit));
     let phase_axis = Axis::linear("Phase", "°").with_range(-180.0, 180.0).with_step(90.0);
     let mut phase = Panel::new("", Axis::log("Frequency", "Hz"), phase_axis);
     let fitted_name = format!("fitted: {shape}");
@@ -174,7 +174,9 @@ pub fn ranking(title: &str, names: &[String], scores: &[f64], label: &str) -> Fi
     let y: Vec<f64> = (0..x.len()).map(|k| k as f64).collect();
     let mut panel = Panel::new("", Axis::linear(label, ""), Axis::categories("", reversed));
     let look = Look::line(Color::Sky, Dash::Solid);
-    panel.series.push(Series::curve(label, &x, &y, look).shaped(Shape::LyingBars { height: 0.6 }).unlisted());
+    panel
+        .series
+        .push(Series::curve(label, &x, &y, look).with_shape(SeriesShape::LyingBars { height: 0.6 }).without_entry());
     panel.height_px = 60 + 22 * names.len().clamp(3, 40) as u32;
     Figure::new(title, "Hypotheses in order of how well they explain the difference.", vec![panel])
 }

@@ -2,8 +2,8 @@
 
 use super::PlotError;
 use super::canvas::{Anchor, Canvas, Ink};
-use super::figure::{Figure, HeatMap, Series, Shape};
-use super::frame::{Frame, Rect};
+use super::figure::{Figure, HeatMap, Series, SeriesShape};
+use super::frame::{PlotFrame, Rect};
 use super::style::{Color, Dash, Look};
 use super::ticks::ticks;
 use super::typography::face;
@@ -16,25 +16,25 @@ const SAMPLE: f64 = 30.0;
 const BAND: f64 = 0.22;
 
 /// Draws one series into its frame.
-pub(super) fn series(canvas: &Canvas, frame: &Frame, series: &Series) -> Result<(), PlotError> {
+pub(super) fn series(canvas: &Canvas, frame: &PlotFrame, series: &Series) -> Result<(), PlotError> {
     let ink: Ink = series.look.color.into();
     match &series.shape {
-        Shape::Curve => curve(canvas, frame, series, ink),
-        Shape::Band { lower } => band(canvas, frame, series, lower, ink),
-        Shape::Bars { width } => {
-            let zero = frame.clamp((frame.rect.left, frame.py(0.0).min(frame.rect.bottom))).1;
+        SeriesShape::Curve => curve(canvas, frame, series, ink),
+        SeriesShape::Band { lower } => band(canvas, frame, series, lower, ink),
+        SeriesShape::Bars { width } => {
+            let zero = frame.clamp(frame.rect.left, frame.py(0.0).min(frame.rect.bottom)).1;
             for (x, y) in series.x.iter().zip(&series.y) {
                 if let (Some(a), Some(b)) = (frame.point(x - 0.5 * width, *y), frame.point(x + 0.5 * width, *y)) {
-                    canvas.rectangle(frame.clamp(a), frame.clamp((b.0, zero)), ink)?;
+                    canvas.rectangle(frame.clamp(a.0, a.1), frame.clamp(b.0, zero), ink)?;
                 }
             }
             error_bars(canvas, frame, series)
         }
-        Shape::LyingBars { height } => {
-            let zero = frame.clamp((frame.px(0.0).max(frame.rect.left), frame.rect.top)).0;
+        SeriesShape::LyingBars { height } => {
+            let zero = frame.clamp(frame.px(0.0).max(frame.rect.left), frame.rect.top).0;
             for (x, y) in series.x.iter().zip(&series.y) {
                 if let (Some(a), Some(b)) = (frame.point(*x, y - 0.5 * height), frame.point(*x, y + 0.5 * height)) {
-                    canvas.rectangle(frame.clamp(a), frame.clamp((zero, b.1)), ink)?;
+                    canvas.rectangle(frame.clamp(a.0, a.1), frame.clamp(zero, b.1), ink)?;
                 }
             }
             Ok(())
@@ -42,7 +42,7 @@ pub(super) fn series(canvas: &Canvas, frame: &Frame, series: &Series) -> Result<
     }
 }
 
-fn curve(canvas: &Canvas, frame: &Frame, series: &Series, ink: Ink) -> Result<(), PlotError> {
+fn curve(canvas: &Canvas, frame: &PlotFrame, series: &Series, ink: Ink) -> Result<(), PlotError> {
     if let Some(dash) = series.look.line {
         let mut path: Vec<Option<(f64, f64)>> = Vec::with_capacity(series.x.len());
         let mut last = f64::NAN;
@@ -53,14 +53,14 @@ fn curve(canvas: &Canvas, frame: &Frame, series: &Series, ink: Ink) -> Result<()
             path.push(frame.point(*x, *y));
             last = *y;
         }
-        for piece in frame.clipped(path) {
+        for piece in frame.clip_points(path) {
             canvas.line(&piece, ink, dash, series.look.width_px)?;
         }
     }
     error_bars(canvas, frame, series)?;
     if let Some(marker) = series.look.marker {
         for at in series.x.iter().zip(&series.y).filter_map(|(x, y)| frame.point(*x, *y)) {
-            if frame.contains(at) {
+            if frame.contains(at.0, at.1) {
                 canvas.marker(at, marker, ink, MARKER)?;
             }
         }
@@ -68,13 +68,13 @@ fn curve(canvas: &Canvas, frame: &Frame, series: &Series, ink: Ink) -> Result<()
     Ok(())
 }
 
-fn error_bars(canvas: &Canvas, frame: &Frame, series: &Series) -> Result<(), PlotError> {
+fn error_bars(canvas: &Canvas, frame: &PlotFrame, series: &Series) -> Result<(), PlotError> {
     let Some(error) = &series.y_error else {
         return Ok(());
     };
     for ((x, y), e) in series.x.iter().zip(&series.y).zip(error) {
         if let (Some(low), Some(high)) = (frame.point(*x, y - e), frame.point(*x, y + e)) {
-            let (low, high) = (frame.clamp(low), frame.clamp(high));
+            let (low, high) = (frame.clamp(low.0, low.1), frame.clamp(high.0, high.1));
             let ink = Ink::grey(40);
             canvas.line(&[low, high], ink, Dash::Solid, 1.1)?;
             for end in [low, high] {
@@ -85,7 +85,7 @@ fn error_bars(canvas: &Canvas, frame: &Frame, series: &Series) -> Result<(), Plo
     Ok(())
 }
 
-fn band(canvas: &Canvas, frame: &Frame, series: &Series, lower: &[f64], ink: Ink) -> Result<(), PlotError> {
+fn band(canvas: &Canvas, frame: &PlotFrame, series: &Series, lower: &[f64], ink: Ink) -> Result<(), PlotError> {
     let ink = Ink { opacity: BAND, ..ink };
     // A gap in either edge splits the area.
     let mut upper_edge: Vec<(f64, f64)> = Vec::new();
@@ -97,8 +97,8 @@ fn band(canvas: &Canvas, frame: &Frame, series: &Series, lower: &[f64], ink: Ink
     for ((x, y), low) in series.x.iter().zip(&series.y).zip(lower) {
         match (frame.point(*x, *y), frame.point(*x, *low)) {
             (Some(a), Some(b)) => {
-                upper_edge.push(frame.clamp(a));
-                lower_edge.push(frame.clamp(b));
+                upper_edge.push(frame.clamp(a.0, a.1));
+                lower_edge.push(frame.clamp(b.0, b.1));
             }
             _ => flush(&mut upper_edge, &mut lower_edge)?,
         }
@@ -107,7 +107,7 @@ fn band(canvas: &Canvas, frame: &Frame, series: &Series, lower: &[f64], ink: Ink
 }
 
 /// Light to dark in one hue: order survives printing in grey and every kind of colour vision.
-fn shade(fraction: f64) -> Ink {
+fn shade_ink(fraction: f64) -> Ink {
     const STOPS: [(f64, f64, f64); 5] =
         [(247.0, 250.0, 253.0), (198.0, 219.0, 239.0), (107.0, 174.0, 214.0), (33.0, 113.0, 181.0), (8.0, 38.0, 87.0)];
     if fraction.is_nan() {
@@ -123,7 +123,7 @@ fn shade(fraction: f64) -> Ink {
 }
 
 /// Draws the map and its colour bar. Neighbours of one shade become one rectangle.
-pub(super) fn heat_map(canvas: &Canvas, frame: &Frame, heat: &HeatMap) -> Result<(), PlotError> {
+pub(super) fn heat_map(canvas: &Canvas, frame: &PlotFrame, heat: &HeatMap) -> Result<(), PlotError> {
     // Steps of the shade the eye cannot tell apart keep the file small.
     const SHADES: f64 = 48.0;
     let [low, high] = heat.range;
@@ -138,8 +138,8 @@ pub(super) fn heat_map(canvas: &Canvas, frame: &Frame, heat: &HeatMap) -> Result
                 end = more.last().copied().unwrap_or(end);
             }
             // Half a pixel of overlap hides the seams that anti-aliasing would show between neighbours.
-            let (a, b) = (frame.clamp((frame.px(start), top)), frame.clamp((frame.px(end) + 0.5, bottom + 0.5)));
-            canvas.rectangle(a, b, shade(shade_here))?;
+            let (a, b) = (frame.clamp(frame.px(start), top), frame.clamp(frame.px(end) + 0.5, bottom + 0.5));
+            canvas.rectangle(a, b, shade_ink(shade_here))?;
         }
     }
     let r = frame.rect;
@@ -147,7 +147,7 @@ pub(super) fn heat_map(canvas: &Canvas, frame: &Frame, heat: &HeatMap) -> Result
     let height = (bar.bottom - bar.top) / SHADES;
     for k in 0..SHADES as usize {
         let bottom = bar.bottom - height * k as f64;
-        let ink = shade((k as f64 + 0.5) / SHADES);
+        let ink = shade_ink((k as f64 + 0.5) / SHADES);
         canvas.rectangle((bar.left, bottom - height - 0.4), (bar.right, bottom), ink)?;
     }
     let room = ((r.bottom - r.top) / 30.0).clamp(2.0, 8.0) as usize;
@@ -161,43 +161,47 @@ pub(super) fn heat_map(canvas: &Canvas, frame: &Frame, heat: &HeatMap) -> Result
 }
 
 /// A line of the legend: what the sample shows, and its name.
-pub(super) struct Entry {
+pub(super) struct LegendEntry {
     name: String,
-    sample: Sample,
+    sample: LegendSample,
 }
 
-enum Sample {
+enum LegendSample {
     Curve(Look),
     Area(Color, f64),
     Upright(Color, Dash),
 }
 
 /// Every listed series and mark of the figure once, in order of appearance.
-pub(super) fn legend_entries(figure: &Figure) -> Vec<Entry> {
-    let mut entries: Vec<Entry> = Vec::new();
-    let mut add = |name: &str, sample: Sample| {
+pub(super) fn legend_entries(figure: &Figure) -> Vec<LegendEntry> {
+    let mut entries: Vec<LegendEntry> = Vec::new();
+    let mut add = |name: &str, sample: LegendSample| {
         if !name.is_empty() && entries.iter().all(|e| e.name != name) {
-            entries.push(Entry { name: name.to_owned(), sample });
+            entries.push(LegendEntry { name: name.to_owned(), sample });
         }
     };
     for panel in &figure.panels {
         for series in panel.series.iter().filter(|s| s.in_legend) {
             let sample = match series.shape {
-                Shape::Curve => Sample::Curve(series.look),
-                Shape::Band { .. } => Sample::Area(series.look.color, BAND),
-                _ => Sample::Area(series.look.color, 1.0),
+                SeriesShape::Curve => LegendSample::Curve(series.look),
+                SeriesShape::Band { .. } => LegendSample::Area(series.look.color, BAND),
+                _ => LegendSample::Area(series.look.color, 1.0),
             };
             add(&series.name, sample);
         }
         for mark in &panel.marks {
-            add(&mark.legend, Sample::Upright(mark.color, mark.dash));
+            add(&mark.legend, LegendSample::Upright(mark.color, mark.dash));
         }
     }
     entries
 }
 
 /// The legend broken into rows no wider than `width`: for each row, entries with their offsets.
-pub(super) fn legend_rows(canvas: &Canvas, entries: &[Entry], width: f64) -> Result<Vec<Vec<(usize, f64)>>, PlotError> {
+pub(super) fn legend_rows(
+    canvas: &Canvas,
+    entries: &[LegendEntry],
+    width: f64,
+) -> Result<Vec<Vec<(usize, f64)>>, PlotError> {
     let mut rows: Vec<Vec<(usize, f64)>> = Vec::new();
     let mut at = f64::INFINITY;
     for (k, entry) in entries.iter().enumerate() {
@@ -217,7 +221,7 @@ pub(super) fn legend_rows(canvas: &Canvas, entries: &[Entry], width: f64) -> Res
 /// Draws one row of the legend.
 pub(super) fn legend_row(
     canvas: &Canvas,
-    entries: &[Entry],
+    entries: &[LegendEntry],
     row: &[(usize, f64)],
     left: f64,
     y: f64,
@@ -228,7 +232,7 @@ pub(super) fn legend_row(
         };
         let (start, end) = (left + offset, left + offset + SAMPLE);
         match entry.sample {
-            Sample::Curve(look) => {
+            LegendSample::Curve(look) => {
                 if let Some(dash) = look.line {
                     canvas.line(&[(start, y), (end, y)], look.color.into(), dash, look.width_px)?;
                 }
@@ -236,11 +240,11 @@ pub(super) fn legend_row(
                     canvas.marker((0.5 * (start + end), y), marker, look.color.into(), MARKER)?;
                 }
             }
-            Sample::Area(color, opacity) => {
+            LegendSample::Area(color, opacity) => {
                 let ink = Ink { opacity, ..color.into() };
                 canvas.rectangle((start + 6.0, y - 5.0), (end - 2.0, y + 5.0), ink)?;
             }
-            Sample::Upright(color, dash) => {
+            LegendSample::Upright(color, dash) => {
                 let middle = 0.5 * (start + end);
                 canvas.line(&[(middle, y - 8.0), (middle, y + 8.0)], color.into(), dash, 1.3)?;
             }

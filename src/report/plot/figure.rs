@@ -73,7 +73,7 @@ impl Axis {
     }
 
     /// The same axis without numbers and label.
-    pub(crate) fn unlabelled(self) -> Self {
+    pub(crate) fn without_labels(self) -> Self {
         Self { labelled: false, ..self }
     }
 
@@ -85,7 +85,7 @@ impl Axis {
 
 /// What is drawn at the points of a series.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Shape {
+pub enum SeriesShape {
     /// A line and/or markers, as the look says.
     Curve,
     /// The area between these lower values and the series' y.
@@ -117,7 +117,7 @@ pub struct Series {
     /// Half length of the error bars, as long as y.
     pub y_error: Option<Vec<f64>>,
     /// What is drawn.
-    pub shape: Shape,
+    pub shape: SeriesShape,
     /// Colour, dash, marker.
     pub look: Look,
     /// Whether the legend lists it.
@@ -134,7 +134,7 @@ impl Series {
             x: x.to_vec(),
             y: y.to_vec(),
             y_error: None,
-            shape: Shape::Curve,
+            shape: SeriesShape::Curve,
             look,
             in_legend: true,
             break_at_jump: None,
@@ -142,12 +142,12 @@ impl Series {
     }
 
     /// The same series with another shape.
-    pub(crate) fn shaped(self, shape: Shape) -> Self {
+    pub(crate) fn with_shape(self, shape: SeriesShape) -> Self {
         Self { shape, ..self }
     }
 
     /// The same series, left out of the legend.
-    pub(crate) fn unlisted(self) -> Self {
+    pub(crate) fn without_entry(self) -> Self {
         Self { in_legend: false, ..self }
     }
 }

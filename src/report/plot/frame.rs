@@ -1,7 +1,7 @@
 //! From values to pixels: the range an axis gets from its data, the rectangle of a panel, clipping of lines to it.
 
 use super::PlotError;
-use super::figure::{Axis, Panel, Scale, Shape};
+use super::figure::{Axis, Panel, Scale, SeriesShape};
 use super::ticks::round_range;
 
 /// Rectangle of a panel's plot area, px, y downwards.
@@ -19,7 +19,7 @@ pub(super) struct Rect {
 
 /// Map from the values of two axes to the pixels of a rectangle.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Frame {
+pub(super) struct PlotFrame {
     /// The plot area.
     pub rect: Rect,
     /// Scale and range of x.
@@ -28,15 +28,15 @@ pub(super) struct Frame {
     pub y: (Scale, [f64; 2]),
 }
 
-impl Frame {
+impl PlotFrame {
     /// Pixel of a value on x.
     pub(super) fn px(&self, x: f64) -> f64 {
-        self.rect.left + fraction(self.x, x) * (self.rect.right - self.rect.left)
+        self.rect.left + fraction(self.x.0, self.x.1, x) * (self.rect.right - self.rect.left)
     }
 
     /// Pixel of a value on y.
     pub(super) fn py(&self, y: f64) -> f64 {
-        self.rect.bottom - fraction(self.y, y) * (self.rect.bottom - self.rect.top)
+        self.rect.bottom - fraction(self.y.0, self.y.1, y) * (self.rect.bottom - self.rect.top)
     }
 
     /// Pixel of a point; `None` where an axis cannot show it.
@@ -46,19 +46,19 @@ impl Frame {
     }
 
     /// True for a pixel in the plot area, edges included with a pixel of slack.
-    pub(super) fn contains(&self, (x, y): (f64, f64)) -> bool {
+    pub(super) fn contains(&self, x: f64, y: f64) -> bool {
         let r = &self.rect;
         x >= r.left - 1.0 && x <= r.right + 1.0 && y >= r.top - 1.0 && y <= r.bottom + 1.0
     }
 
     /// The pixel moved onto the nearest point of the plot area.
-    pub(super) fn clamp(&self, (x, y): (f64, f64)) -> (f64, f64) {
+    pub(super) fn clamp(&self, x: f64, y: f64) -> (f64, f64) {
         let r = &self.rect;
         (x.clamp(r.left, r.right), y.clamp(r.top, r.bottom))
     }
 
     /// The pieces of the polyline through `points` that lie in the plot area. `None` is a gap.
-    pub(super) fn clipped(&self, points: impl IntoIterator<Item = Option<(f64, f64)>>) -> Vec<Vec<(f64, f64)>> {
+    pub(super) fn clip_points(&self, points: impl IntoIterator<Item = Option<(f64, f64)>>) -> Vec<Vec<(f64, f64)>> {
         let mut pieces: Vec<Vec<(f64, f64)>> = Vec::new();
         let mut previous: Option<(f64, f64)> = None;
         for point in points {
@@ -76,7 +76,7 @@ impl Frame {
     }
 }
 
-fn fraction((scale, [low, high]): (Scale, [f64; 2]), value: f64) -> f64 {
+fn fraction(scale: Scale, [low, high]: [f64; 2], value: f64) -> f64 {
     match scale {
         Scale::Linear => (value - low) / (high - low),
         Scale::Log if value > 0.0 => (value / low).ln() / (high / low).ln(),
@@ -155,7 +155,7 @@ pub(super) fn axis_range(panel: &Panel, direction: Direction) -> Result<[f64; 2]
     // Abscissae that are lines, not bars, fill the width: no white strip before the first and after the last frequency.
     let tight = direction == Direction::Across
         && !panel.equal_aspect
-        && panel.series.iter().all(|s| !matches!(s.shape, Shape::Bars { .. } | Shape::LyingBars { .. }));
+        && panel.series.iter().all(|s| !matches!(s.shape, SeriesShape::Bars { .. } | SeriesShape::LyingBars { .. }));
     if tight {
         return Ok([low, high]);
     }
@@ -186,14 +186,14 @@ fn extent(panel: &Panel, direction: Direction, axis: &Axis) -> (f64, f64) {
             }
         }
         match (&series.shape, direction) {
-            (Shape::Band { lower }, Direction::Up) => values.extend(lower),
-            (Shape::Bars { width }, Direction::Across) => {
+            (SeriesShape::Band { lower }, Direction::Up) => values.extend(lower),
+            (SeriesShape::Bars { width }, Direction::Across) => {
                 values.extend(series.x.iter().flat_map(|x| [x - 0.6 * width, x + 0.6 * width]));
             }
-            (Shape::LyingBars { height }, Direction::Up) => {
+            (SeriesShape::LyingBars { height }, Direction::Up) => {
                 values.extend(series.y.iter().flat_map(|y| [y - 0.6 * height, y + 0.6 * height]));
             }
-            (Shape::Bars { .. }, Direction::Up) | (Shape::LyingBars { .. }, Direction::Across) => {
+            (SeriesShape::Bars { .. }, Direction::Up) | (SeriesShape::LyingBars { .. }, Direction::Across) => {
                 values.push(0.0);
             }
             _ => {}

@@ -20,7 +20,7 @@ pub struct ResponseCurve<'a> {
 
 /// What a frequency marked in a picture is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Peak {
+pub enum MarkedPeak {
     /// A resonance.
     Resonance,
     /// An antiresonance.
@@ -33,14 +33,14 @@ pub struct MarkedFrequency {
     /// Hz.
     pub frequency_hz: f64,
     /// Resonance or antiresonance.
-    pub peak: Peak,
+    pub peak: MarkedPeak,
 }
 
 /// Bode diagram, magnitude over phase. `quantity` and `unit` name the magnitude (`|sensor / current|`, `m/A`);
 /// marked frequencies stand above it.
 pub fn bode(title: &str, quantity: &str, unit: &str, curves: &[ResponseCurve], marked: &[MarkedFrequency]) -> Figure {
     let axis = || Axis::log("Frequency", "Hz");
-    let mut magnitude = Panel::new("", axis().unlabelled(), Axis::log(quantity, unit));
+    let mut magnitude = Panel::new("", axis().without_labels(), Axis::log(quantity, unit));
     let mut phase = Panel::new("", axis(), Axis::linear("Phase", "°").with_range(-180.0, 180.0).with_step(90.0));
     phase.height_px = 215;
     for c in curves {
@@ -63,8 +63,8 @@ fn marks(marked: &[MarkedFrequency], labelled: bool) -> Vec<Mark> {
         .filter(|m| m.frequency_hz.is_finite())
         .map(|m| {
             let (color, dash, legend) = match m.peak {
-                Peak::Resonance => (Color::Vermillion, Dash::Dashed, "published resonance"),
-                Peak::Antiresonance => (Color::Green, Dash::Dotted, "published antiresonance"),
+                MarkedPeak::Resonance => (Color::Vermillion, Dash::Dashed, "published resonance"),
+                MarkedPeak::Antiresonance => (Color::Green, Dash::Dotted, "published antiresonance"),
             };
             let label = if labelled { format!("{:.0}", m.frequency_hz) } else { String::new() };
             Mark { value: m.frequency_hz, label, color, dash, legend: legend.to_owned() }
@@ -79,9 +79,9 @@ pub fn dynamic_stiffness(title: &str, panels: &[(&str, Vec<Curve>)], marked_hz: 
     let last = panels.len().saturating_sub(1);
     let drawn = panels.iter().enumerate().map(|(k, (name, curves))| {
         let x = Axis::log("Frequency", "Hz");
-        let x = if k == last { x } else { x.unlabelled() };
+        let x = if k == last { x } else { x.without_labels() };
         let mut panel = Panel::new(name, x, Axis::log("Dynamic stiffness", "N/µm"));
-        panel.series = curves.iter().map(|c| c.scaled(MICRO)).collect();
+        panel.series = curves.iter().map(|c| c.scale_curve(MICRO)).collect();
         panel.marks = marked_hz
             .iter()
             .map(|(value, label)| Mark {

@@ -1,13 +1,13 @@
 //! Pictures for the user of the spindle: chatter lobes, and a batch of tools side by side.
 
 use super::Curve;
-use super::figure::{Axis, Figure, Level, Panel, Series, Shape};
+use super::figure::{Axis, Figure, Level, Panel, Series, SeriesShape};
 use super::style::{Color, Dash, Look};
 
 /// Stability lobes: limiting depth of cut (m) over spindle speed (rpm), drawn in mm; below a curve cutting is stable.
 pub fn chatter_lobes(title: &str, curves: &[Curve], max_rpm: f64) -> Figure {
     let mut panel = Panel::new("", Axis::linear("Spindle speed", "rpm"), Axis::linear("Depth of cut", "mm"));
-    panel.series = curves.iter().map(|c| c.scaled(1e3)).collect();
+    panel.series = curves.iter().map(|c| c.scale_curve(1e3)).collect();
     panel.height_px = 380;
     let mut depths: Vec<f64> =
         panel.series.iter().flat_map(|s| s.y.iter().copied()).filter(|y| y.is_finite()).collect();
@@ -45,7 +45,7 @@ pub fn tools(title: &str, tools: &[String], quantities: &[ToolQuantity]) -> Figu
     let last = quantities.len().saturating_sub(1);
     let panels = quantities.iter().enumerate().map(|(row, q)| {
         let x = Axis::categories("", tools.to_vec());
-        let x = if row == last { x } else { x.unlabelled() };
+        let x = if row == last { x } else { x.without_labels() };
         // The heading says what it is, the axis only in which unit.
         let mut panel = Panel::new(q.label, x, Axis::linear(q.unit, ""));
         panel.y.range = outlier_free(q);
@@ -56,7 +56,9 @@ pub fn tools(title: &str, tools: &[String], quantities: &[ToolQuantity]) -> Figu
             let centre = (k as f64 + 0.5) * width - 0.38;
             let x: Vec<f64> = (0..values.len()).map(|t| t as f64 + centre).collect();
             let look = Look::line(color, Dash::Solid);
-            panel.series.push(Series::curve(name, &x, values, look).shaped(Shape::Bars { width: 0.9 * width }));
+            panel
+                .series
+                .push(Series::curve(name, &x, values, look).with_shape(SeriesShape::Bars { width: 0.9 * width }));
         }
         panel.levels = q
             .references
@@ -104,7 +106,7 @@ pub(crate) fn tool_stiffness(title: &str, panels: &[(&str, Vec<Curve>)], marked_
         let y = Axis::log("Dynamic stiffness", "N/µm");
         let y = range.map_or(y.clone(), |(low, high)| y.with_range(low, high));
         let mut panel = Panel::new(name, Axis::log("Frequency", "Hz"), y);
-        panel.series = curves.iter().map(|c| c.scaled(1e-6)).collect();
+        panel.series = curves.iter().map(|c| c.scale_curve(1e-6)).collect();
         panel.marks = vec![super::figure::Mark::top_speed(marked_hz)];
         panel.height_px = 330;
         panel

@@ -96,7 +96,7 @@ impl Curve<'_> {
         Series::curve(self.name, self.x, self.y, self.role.look())
     }
 
-    fn scaled(&self, factor: f64) -> Series {
+    fn scale_curve(&self, factor: f64) -> Series {
         let y: Vec<f64> = self.y.iter().map(|y| factor * y).collect();
         Series::curve(self.name, self.x, &y, self.role.look())
     }
@@ -113,7 +113,7 @@ impl Figure {
         }
         for s in self.panels.iter().flat_map(|p| &p.series) {
             let lower = match &s.shape {
-                figure::Shape::Band { lower } => lower.len(),
+                figure::SeriesShape::Band { lower } => lower.len(),
                 _ => s.y.len(),
             };
             let error = s.y_error.as_ref().map_or(s.y.len(), Vec::len);

@@ -24,7 +24,8 @@ pub fn time_responses(title: &str, panels: &[TimePanel]) -> Figure {
     let last = panels.len().saturating_sub(1);
     let drawn = panels.iter().enumerate().map(|(k, p)| {
         let x = Axis::linear("Time", "ms");
-        let mut panel = Panel::new(p.title, if k == last { x } else { x.unlabelled() }, Axis::linear(p.label, p.unit));
+        let mut panel =
+            Panel::new(p.title, if k == last { x } else { x.without_labels() }, Axis::linear(p.label, p.unit));
         panel.series = p
             .curves
             .iter()

@@ -8,7 +8,7 @@ use super::PlotError;
 use super::canvas::{Anchor, Canvas, FINE, Ink, Type, escape, finish};
 use super::draw;
 use super::figure::{Axis, Figure, Panel, Scale};
-use super::frame::{Direction, Frame, Rect, axis_range, spread};
+use super::frame::{Direction, PlotFrame, Rect, axis_range, spread};
 use super::style::Dash;
 use super::ticks::{Ticks, ticks};
 use super::typography::face;
@@ -19,7 +19,7 @@ const TITLE: f64 = 16.0;
 const LINE: f64 = 18.0;
 
 /// A panel with its ranges, ticks and margins settled.
-struct Prepared<'a> {
+struct PreparedPanel<'a> {
     panel: &'a Panel,
     x: [f64; 2],
     y: [f64; 2],
@@ -42,7 +42,7 @@ pub(super) fn svg(figure: &Figure) -> Result<String, PlotError> {
     let ruler = Canvas::new(&mut scratch, 10.0, 10.0)?;
     let entries = draw::legend_entries(figure);
     let legend_rows = draw::legend_rows(&ruler, &entries, width - 40.0)?;
-    let prepared: Vec<Prepared> = figure.panels.iter().map(|p| prepare(&ruler, p)).collect::<Result<_, _>>()?;
+    let prepared: Vec<PreparedPanel> = figure.panels.iter().map(|p| prepare(&ruler, p)).collect::<Result<_, _>>()?;
     let rows: Vec<f64> = prepared
         .chunks(columns)
         .map(|row| row.iter().map(|p| f64::from(p.panel.height_px)).fold(0.0, f64::max))
@@ -63,7 +63,7 @@ pub(super) fn svg(figure: &Figure) -> Result<String, PlotError> {
         for (column, panel) in row.iter().enumerate() {
             // The plot areas of one column line up.
             let side =
-                |f: fn(&Prepared) -> f64| prepared.iter().skip(column).step_by(columns).map(f).fold(0.0, f64::max);
+                |f: fn(&PreparedPanel) -> f64| prepared.iter().skip(column).step_by(columns).map(f).fold(0.0, f64::max);
             let left = 8.0 + cell * column as f64;
             let rect = Rect {
                 left: left + side(|p| p.left),
@@ -80,7 +80,7 @@ pub(super) fn svg(figure: &Figure) -> Result<String, PlotError> {
     Ok(with_axes(&drawn, &axes))
 }
 
-fn prepare<'a>(ruler: &Canvas, panel: &'a Panel) -> Result<Prepared<'a>, PlotError> {
+fn prepare<'a>(ruler: &Canvas, panel: &'a Panel) -> Result<PreparedPanel<'a>, PlotError> {
     let x = axis_range(panel, Direction::Across)?;
     let y = axis_range(panel, Direction::Up)?;
     let room = ((f64::from(panel.height_px) - 60.0) / 26.0).clamp(2.0, 12.0) as usize;
@@ -98,7 +98,7 @@ fn prepare<'a>(ruler: &Canvas, panel: &'a Panel) -> Result<Prepared<'a>, PlotErr
         right = right.max(92.0);
     }
     let has_mark_labels = panel.marks.iter().any(|m| !m.label.is_empty());
-    Ok(Prepared {
+    Ok(PreparedPanel {
         panel,
         x,
         y,
@@ -122,7 +122,7 @@ fn axis_ticks(axis: &super::figure::Axis, range: [f64; 2], room: usize) -> Ticks
     Ticks { major: named.filter(|(k, _)| *k >= range[0] && *k <= range[1]).collect(), minor: Vec::new() }
 }
 
-fn draw_panel(canvas: &Canvas, prepared: &Prepared, rect: Rect, left: f64) -> Result<String, PlotError> {
+fn draw_panel(canvas: &Canvas, prepared: &PreparedPanel, rect: Rect, left: f64) -> Result<String, PlotError> {
     let panel = prepared.panel;
     let (mut x, mut y) = (prepared.x, prepared.y);
     let mut y_ticks = prepared.y_ticks.clone();
@@ -130,7 +130,7 @@ fn draw_panel(canvas: &Canvas, prepared: &Prepared, rect: Rect, left: f64) -> Re
         (x, y) = equal_aspect(rect, x, y);
         y_ticks = axis_ticks(&panel.y, y, ((rect.bottom - rect.top) / 30.0) as usize);
     }
-    let frame = Frame { rect, x: (panel.x.scale, x), y: (panel.y.scale, y) };
+    let frame = PlotFrame { rect, x: (panel.x.scale, x), y: (panel.y.scale, y) };
     let room = ((rect.right - rect.left) / 58.0).max(2.0) as usize;
     let x_ticks = axis_ticks(&panel.x, x, room);
 
@@ -141,13 +141,13 @@ fn draw_panel(canvas: &Canvas, prepared: &Prepared, rect: Rect, left: f64) -> Re
     }
     for mark in &panel.marks {
         let at = frame.px(mark.value);
-        if frame.contains((at, rect.top)) {
+        if frame.contains(at, rect.top) {
             canvas.line(&[(at, rect.top), (at, rect.bottom)], mark.color.into(), mark.dash, 1.0)?;
         }
     }
     for level in &panel.levels {
         let at = frame.py(level.value);
-        if frame.contains((rect.left, at)) {
+        if frame.contains(rect.left, at) {
             canvas.line(&[(rect.left, at), (rect.right, at)], Ink::grey(40), level.dash, 1.2)?;
         }
     }
@@ -169,7 +169,7 @@ fn draw_panel(canvas: &Canvas, prepared: &Prepared, rect: Rect, left: f64) -> Re
 }
 
 /// The axes of a panel as JSON: plot area in units of the picture, scale, range and caption of x and y.
-fn axes_of(panel: &Panel, frame: &Frame) -> String {
+fn axes_of(panel: &Panel, frame: &PlotFrame) -> String {
     let r = frame.rect;
     let area: Vec<String> = [r.left, r.top, r.right, r.bottom].iter().map(|px| format!("{:.0}", px * FINE)).collect();
     let axis = |(scale, [low, high]): (Scale, [f64; 2]), axis: &Axis| {
@@ -198,7 +198,7 @@ fn equal_aspect(rect: Rect, x: [f64; 2], y: [f64; 2]) -> ([f64; 2], [f64; 2]) {
     (widen(x, width), widen(y, height))
 }
 
-fn grid(canvas: &Canvas, frame: &Frame, x: &Ticks, y: &Ticks) -> Result<(), PlotError> {
+fn grid(canvas: &Canvas, frame: &PlotFrame, x: &Ticks, y: &Ticks) -> Result<(), PlotError> {
     let r = frame.rect;
     let majors = |t: &Ticks| t.major.iter().map(|m| m.0).collect::<Vec<f64>>();
     for (positions, level) in [((&x.minor, &y.minor), 236), ((&majors(x), &majors(y)), 208)] {
@@ -215,7 +215,7 @@ fn grid(canvas: &Canvas, frame: &Frame, x: &Ticks, y: &Ticks) -> Result<(), Plot
     Ok(())
 }
 
-fn labels(canvas: &Canvas, panel: &Panel, frame: &Frame, x: &Ticks, y: &Ticks, left: f64) -> Result<(), PlotError> {
+fn labels(canvas: &Canvas, panel: &Panel, frame: &PlotFrame, x: &Ticks, y: &Ticks, left: f64) -> Result<(), PlotError> {
     let r = frame.rect;
     let number = face(SMALL, false, 60);
     let caption = face(SMALL + 1.0, false, 25);
@@ -247,11 +247,11 @@ fn labels(canvas: &Canvas, panel: &Panel, frame: &Frame, x: &Ticks, y: &Ticks, l
 }
 
 /// Labels of vertical marks: spread along a strip above the panel, each led to its line.
-fn mark_labels(canvas: &Canvas, panel: &Panel, frame: &Frame) -> Result<(), PlotError> {
+fn mark_labels(canvas: &Canvas, panel: &Panel, frame: &PlotFrame) -> Result<(), PlotError> {
     let r = frame.rect;
     let small = face(SMALL - 1.0, false, 40);
     let mut marks: Vec<_> =
-        panel.marks.iter().filter(|m| !m.label.is_empty() && frame.contains((frame.px(m.value), r.top))).collect();
+        panel.marks.iter().filter(|m| !m.label.is_empty() && frame.contains(frame.px(m.value), r.top)).collect();
     marks.sort_by(|a, b| a.value.total_cmp(&b.value));
     let wanted: Vec<f64> = marks.iter().map(|m| frame.px(m.value)).collect();
     let mut sizes = Vec::new();
@@ -268,9 +268,9 @@ fn mark_labels(canvas: &Canvas, panel: &Panel, frame: &Frame) -> Result<(), Plot
 }
 
 /// Labels of levels: in the right margin, spread upwards and downwards.
-fn level_labels(canvas: &Canvas, panel: &Panel, frame: &Frame) -> Result<(), PlotError> {
+fn level_labels(canvas: &Canvas, panel: &Panel, frame: &PlotFrame) -> Result<(), PlotError> {
     let r = frame.rect;
-    let mut levels: Vec<_> = panel.levels.iter().filter(|l| frame.contains((r.left, frame.py(l.value)))).collect();
+    let mut levels: Vec<_> = panel.levels.iter().filter(|l| frame.contains(r.left, frame.py(l.value))).collect();
     levels.sort_by(|a, b| b.value.total_cmp(&a.value));
     let wanted: Vec<f64> = levels.iter().map(|l| frame.py(l.value)).collect();
     let places = spread(&wanted, &vec![13.0; levels.len()], [r.top - 6.0, r.bottom + 6.0]);

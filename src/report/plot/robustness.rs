@@ -1,7 +1,7 @@
 //! Pictures of synthesis: μ per iteration with both bounds, D-scale fits, μ against the controller's order.
 
 use super::Curve;
-use super::figure::{Axis, Figure, Panel, Series, Shape};
+use super::figure::{Axis, Figure, Panel, Series, SeriesShape};
 use super::style::{Color, Dash, Look, Marker, Role};
 
 /// μ over frequency after one step of the iteration.
@@ -33,7 +33,7 @@ pub fn mu_over_frequency(title: &str, steps: &[MuStep]) -> Figure {
         if k == last && step.lower.len() == step.upper.len() {
             let name = format!("{}: between the bounds", step.name);
             let band = Series::curve(&name, step.frequency_hz, step.upper, look);
-            panel.series.push(band.shaped(Shape::Band { lower: step.lower.to_vec() }));
+            panel.series.push(band.with_shape(SeriesShape::Band { lower: step.lower.to_vec() }));
         }
         let name = format!("{}: upper bound", step.name);
         panel.series.push(Series::curve(&name, step.frequency_hz, step.upper, look));
@@ -75,7 +75,7 @@ pub fn mu_per_iteration(title: &str, gamma: &[f64], mu_peak: &[f64]) -> Figure {
 
 /// One D scale: the points the bound asks for, and the fitted transfer function.
 #[derive(Clone, Copy, Debug)]
-pub struct DFit<'a> {
+pub struct PlottedScale<'a> {
     /// Block and order: `tool, order 3`.
     pub name: &'a str,
     /// Frequencies, Hz.
@@ -87,7 +87,7 @@ pub struct DFit<'a> {
 }
 
 /// Each D scale in a panel of its own, two a row: points and fit.
-pub fn d_fits(title: &str, fits: &[DFit]) -> Figure {
+pub fn d_fits(title: &str, fits: &[PlottedScale]) -> Figure {
     let panels = fits.iter().map(|f| {
         let mut panel = Panel::new(f.name, Axis::log("Frequency", "Hz"), Axis::log("|D|", ""));
         panel.series = vec![

@@ -1,6 +1,6 @@
 //! Pictures of the rotor: mode shapes along the axis over its outline, and the Campbell diagram.
 
-use super::figure::{Axis, Figure, Mark, Panel, Series, Shape};
+use super::figure::{Axis, Figure, Mark, Panel, Series, SeriesShape};
 use super::style::{Color, Dash, Look, Marker, Role};
 
 /// A piece of shaft for the outline: from, to, outer diameter, m, in the machine's axis (tool side negative).
@@ -74,14 +74,16 @@ pub fn mode_shapes(
 
     let mut panels = Vec::new();
     if !outline.is_empty() {
-        let mut shaft = Panel::new("", x().unlabelled(), Axis::linear("Radius", "mm"));
+        let mut shaft = Panel::new("", x().without_labels(), Axis::linear("Radius", "mm"));
         let z: Vec<f64> = outline.iter().flat_map(|p| [p.from_m * MILLI, p.to_m * MILLI]).collect();
         let r: Vec<f64> = outline.iter().flat_map(|p| [0.5 * p.diameter_m * MILLI; 2]).collect();
         let lower: Vec<f64> = r.iter().map(|r| -r).collect();
         let look = Look::line(Color::Black, Dash::Solid).with_width(1.0);
-        let edge = |name: &str, y: &[f64]| Series::curve(name, &z, y, look).unlisted();
+        let edge = |name: &str, y: &[f64]| Series::curve(name, &z, y, look).without_entry();
         shaft.series = vec![
-            Series::curve("outline", &z, &r, look).shaped(Shape::Band { lower: lower.clone() }).unlisted(),
+            Series::curve("outline", &z, &r, look)
+                .with_shape(SeriesShape::Band { lower: lower.clone() })
+                .without_entry(),
             edge("outline, upper edge", &r),
             edge("outline, lower edge", &lower),
         ];
@@ -91,7 +93,7 @@ pub fn mode_shapes(
     }
     let last = modes.len().saturating_sub(1);
     for (k, (heading, curves)) in modes.iter().enumerate() {
-        let axis = if k == last { x() } else { x().unlabelled() };
+        let axis = if k == last { x() } else { x().without_labels() };
         let y = Axis::linear("Amplitude", "").with_range(-1.15, 1.15).with_step(1.0);
         let mut panel = Panel::new(heading, axis, y);
         let reference = curves.first().copied();

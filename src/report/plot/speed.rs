@@ -1,6 +1,6 @@
 //! Pictures over speed: decay with the intervals in which stability is proven, and μ of the rotating plant.
 
-use super::figure::{Axis, Figure, Panel, Series, Shape};
+use super::figure::{Axis, Figure, Panel, Series, SeriesShape};
 use super::style::{Color, Dash, Look, Marker};
 
 /// A proven interval: centre and half width, in rpm, and the growth rate at the centre.
@@ -26,8 +26,8 @@ pub(crate) fn stability_over_speed(title: &str, centres: &[Proven], max_rpm: f64
             &[0.0, c.radius_rpm, 0.0],
             Look::line(Color::Blue, Dash::Solid),
         )
-        .shaped(Shape::Band { lower: vec![0.0; 3] });
-        reach.series.push(if k == 0 { tent } else { tent.unlisted() });
+        .with_shape(SeriesShape::Band { lower: vec![0.0; 3] });
+        reach.series.push(if k == 0 { tent } else { tent.without_entry() });
     }
     let mut growth = Panel::new("", speed(), Axis::linear("Growth rate", "1/s"));
     let x: Vec<f64> = centres.iter().map(|c| c.centre_rpm).collect();

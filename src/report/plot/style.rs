@@ -140,11 +140,11 @@ impl Role {
             Self::TextbookPid => Look::line(Color::Purple, Dash::Dotted),
             Self::WorstCase => Look::line(Color::Sky, Dash::DashDot),
             Self::Limit => Look::line(Color::Black, Dash::DashDot).with_width(1.2),
-            Self::Other(k) => Self::numbered(k),
+            Self::Other(k) => Self::look_number(k),
         }
     }
 
-    fn numbered(k: usize) -> Look {
+    fn look_number(k: usize) -> Look {
         const COLORS: [Color; 6] =
             [Color::Blue, Color::Vermillion, Color::Green, Color::Purple, Color::Orange, Color::Sky];
         const DASHES: [Dash; 4] = [Dash::Solid, Dash::Dashed, Dash::DashDot, Dash::Dotted];

@@ -6,11 +6,11 @@
 //! *Long* otherwise (orbits, Nyquist curves, bars, maps): `panel,series,x,y`. Column names carry the unit.
 //! A band has its lower edge in a further column or series `… lower`, error bars in `… standard deviation`.
 
-use super::figure::{Axis, Figure, Panel, Shape};
+use super::figure::{Axis, Figure, Panel, SeriesShape};
 use crate::report::tables::Table;
 
 /// One plotted column: panel, name, abscissae, ordinates.
-struct Column<'a> {
+struct PlotColumn<'a> {
     panel: &'a Panel,
     name: String,
     x: &'a [f64],
@@ -30,16 +30,16 @@ pub(super) fn csv(figure: &Figure) -> String {
     }
 }
 
-fn columns(figure: &Figure) -> Vec<Column<'_>> {
+fn columns(figure: &Figure) -> Vec<PlotColumn<'_>> {
     let mut columns = Vec::new();
     for panel in &figure.panels {
         for s in &panel.series {
             let mut add = |suffix: &str, y| {
                 let name = format!("{}{suffix}", s.name);
-                columns.push(Column { panel, name, x: &s.x, y });
+                columns.push(PlotColumn { panel, name, x: &s.x, y });
             };
             add("", &s.y);
-            if let Shape::Band { lower } = &s.shape {
+            if let SeriesShape::Band { lower } = &s.shape {
                 add(" lower", lower);
             }
             if let Some(error) = &s.y_error {
@@ -50,7 +50,7 @@ fn columns(figure: &Figure) -> Vec<Column<'_>> {
     columns
 }
 
-fn wide(figure: &Figure, columns: &[Column], x_key: &str) -> String {
+fn wide(figure: &Figure, columns: &[PlotColumn], x_key: &str) -> String {
     let several = figure.panels.len() > 1;
     let mut header = vec![x_key.to_owned()];
     for column in columns {
@@ -81,7 +81,7 @@ fn wide(figure: &Figure, columns: &[Column], x_key: &str) -> String {
     table.to_csv()
 }
 
-fn long(figure: &Figure, columns: &[Column]) -> String {
+fn long(figure: &Figure, columns: &[PlotColumn]) -> String {
     let names = |f: fn(&Panel) -> &Axis, fallback: &str| {
         let mut keys = figure.panels.iter().map(|p| key(f(p)));
         let first = keys.next().unwrap_or_default();

@@ -152,7 +152,7 @@ fn linear_label(x: f64, step: f64, largest: f64) -> String {
         let scaled = step * 10f64.powi(*d);
         (scaled - scaled.round()).abs() < 1e-6 * scaled
     });
-    signed(format!("{x:.*}", decimals.unwrap_or(6) as usize))
+    write_sign(format!("{x:.*}", decimals.unwrap_or(6) as usize))
 }
 
 fn log_label(x: f64) -> String {
@@ -183,12 +183,12 @@ fn scientific(x: f64) -> String {
     match mantissa {
         "1" => format!("10{superscript}"),
         "-1" => format!("−10{superscript}"),
-        m => signed(format!("{m}×10{superscript}")),
+        m => write_sign(format!("{m}×10{superscript}")),
     }
 }
 
 /// A true minus sign instead of the hyphen; no negative zero.
-fn signed(text: String) -> String {
+fn write_sign(text: String) -> String {
     match text.strip_prefix('-') {
         Some(rest) if rest.chars().all(|c| c == '0' || c == '.') => rest.to_owned(),
         Some(rest) => format!("−{rest}"),

@@ -1,6 +1,6 @@
 //! Pictures of model updating: modulus factors, what the data determine, errors per frequency.
 
-use super::figure::{Axis, Figure, Panel, Series, Shape};
+use super::figure::{Axis, Figure, Panel, Series, SeriesShape};
 use super::style::{Color, Dash, Look};
 
 /// Modulus factors as bars with the standard deviations that data and prior leave.
@@ -9,7 +9,7 @@ pub fn modulus_factors(title: &str, regions: &[String], factor: &[f64], standard
     let mut panel = Panel::new("", Axis::categories("Region", regions.to_vec()), Axis::linear("Modulus factor", ""));
     let bars = Series::curve("updated factor", &positions, factor, Look::line(Color::Sky, Dash::Solid));
     let error = (standard_deviation.len() == factor.len()).then(|| standard_deviation.to_vec());
-    panel.series.push(Series { y_error: error, ..bars.shaped(Shape::Bars { width: 0.62 }) });
+    panel.series.push(Series { y_error: error, ..bars.with_shape(SeriesShape::Bars { width: 0.62 }) });
     // A factor is positive: a standard deviation larger than the factor says so by reaching the axis.
     let tops = factor.iter().enumerate().map(|(k, f)| f + standard_deviation.get(k).copied().unwrap_or(0.0));
     let top = tops.filter(|t| t.is_finite()).fold(1.0, f64::max);
@@ -33,7 +33,7 @@ pub fn determinability(title: &str, singular_values: &[f64], regions: &[String],
     );
     let positions: Vec<f64> = (0..determined.len()).map(|k| k as f64).collect();
     let bars = Series::curve("determined by the data", &positions, determined, Look::line(Color::Sky, Dash::Solid));
-    share.series.push(bars.shaped(Shape::Bars { width: 0.62 }));
+    share.series.push(bars.with_shape(SeriesShape::Bars { width: 0.62 }));
     values.height_px = 260;
     share.height_px = 260;
     Figure::new(title, "What the measured frequencies determine of the moduli.", vec![values, share])
@@ -49,7 +49,7 @@ pub fn frequency_errors(title: &str, frequencies: &[String], models: &[(&str, &[
         let centre = (m as f64 + 0.5) * width - 0.4;
         let x: Vec<f64> = (0..errors.len()).map(|k| k as f64 + centre).collect();
         let look = Look::line(*color, Dash::Solid);
-        panel.series.push(Series::curve(name, &x, errors, look).shaped(Shape::Bars { width: 0.9 * width }));
+        panel.series.push(Series::curve(name, &x, errors, look).with_shape(SeriesShape::Bars { width: 0.9 * width }));
     }
     Figure::new(
         title,

@@ -1,6 +1,6 @@
 //! Worst cases over the uncertainty beside the nominal curves: a band from one to the other for every controller.
 
-use super::figure::{Axis, Figure, Panel, Series, Shape};
+use super::figure::{Axis, Figure, Panel, Series, SeriesShape};
 use super::loops::zone_limits;
 use super::style::Role;
 
@@ -59,10 +59,10 @@ fn panel(name: &str, y: Axis, bands: &[WorstBand], unit: impl Fn(f64) -> f64, he
     let convert = |v: &[f64]| v.iter().map(|x| unit(*x)).collect::<Vec<f64>>();
     for band in bands {
         let look = band.role.look();
-        let shape = Shape::Band { lower: convert(&band.bound) };
+        let shape = SeriesShape::Band { lower: convert(&band.bound) };
         let name = format!("{}, worst case", band.name);
         let area = Series::curve(&name, &band.frequency_hz, &convert(&band.nominal), look);
-        panel.series.push(area.shaped(shape));
+        panel.series.push(area.with_shape(shape));
     }
     for band in bands {
         let look = band.role.look();
@@ -71,7 +71,7 @@ fn panel(name: &str, y: Axis, bands: &[WorstBand], unit: impl Fn(f64) -> f64, he
         };
         panel.series.push(line(&band.name, &band.nominal, look.width_px));
         let attained = format!("{}, attained", band.name);
-        panel.series.push(line(&attained, &band.attained, 0.7).unlisted());
+        panel.series.push(line(&attained, &band.attained, 0.7).without_entry());
     }
     panel.height_px = height_px;
     panel

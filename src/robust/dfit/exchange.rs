@@ -6,7 +6,7 @@
 //! little need no end of their own: repeated on the rows that the one before leaves, they end at the answer of all rows
 //! (the exchange of Remez, for one that changes all points at once).
 
-use crate::robust::mu::lmi::{Optimum, Programme, ProgrammeError, Row};
+use crate::robust::mu::lmi::{Optimum, Programme, ProgrammeError, SparseRow};
 
 /// What a row may be broken by, relative to the terms of its sum: what the interior-point method leaves.
 const BROKEN: f64 = 1e-8;
@@ -18,9 +18,9 @@ pub(super) struct Exchange {
     /// c.
     pub objective: Vec<f64>,
     /// Rows of every round, bounds of the variables for instance.
-    pub always: Vec<Row>,
+    pub always: Vec<SparseRow>,
     /// The curves.
-    pub curves: Vec<Vec<Row>>,
+    pub curves: Vec<Vec<SparseRow>>,
 }
 
 /// Rows of each curve, ascending.
@@ -38,13 +38,13 @@ impl Exchange {
             Ok(end) => end,
             // A part of the rows may bound nothing: then all of them decide.
             Err(_) => {
-                let every = |curve: &Vec<Row>| (0..curve.len()).collect::<Vec<usize>>();
+                let every = |curve: &Vec<SparseRow>| (0..curve.len()).collect::<Vec<usize>>();
                 chosen = self.curves.iter().map(every).collect();
                 self.on(&chosen)?
             }
         };
         let mut next = self.nearly_binding(&chosen, &end.x);
-        let broken = self.broken(&end.x);
+        let broken = self.break_levels(&end.x);
         let mut pairs = broken.iter().zip(&chosen);
         let settled = pairs.all(|(more, own)| more.iter().all(|row| own.contains(row)));
         for (own, more) in next.iter_mut().zip(broken) {
@@ -58,7 +58,7 @@ impl Exchange {
     /// The likely rows, and some of each curve at even distances.
     fn first(&self, likely: &Chosen) -> Chosen {
         let variables = self.objective.len();
-        let first = |(k, curve): (usize, &Vec<Row>)| {
+        let first = |(k, curve): (usize, &Vec<SparseRow>)| {
             let count = (variables + 2).min(curve.len());
             let last = curve.len().saturating_sub(1);
             let mut own = likely.get(k).cloned().unwrap_or_default();
@@ -83,8 +83,8 @@ impl Exchange {
     }
 
     /// Of each curve the rows that are broken more than their neighbours.
-    fn broken(&self, x: &[f64]) -> Chosen {
-        let of_curve = |curve: &Vec<Row>| {
+    fn break_levels(&self, x: &[f64]) -> Chosen {
+        let of_curve = |curve: &Vec<SparseRow>| {
             let excess: Vec<f64> = curve.iter().map(|row| excess(row, x)).collect();
             let beside = |k: Option<usize>| k.and_then(|k| excess.get(k)).copied();
             let tops = (0..excess.len()).filter(|k| {
@@ -99,7 +99,7 @@ impl Exchange {
     }
 
     fn nearly_binding(&self, chosen: &Chosen, x: &[f64]) -> Chosen {
-        let of_curve = |(curve, own): (&Vec<Row>, &Vec<usize>)| {
+        let of_curve = |(curve, own): (&Vec<SparseRow>, &Vec<usize>)| {
             let near = own.iter().filter(|k| excess(&curve[**k], x) > -NEARLY);
             near.copied().collect()
         };
@@ -108,7 +108,7 @@ impl Exchange {
 }
 
 /// By how much aᵀx exceeds b, over the size of the terms.
-fn excess(row: &Row, x: &[f64]) -> f64 {
+fn excess(row: &SparseRow, x: &[f64]) -> f64 {
     let (mut sum, mut size) = (-row.bound, row.bound.abs());
     for (k, value) in &row.terms {
         let term = value * x[*k];
@@ -129,9 +129,9 @@ mod tests {
         let rows = |sign: f64| {
             let row = |k: i32| {
                 let x = f64::from(k) / 1000.0;
-                Row { terms: vec![(0, sign), (1, sign * x), (2, -1.0)], bound: sign * x.powi(4) }
+                SparseRow { terms: vec![(0, sign), (1, sign * x), (2, -1.0)], bound: sign * x.powi(4) }
             };
-            (0..=1000).map(row).collect::<Vec<Row>>()
+            (0..=1000).map(row).collect::<Vec<SparseRow>>()
         };
         let touch = 0.25f64.cbrt();
         let e = 0.5 * (touch - touch.powi(4));

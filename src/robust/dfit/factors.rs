@@ -60,7 +60,7 @@ impl Factor {
 
 /// Ranges of the parameters of a fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Limits {
+pub struct FitRanges {
     /// ln of the corner frequencies, rad/s.
     pub ln_omega: (f64, f64),
     /// ln ζ of second-order factors.
@@ -150,7 +150,7 @@ impl Factors {
     }
 
     /// The function of the same kinds with other parameters, clamped to the limits.
-    pub(crate) fn with_parameters(&self, values: &[f64], limits: &Limits) -> Self {
+    pub(crate) fn with_parameters(&self, values: &[f64], limits: &FitRanges) -> Self {
         let mut next = self.clone();
         let mut source = values.iter().copied();
         next.ln_gain = source.next().unwrap_or(self.ln_gain);
@@ -168,14 +168,14 @@ impl Factors {
     }
 
     /// The function with one more first-order pole and zero; two first-order factors are joined to a second-order one.
-    pub(crate) fn extended(&self, ln_zero: f64, ln_pole: f64) -> Self {
+    pub(crate) fn extend_factors(&self, ln_zero: f64, ln_pole: f64) -> Self {
         let mut next = self.clone();
         let join = |list: &mut Vec<Factor>, ln_omega: f64| {
             let single = list.iter().position(|f| f.ln_damping.is_none());
             match single {
                 Some(k) => {
                     let other = list.remove(k).ln_omega;
-                    list.push(joined(other, ln_omega));
+                    list.push(join_roots(other, ln_omega));
                 }
                 None => list.push(Factor { ln_omega, ln_damping: None }),
             }
@@ -208,7 +208,7 @@ impl Factors {
 }
 
 /// (1 + s/a)(1 + s/b) as one second-order factor.
-pub(crate) fn joined(ln_a: f64, ln_b: f64) -> Factor {
+pub(crate) fn join_roots(ln_a: f64, ln_b: f64) -> Factor {
     Factor { ln_omega: 0.5 * (ln_a + ln_b), ln_damping: Some((0.5 * (ln_a - ln_b)).cosh().ln()) }
 }
 
@@ -249,7 +249,7 @@ mod tests {
             zeros: vec![factor(0.2, Some(-0.7)), factor(-0.4, None)],
             poles: vec![factor(-0.1, Some(0.9)), factor(0.5, None)],
         };
-        let limits = Limits { ln_omega: (-9.0, 9.0), ln_damping: (-9.0, 9.0) };
+        let limits = FitRanges { ln_omega: (-9.0, 9.0), ln_damping: (-9.0, 9.0) };
         let x = function.parameters();
         let step = 1e-5;
         for omega in [0.05, 0.8, 1.3, 20.0] {

@@ -11,11 +11,11 @@
 //! asked on a finer grid; the factors taken from the roots are positive by construction.
 
 use super::exchange::{Chosen, Exchange};
-use super::factors::{Factor, Factors, joined};
+use super::factors::{Factor, Factors, join_roots};
 use super::magnitudes::Magnitudes;
 use crate::linalg::svd::svd;
 use crate::linalg::{Mat, c64, eigenvalues};
-use crate::robust::mu::lmi::Row;
+use crate::robust::mu::lmi::SparseRow;
 
 /// N₀ and M₀ of the first programme.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,8 +45,8 @@ const FLOOR: f64 = 1e-6;
 
 /// Fit of a given order that starts from another one of this order; `None` when no programme improves on it.
 pub(crate) fn fit(data: &Magnitudes, start: &Factors, units: Units) -> Option<Factors> {
-    let problem = Problem::new(data, start.order())?;
-    let mut state = State::new(problem.values_of(data, start, units), &problem.squared);
+    let problem = FitProgramme::new(data, start.order())?;
+    let mut state = BestFractions::new(problem.values_of(data, start, units), &problem.squared);
     for (a, b) in problem.least_squares(&state.m) {
         state.take(&problem, &a, &b);
     }
@@ -79,11 +79,11 @@ pub(crate) fn fit(data: &Magnitudes, start: &Factors, units: Units) -> Option<Fa
         }
     }
     let (a, b) = state.best?;
-    problem.realised(data, &a, &b)
+    problem.realise_factors(data, &a, &b)
 }
 
 /// The data on the basis.
-struct Problem {
+struct FitProgramme {
     /// pⱼ.
     corners: Vec<f64>,
     /// Basis at the data.
@@ -95,7 +95,7 @@ struct Problem {
 }
 
 /// The best N and M so far.
-struct State {
+struct BestFractions {
     /// Values on the data.
     n: Vec<f64>,
     m: Vec<f64>,
@@ -105,13 +105,13 @@ struct State {
     best: Option<(Vec<f64>, Vec<f64>)>,
 }
 
-impl State {
+impl BestFractions {
     fn new((n, m): (Vec<f64>, Vec<f64>), squared: &[f64]) -> Self {
         Self { above: ln_level(&n, &m, squared), n, m, best: None }
     }
 
     /// Takes coefficients of a lower level; false for others.
-    fn take(&mut self, problem: &Problem, a: &[f64], b: &[f64]) -> bool {
+    fn take(&mut self, problem: &FitProgramme, a: &[f64], b: &[f64]) -> bool {
         let (n, m) = (values(&problem.at_data, a), values(&problem.at_data, b));
         let level = ln_level(&n, &m, &problem.squared);
         let lower = level < self.above;
@@ -122,7 +122,7 @@ impl State {
     }
 }
 
-impl Problem {
+impl FitProgramme {
     /// `None` without a positive frequency.
     fn new(data: &Magnitudes, order: usize) -> Option<Self> {
         let positive = |w: &&f64| **w > 0.0;
@@ -198,10 +198,10 @@ impl Problem {
 
     /// minimise t: N − E m²M ≤ t m²M₀ and m²M − E N ≤ t N₀ on the data, with M of the size of M₀ in the mean. On the
     /// `present` level t is not above zero, and coefficients of M between −1 and 1 allow it to fall further.
-    fn correction(&self, now: &State, level: f64, present: bool) -> Exchange {
+    fn correction(&self, now: &BestFractions, level: f64, present: bool) -> Exchange {
         let size = self.size();
         let t = 2 * size;
-        let row = |phi: &[f64], fn_: f64, fm: f64, ft: f64| -> Row {
+        let row = |phi: &[f64], fn_: f64, fm: f64, ft: f64| -> SparseRow {
             let numerator = phi.iter().enumerate().map(|(j, p)| (j, fn_ * p));
             let denominator = phi.iter().enumerate().map(|(j, p)| (size + j, fm * p));
             let mut terms: Vec<(usize, f64)> = numerator.chain(denominator).collect();
@@ -209,7 +209,7 @@ impl Problem {
             if ft != 0.0 {
                 terms.push((t, ft));
             }
-            Row { terms, bound: 0.0 }
+            SparseRow { terms, bound: 0.0 }
         };
         let [mut above, mut below, mut of_n, mut of_m] = [const { vec![] }; 4];
         let present_values = now.n.iter().zip(&now.m);
@@ -227,9 +227,9 @@ impl Problem {
         Exchange {
             objective,
             always: if present {
-                (0..size).flat_map(|j| between(&[(size + j, 1.0)], -1.0)).collect()
+                (0..size).flat_map(|j| bound_between(&[(size + j, 1.0)], -1.0)).collect()
             } else {
-                between(&self.mean(&now.m), 0.5).into()
+                bound_between(&self.mean(&now.m), 0.5).into()
             },
             curves: vec![above, below, of_n, of_m],
         }
@@ -247,7 +247,7 @@ impl Problem {
     }
 
     /// Poles and zeros of N/M with the gain that centres the log error.
-    fn realised(&self, data: &Magnitudes, a: &[f64], b: &[f64]) -> Option<Factors> {
+    fn realise_factors(&self, data: &Magnitudes, a: &[f64], b: &[f64]) -> Option<Factors> {
         let mut found = Factors { ln_gain: 0.0, zeros: factors(a, &self.corners)?, poles: factors(b, &self.corners)? };
         let errors = data.omega_rad_s.iter().zip(&data.magnitude);
         let (low, high) = errors
@@ -259,9 +259,9 @@ impl Problem {
 }
 
 /// `least` ≤ aᵀx ≤ 1.
-fn between(terms: &[(usize, f64)], least: f64) -> [Row; 2] {
+fn bound_between(terms: &[(usize, f64)], least: f64) -> [SparseRow; 2] {
     [(1.0, 1.0), (-1.0, -least)]
-        .map(|(sign, bound)| Row { terms: terms.iter().map(|(k, v)| (*k, sign * v)).collect(), bound })
+        .map(|(sign, bound)| SparseRow { terms: terms.iter().map(|(k, v)| (*k, sign * v)).collect(), bound })
 }
 
 /// Values of a function on the data.
@@ -310,7 +310,7 @@ fn factors(a: &[f64], corners: &[f64]) -> Option<Vec<Factor>> {
     reals.sort_by(f64::total_cmp);
     for pair in reals.chunks(2) {
         list.push(match pair {
-            [a, b] => joined(*a, *b),
+            [a, b] => join_roots(*a, *b),
             [a] => Factor { ln_omega: *a, ln_damping: None },
             _ => return None,
         });

@@ -1,6 +1,6 @@
 //! Magnitudes over frequency that a D-scale is fitted to, checked.
 
-use super::factors::Limits;
+use super::factors::FitRanges;
 use crate::linalg::NumericError;
 use thiserror::Error;
 
@@ -44,7 +44,7 @@ pub struct Magnitudes {
     /// Non-negative weights of the log error.
     pub weight: Vec<f64>,
     /// Ranges of corner frequencies and damping ratios; three decades beyond the data unless set otherwise.
-    pub limits: Limits,
+    pub limits: FitRanges,
 }
 
 /// ln of the damping ratios of a fit: sharper corners than ζ = 1e-3 cannot be told from noise of the data, and ζ = 1e4
@@ -85,7 +85,7 @@ impl Magnitudes {
             omega_rad_s: omega,
             magnitude,
             weight,
-            limits: Limits { ln_omega: (lo - BEYOND, hi + BEYOND), ln_damping: LN_DAMPING },
+            limits: FitRanges { ln_omega: (lo - BEYOND, hi + BEYOND), ln_damping: LN_DAMPING },
         })
     }
 }

@@ -38,10 +38,10 @@ pub struct DFit {
 /// # Errors
 /// [`DfitError::Numeric`] when a fit cannot be realised.
 pub fn fit_up_to(data: &Magnitudes, highest: usize) -> Result<Vec<DFit>, DfitError> {
-    let mut fits = vec![realised(data, constant(data))?];
+    let mut fits = vec![realise_fit(data, constant(data))?];
     for order in 1..=highest {
         let lower = fits[order - 1].factors.clone();
-        let mut best = embedded(data, &lower);
+        let mut best = embed_order(data, &lower);
         let mut error = weighted_error(data, &best);
         // Below this the lower order is exact already.
         if error > 1e-9 {
@@ -53,7 +53,7 @@ pub fn fit_up_to(data: &Magnitudes, highest: usize) -> Result<Vec<DFit>, DfitErr
                 }
             }
         }
-        fits.push(realised(data, best)?);
+        fits.push(realise_fit(data, best)?);
     }
     Ok(fits)
 }
@@ -66,7 +66,7 @@ pub fn fit_quick(data: &Magnitudes, order: usize) -> Factors {
     }
     let mut best = constant.clone();
     for _ in 0..order {
-        best = embedded(data, &best);
+        best = embed_order(data, &best);
     }
     let start = linear::fit(data, &best, Units::Flat);
     match start.or_else(|| linear::fit(data, &best, Units::Start)) {
@@ -79,10 +79,10 @@ pub fn fit_quick(data: &Magnitudes, order: usize) -> Factors {
 }
 
 /// The lower order with a pole and a zero that cancel, in the middle of the data.
-fn embedded(data: &Magnitudes, lower: &Factors) -> Factors {
+fn embed_order(data: &Magnitudes, lower: &Factors) -> Factors {
     let (lo, hi) = corner_range(&data.omega_rad_s);
     let middle = 0.5 * (lo + hi);
-    lower.extended(middle, middle)
+    lower.extend_factors(middle, middle)
 }
 
 /// What the linear programmes find, and the lower order with a pole and a zero set apart at several places.
@@ -94,8 +94,8 @@ fn starts(data: &Magnitudes, embedded: &Factors, lower: &Factors) -> Vec<Factors
     let (lo, hi) = corner_range(&data.omega_rad_s);
     for k in 0..3 {
         let place = lo + (hi - lo) * (f64::from(k) + 0.5) / 3.0;
-        list.push(lower.extended(place - 0.3, place + 0.3));
-        list.push(lower.extended(place + 0.3, place - 0.3));
+        list.push(lower.extend_factors(place - 0.3, place + 0.3));
+        list.push(lower.extend_factors(place + 0.3, place - 0.3));
     }
     list
 }
@@ -104,7 +104,7 @@ fn starts(data: &Magnitudes, embedded: &Factors, lower: &Factors) -> Vec<Factors
 ///
 /// # Errors
 /// [`DfitError::Numeric`] when a parameter is not finite.
-pub fn realised(data: &Magnitudes, factors: Factors) -> Result<DFit, DfitError> {
+pub fn realise_fit(data: &Magnitudes, factors: Factors) -> Result<DFit, DfitError> {
     let system = factors.state_space()?;
     let (mut plain, mut weighted) = (0.0f64, 0.0f64);
     for (w, m, weight) in data.points() {

@@ -71,7 +71,7 @@ pub(crate) fn polish(data: &Magnitudes, start: Factors, steps: usize) -> Factors
         let mut next = weighted_error(data, &trial);
         let promised = error - predicted - curvature.half_along(&step.step);
         if !is_accepted(error - next, promised) {
-            let seen = corrected(&rows, &errors(data, &trial), &step.step);
+            let seen = correct_step(&rows, &errors(data, &trial), &step.step);
             programme.revalue(seen.into_iter().map(|value| value / error));
             let again = scaled_step(&programme, error, &binding);
             if let Some((again, _)) = again {
@@ -133,7 +133,7 @@ fn scaled_programme(
     };
     let scaled: Vec<LinearValue> = rows.iter().map(scaled).collect();
     let rule = StepRule { limits: 0, penalty: 0.0, proximal: weight };
-    CurvedProgramme::new(&scaled, shape, &rule)
+    CurvedProgramme::new(&scaled, shape.0, shape.1, &rule)
 }
 
 /// The step of a [`scaled_programme`] and the error that the linear model predicts.
@@ -147,7 +147,7 @@ fn scaled_step(programme: &CurvedProgramme, error: f64, binding: &[(usize, f64)]
 }
 
 /// Errors before a step for which the linear model gives those found after it.
-fn corrected(before: &[LinearValue], after: &[LinearValue], step: &[f64]) -> Vec<f64> {
+fn correct_step(before: &[LinearValue], after: &[LinearValue], step: &[f64]) -> Vec<f64> {
     let pairs = before.iter().zip(after);
     let pairs = pairs.map(|(before, after)| after.value - dot(&before.gradient, step));
     pairs.collect()

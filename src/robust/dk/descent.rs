@@ -9,7 +9,7 @@ use super::scale::DScales;
 use crate::augment::GeneralizedPlant;
 use crate::linalg::Mat;
 use crate::linalg::dense::dot;
-use crate::robust::dfit::factors::Limits;
+use crate::robust::dfit::factors::FitRanges;
 use crate::robust::dfit::metric::metric;
 use crate::robust::hinf::{HinfSettings, optimal_level_with_slopes};
 use crate::robust::minimax::curvature::Curvature;
@@ -19,13 +19,13 @@ use crate::robust::structure::Structure;
 use rayon::prelude::*;
 
 /// The problem and the ranges that the scales must keep.
-pub(crate) struct Descent<'a> {
+pub(crate) struct ScaleDescent<'a> {
     /// Generalized plant without scales.
     pub plant: &'a GeneralizedPlant,
     /// Its blocks.
     pub structure: &'a Structure,
     /// Ranges of corner frequencies and damping ratios.
-    pub limits: Limits,
+    pub limits: FitRanges,
 }
 
 /// Where a descent is, and the curvature and weight that its steps left.
@@ -60,7 +60,7 @@ const PATIENCE: (usize, f64) = (6, 5e-5);
 /// Frequencies of the metric.
 const POINTS: usize = 60;
 
-impl Descent<'_> {
+impl ScaleDescent<'_> {
     /// ln γ_opt, near enough to tell scales apart; infinite when the synthesis fails.
     pub(crate) fn ln_level(&self, scales: &DScales, hint: Option<f64>) -> f64 {
         let settings = HinfSettings { rel_tol: 1e-5, hint, ..HinfSettings::default() };
@@ -74,7 +74,7 @@ impl Descent<'_> {
 
     /// A descent from these scales; `None` when the synthesis fails there.
     pub(crate) fn begin(&self, scales: DScales) -> Option<Course> {
-        let (ln_level, levels) = self.levels((&scales, &scales.parameters()), None)?;
+        let (ln_level, levels) = self.levels(&scales, &scales.parameters(), None)?;
         Some(Course {
             scales,
             ln_level,
@@ -119,7 +119,7 @@ impl Descent<'_> {
         let trial = found.and_then(|step| {
             let pairs = before.iter().zip(&step.step);
             let x: Vec<f64> = pairs.map(|(x, s)| x + s).collect();
-            let levels = self.levels((&course.scales, &x), Some(step.predicted.exp()))?;
+            let levels = self.levels(&course.scales, &x, Some(step.predicted.exp()))?;
             Some((step, x, levels))
         });
         let Some((step, x, (ln_level, levels))) = trial else {
@@ -154,7 +154,7 @@ impl Descent<'_> {
     }
 
     /// ln γ_opt of scales of the same kinds with parameters `x`, and the levels that bind there with their derivatives.
-    fn levels(&self, (scales, x): (&DScales, &[f64]), hint: Option<f64>) -> Option<(f64, Vec<LinearValue>)> {
+    fn levels(&self, scales: &DScales, x: &[f64], hint: Option<f64>) -> Option<(f64, Vec<LinearValue>)> {
         let settings = HinfSettings { rel_tol: TOLERANCE, hint, ..HinfSettings::default() };
         let plant = |x: &[f64]| {
             let scales = scales.with_parameters(x, &self.limits);

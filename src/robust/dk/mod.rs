@@ -16,13 +16,13 @@ use crate::augment::{Block, GeneralizedPlant};
 use crate::lti::connect::lower_lft;
 use crate::lti::norm::hinf_norm;
 use crate::lti::{Continuous, StateSpace};
-use crate::robust::dfit::factors::{Factors, Limits};
+use crate::robust::dfit::factors::{Factors, FitRanges};
 use crate::robust::dfit::{Magnitudes, fit_quick};
 use crate::robust::hinf::{HinfSettings, synthesise};
 use crate::robust::mu::dscale;
 use crate::robust::mu::system::{MuPoint, MuSystem};
 use crate::robust::structure::{MuError, Structure};
-use descent::{Course, Descent};
+use descent::{Course, ScaleDescent};
 use rayon::prelude::*;
 pub use record::{DkError, DkOutcome, DkSettings, DkStep};
 use scale::DScales;
@@ -37,7 +37,7 @@ pub fn iterate(
     progress: &mut dyn FnMut(&DkStep),
 ) -> Result<DkOutcome, DkError> {
     let blocks = full_blocks(plant)?;
-    let mut run = Run { plant, structure: Structure::new(&blocks)?, blocks, settings, hint: None, full_order: None };
+    let mut run = DkRun { plant, structure: Structure::new(&blocks)?, blocks, settings, hint: None, full_order: None };
     let mut log = Log { steps: vec![], progress };
     let first = run.attempt(&DScales::identity(run.blocks.len()));
     let mut best = log.enter(&DScales::identity(run.blocks.len()), first)?;
@@ -102,7 +102,7 @@ impl Log<'_> {
     }
 }
 
-struct Run<'a> {
+struct DkRun<'a> {
     plant: &'a GeneralizedPlant,
     structure: Structure,
     blocks: Vec<Block>,
@@ -122,7 +122,7 @@ struct Certified {
 /// Points of the grid on which scales are fitted: enough for orders up to six.
 const FIT_POINTS: usize = 90;
 
-impl Run<'_> {
+impl DkRun<'_> {
     /// K and μ for given scales.
     fn attempt(&mut self, scales: &DScales) -> Result<Iterate, DkError> {
         let scaled = scales.scaled_plant(self.plant, &self.structure)?;
@@ -176,7 +176,7 @@ impl Run<'_> {
         Ok(Certified { upper: peak.upper, lower: peak.bounds.lower, omega_rad_s: peak.omega_rad_s })
     }
 
-    fn reached(&self, best: &Iterate) -> bool {
+    fn has_reached(&self, best: &Iterate) -> bool {
         self.settings.target_mu.is_some_and(|t| best.mu_peak < t)
     }
 
@@ -185,7 +185,10 @@ impl Run<'_> {
         let mut idle = 0;
         let mut next = self.next_scales(best);
         while let Some(scales) = next.take() {
-            if self.reached(best) || idle >= self.settings.patience || log.steps.len() >= self.settings.max_iterations {
+            if self.has_reached(best)
+                || idle >= self.settings.patience
+                || log.steps.len() >= self.settings.max_iterations
+            {
                 return;
             }
             match log.enter(&scales, self.attempt(&scales)) {
@@ -209,9 +212,9 @@ impl Run<'_> {
     /// Descent on γ from the best scales, in stages that each end in a controller.
     fn descend(&mut self, best: &mut Iterate, log: &mut Log) {
         let structure = self.structure.clone();
-        let descent = Descent { plant: self.plant, structure: &structure, limits: self.limits() };
+        let descent = ScaleDescent { plant: self.plant, structure: &structure, limits: self.limits() };
         let mut steps = self.settings.descent_steps;
-        if steps == 0 || self.reached(best) {
+        if steps == 0 || self.has_reached(best) {
             return;
         }
         // γ has several valleys, and which is the deepest shows late.
@@ -239,7 +242,7 @@ impl Run<'_> {
                 *best = current;
             }
             entered = deepest;
-            if self.reached(best) || courses.iter().all(|course| course.ended) {
+            if self.has_reached(best) || courses.iter().all(|course| course.ended) {
                 return;
             }
         }
@@ -247,7 +250,7 @@ impl Run<'_> {
 
     /// The best scales so far, raised to the full order by cancelling poles and zeros spread over the range; or such
     /// poles and zeros alone; and the best fit of full order. The two with the lowest γ.
-    fn descent_starts(&self, descent: &Descent, best: &Iterate) -> Vec<DScales> {
+    fn descent_starts(&self, descent: &ScaleDescent, best: &Iterate) -> Vec<DScales> {
         let order = self.settings.max_d_order;
         let (lo, hi) = self.range();
         let raised = |start: &Factors| {
@@ -256,7 +259,7 @@ impl Run<'_> {
             for k in 0..missing {
                 let share = (k as f64 + 0.5) / missing as f64;
                 let place = lo.ln() + share * (hi / lo).ln();
-                factors = factors.extended(place, place);
+                factors = factors.extend_factors(place, place);
             }
             factors
         };
@@ -291,7 +294,7 @@ impl Run<'_> {
     fn next_scales(&mut self, current: &Iterate) -> Option<DScales> {
         let points = current.analysis.sweep(&self.fit_frequencies(current)).ok()?;
         let structure = self.structure.clone();
-        let descent = Descent { plant: self.plant, structure: &structure, limits: self.limits() };
+        let descent = ScaleDescent { plant: self.plant, structure: &structure, limits: self.limits() };
         let highest = self.settings.max_d_order;
         let mut candidates = vec![(0, SMOOTH_SLACKS[0])];
         if highest > 0 {
@@ -300,7 +303,7 @@ impl Run<'_> {
         let levels: Vec<(DScales, f64)> = candidates
             .into_par_iter()
             .filter_map(|(order, slack)| {
-                let scales = self.fitted(current, &points, order, slack)?;
+                let scales = self.fit_scales(current, &points, order, slack)?;
                 let level = descent.ln_level(&scales, self.hint).exp();
                 level.is_finite().then_some((scales, level))
             })
@@ -353,7 +356,7 @@ impl Run<'_> {
     }
 
     /// Scales of one order fitted to the pointwise optimum, weighted by μ.
-    fn fitted(&self, current: &Iterate, points: &[MuPoint], order: usize, slack: f64) -> Option<DScales> {
+    fn fit_scales(&self, current: &Iterate, points: &[MuPoint], order: usize, slack: f64) -> Option<DScales> {
         let last = self.structure.spans.len() - 1;
         let weight: Vec<f64> = points.iter().map(|p| (p.upper / current.mu_peak).max(1e-3)).collect();
         let scales: Vec<Vec<f64>> = points
@@ -380,9 +383,9 @@ impl Run<'_> {
         Some(DScales { factors })
     }
 
-    fn limits(&self) -> Limits {
+    fn limits(&self) -> FitRanges {
         let (lo, hi) = self.range();
-        Limits { ln_omega: (lo.ln() - 2.3, hi.ln() + 2.3), ln_damping: LN_DAMPING }
+        FitRanges { ln_omega: (lo.ln() - 2.3, hi.ln() + 2.3), ln_damping: LN_DAMPING }
     }
 }
 

@@ -8,7 +8,7 @@ use crate::augment::GeneralizedPlant;
 use crate::linalg::{Mat, NumericError};
 use crate::lti::connect::{append, series};
 use crate::lti::{Continuous, StateSpace};
-use crate::robust::dfit::factors::{Factors, Limits};
+use crate::robust::dfit::factors::{Factors, FitRanges};
 use crate::robust::structure::Structure;
 
 /// One rational scale per block.
@@ -40,7 +40,7 @@ impl DScales {
     }
 
     /// Scales of the same kinds with other parameters, clamped to the limits.
-    pub(crate) fn with_parameters(&self, parameters: &[f64], limits: &Limits) -> Self {
+    pub(crate) fn with_parameters(&self, parameters: &[f64], limits: &FitRanges) -> Self {
         let mut next = self.clone();
         let last = next.factors.len().saturating_sub(1);
         let mut rest = parameters;
@@ -60,7 +60,7 @@ impl DScales {
     }
 
     /// (1 − t)·self + t·other in the parameters; `None` when the factors are of different kinds.
-    pub fn towards(&self, other: &Self, t: f64, limits: &Limits) -> Option<Self> {
+    pub fn towards(&self, other: &Self, t: f64, limits: &FitRanges) -> Option<Self> {
         let mut mixed = other.clone();
         let pairs = self.factors.iter().zip(&other.factors);
         for (target, (x, y)) in mixed.factors.iter_mut().zip(pairs) {

@@ -2,7 +2,7 @@
 //! P21 on the imaginary axis. The rank conditions on D12 and D21 are part of the normal form.
 //! Test: an eigenvalue λ of A with Re λ ≥ 0 is out of reach when [A − λI, B2] loses row rank (Hautus).
 
-use super::side::Side;
+use super::side::RiccatiSide;
 use crate::linalg::{Mat, NumericError, c64, eigenvalues};
 use crate::robust::error::SynthesisError;
 
@@ -28,7 +28,7 @@ pub(crate) fn unreachable_modes(a: &Mat<f64>, b: &Mat<f64>) -> Result<Vec<c64>, 
     let is_unreached = |value: &c64| {
         let value = *value;
         let pencil = Mat::from_fn(n, n + b.ncols(), |i, j| match j.checked_sub(n) {
-            None => shifted(a, value, i, j),
+            None => shift_diagonal(a, value, i, j),
             Some(j) => c64::new(b[(i, j)], 0.0),
         });
         is_deficient(pencil, size)
@@ -41,7 +41,7 @@ pub(crate) fn unreachable_modes(a: &Mat<f64>, b: &Mat<f64>) -> Result<Vec<c64>, 
 ///
 /// # Errors
 /// [`NumericError`] when eigenvalues fail.
-pub(crate) fn axis_zero(side: &Side) -> Result<Option<f64>, NumericError> {
+pub(crate) fn axis_zero(side: &RiccatiSide) -> Result<Option<f64>, NumericError> {
     let (n, m2, p1) = (side.a.nrows(), side.b2.ncols(), side.c1.nrows());
     let free = p1 - m2;
     let inner = &side.a - &side.b2 * side.c1.submatrix(free, 0, m2, n);
@@ -54,7 +54,7 @@ pub(crate) fn axis_zero(side: &Side) -> Result<Option<f64>, NumericError> {
         let point = c64::new(0.0, value.im);
         // Transposed: rows of the pencil become columns, as the rank test wants them.
         let pencil = Mat::from_fn(n + m2, n + p1, |i, j| match (i < n, j < n) {
-            (true, true) => shifted(&side.a, point, j, i),
+            (true, true) => shift_diagonal(&side.a, point, j, i),
             (true, false) => c64::new(side.c1[(j - n, i)], 0.0),
             (false, true) => c64::new(side.b2[(j, i - n)], 0.0),
             (false, false) => c64::new(f64::from(u8::from(j - n == free + i - n)), 0.0),
@@ -66,7 +66,7 @@ pub(crate) fn axis_zero(side: &Side) -> Result<Option<f64>, NumericError> {
     Ok(None)
 }
 
-fn shifted(a: &Mat<f64>, value: c64, i: usize, j: usize) -> c64 {
+fn shift_diagonal(a: &Mat<f64>, value: c64, i: usize, j: usize) -> c64 {
     let x = c64::new(a[(i, j)], 0.0);
     if i == j { x - value } else { x }
 }
@@ -98,7 +98,7 @@ fn is_deficient(mut pencil: Mat<c64>, size: f64) -> bool {
 ///
 /// # Errors
 /// The named assumption, or a numeric failure.
-pub(crate) fn explain(control: &Side, filter: &Side) -> Result<(), SynthesisError> {
+pub(crate) fn explain(control: &RiccatiSide, filter: &RiccatiSide) -> Result<(), SynthesisError> {
     if let Some(mode) = unreachable_mode(&control.a, &control.b2)? {
         return Err(SynthesisError::NotStabilisable { re: mode.re, im: mode.im });
     }

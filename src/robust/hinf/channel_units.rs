@@ -33,7 +33,7 @@ pub(super) struct ChannelUnits {
 }
 
 /// Largest magnitudes over the points: of [C; I](sI − A)⁻¹[B I] + D, and the gain from w to z.
-struct Largest {
+struct LargestGains {
     magnitudes: Mat<f64>,
     errors: f64,
 }
@@ -44,7 +44,7 @@ impl ChannelUnits {
         let s = &plant.system;
         let (n, m, p) = (s.order(), s.inputs(), s.outputs());
         let (m1, p1) = (plant.disturbances(), plant.errors());
-        let largest = Largest::new(plant)?;
+        let largest = LargestGains::new(plant)?;
         let at = |i: usize, j: usize| largest.magnitudes[(i, j)];
         let column = |j: usize, rows: std::ops::Range<usize>| rows.map(|i| at(i, j).powi(2)).sum::<f64>().sqrt();
         let row = |i: usize, cols: std::ops::Range<usize>| cols.map(|j| at(i, j).powi(2)).sum::<f64>().sqrt();
@@ -84,7 +84,7 @@ impl ChannelUnits {
     }
 }
 
-impl Largest {
+impl LargestGains {
     fn new(plant: &GeneralizedPlant) -> Option<Self> {
         let s = &plant.system;
         let (n, m, p) = (s.order(), s.inputs(), s.outputs());

@@ -5,7 +5,7 @@
 //!   C_K = F2 − D_K(C2 + F12),   B_K = Z(−L2 + (B2 + L12)D_K),   A_K = A + BF − B_K(C2 + F12).
 
 use super::normal::NormalForm;
-use super::side::{Side, feedback};
+use super::side::{RiccatiSide, feedback};
 use crate::linalg::{Mat, NumericError, solve};
 use crate::lti::connect::stack_cols;
 use crate::lti::{Continuous, StateSpace};
@@ -16,8 +16,8 @@ use crate::lti::{Continuous, StateSpace};
 /// [`NumericError::Singular`] when γ sits on a bound of the feedthrough or I − YX/γ² is singular.
 pub(crate) fn central(
     p: &NormalForm,
-    control: &Side,
-    filter: &Side,
+    control: &RiccatiSide,
+    filter: &RiccatiSide,
     gamma: f64,
     x: &Mat<f64>,
     y: &Mat<f64>,

@@ -7,9 +7,9 @@
 //! the last level, too: another eigenvalue, or X or Y, may pass infinity on the way.
 
 use super::couplings::{Binding, Couplings};
-use super::riccati_pair::solved;
-use super::side::Side;
-use crate::linalg::riccati::Effort;
+use super::riccati_pair::solve_pair;
+use super::side::RiccatiSide;
+use crate::linalg::riccati::RiccatiEffort;
 use crate::robust::error::SynthesisError;
 use std::cell::Cell;
 
@@ -35,15 +35,16 @@ const LONGEST: f64 = 0.5;
 /// # Errors
 /// [`SynthesisError`] when a decomposition fails.
 pub(super) fn coupling_root(
-    control: &Side,
-    filter: &Side,
-    (start, tolerance): (f64, f64),
+    control: &RiccatiSide,
+    filter: &RiccatiSide,
+    start: f64,
+    tolerance: f64,
     asked: Asked,
     pairs: &Cell<usize>,
 ) -> Result<Option<(f64, Couplings)>, SynthesisError> {
     let least = control.level_at_infinity().max(filter.level_at_infinity());
     let mut ln = start.ln();
-    let mut last: Option<Point> = None;
+    let mut last: Option<CouplingLevel> = None;
     // A root at which the conditions are yet to be tested.
     let mut estimated: Option<(f64, Couplings)> = None;
     for _ in 0..PAIRS {
@@ -52,7 +53,7 @@ pub(super) fn coupling_root(
             return Ok(None);
         }
         pairs.set(pairs.get() + 1);
-        let found = solved(control, filter, gamma, Effort::Fast)?;
+        let found = solve_pair(control, filter, gamma, RiccatiEffort::Fast)?;
         let Some(found) = found.filter(|found| found.coupling.is_definite()) else {
             return Ok(None);
         };
@@ -65,7 +66,7 @@ pub(super) fn coupling_root(
         let Some(binding) = couplings.binding() else {
             return Ok(None);
         };
-        let point = Point { ln, binding };
+        let point = CouplingLevel { ln, binding };
         let (root, error) = point.root(last.as_ref());
         let ends = match asked {
             Asked::Level => error <= SHARE * tolerance,
@@ -86,12 +87,12 @@ pub(super) fn coupling_root(
 }
 
 /// A level with the eigenvalue of XY that binds.
-struct Point {
+struct CouplingLevel {
     ln: f64,
     binding: Binding,
 }
 
-impl Point {
+impl CouplingLevel {
     /// Newton's step.
     fn step(&self) -> f64 {
         -self.binding.measure / self.binding.slope

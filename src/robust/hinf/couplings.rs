@@ -9,7 +9,7 @@
 use super::matrix_slope::MatrixSlope;
 use super::normal::NormalForm;
 use super::riccati_pair::{Coupling, Solved};
-use super::side::{Side, feedback};
+use super::side::{RiccatiSide, feedback};
 use crate::linalg::Mat;
 use crate::linalg::lyapunov::lyapunov_with;
 use crate::linalg::schur::{RealSchur, schur};
@@ -56,14 +56,19 @@ struct Coupled {
 
 impl Couplings {
     /// Of positive X and Y at γ.
-    pub(super) fn new(control: &Side, filter: &Side, found: &Solved, gamma: f64) -> Result<Self, SynthesisError> {
+    pub(super) fn new(
+        control: &RiccatiSide,
+        filter: &RiccatiSide,
+        found: &Solved,
+        gamma: f64,
+    ) -> Result<Self, SynthesisError> {
         let solutions = [&found.x.x, &found.y.x];
         Self::of_solutions([control, filter], solutions, &found.coupling, gamma)
     }
 
     /// The same of both sides, their solutions and what couples them.
     pub(super) fn of_solutions(
-        [control, filter]: [&Side; 2],
+        [control, filter]: [&RiccatiSide; 2],
         [x, y]: [&Mat<f64>; 2],
         coupling: &Coupling,
         gamma: f64,
@@ -116,7 +121,7 @@ impl Couplings {
             let slope = normal
                 .zero_slope()
                 .plus(&coupled.of_control.matrices)
-                .plus(&coupled.of_filter.matrices.transposed())
+                .plus(&coupled.of_filter.matrices.transpose())
                 .times(1.0 / whole);
             BindingLevel { ln_level, slope: normal.pulled_back(&slope) }
         };
@@ -156,7 +161,7 @@ struct RiccatiSlope {
 }
 
 impl ClosedSide {
-    fn new(side: &Side, gamma: f64, x: &Mat<f64>) -> Result<Self, SynthesisError> {
+    fn new(side: &RiccatiSide, gamma: f64, x: &Mat<f64>) -> Result<Self, SynthesisError> {
         let k = feedback(side, gamma, x)?;
         let a = &side.a + stack_cols(&side.b1, &side.b2) * &k;
         Ok(Self {

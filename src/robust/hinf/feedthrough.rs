@@ -15,7 +15,7 @@ use crate::robust::error::SynthesisError;
 const WEAK: f64 = 1e-4;
 
 /// The failure with the weak direct term behind it, if there is one and the failure does not name a cause of its own.
-pub(super) fn blamed(plant: &GeneralizedPlant, error: SynthesisError) -> SynthesisError {
+pub(super) fn blame_feedthrough(plant: &GeneralizedPlant, error: SynthesisError) -> SynthesisError {
     use SynthesisError as E;
     let unexplained =
         matches!(&error, E::Regulator { .. } | E::NoLevel { .. } | E::Refuted { .. } | E::Numeric(_) | E::Norm(_))

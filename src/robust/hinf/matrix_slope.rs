@@ -27,7 +27,7 @@ impl MatrixSlope {
     }
 
     /// That of the transposed system.
-    pub(super) fn transposed(&self) -> Self {
+    pub(super) fn transpose(&self) -> Self {
         let t = |m: &Mat<f64>| m.transpose().to_owned();
         Self { a: t(&self.a), b: t(&self.c), c: t(&self.b), d: t(&self.d) }
     }

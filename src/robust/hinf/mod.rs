@@ -25,18 +25,18 @@ pub mod singular;
 pub(crate) mod slope;
 
 use crate::augment::GeneralizedPlant;
-use crate::linalg::riccati::Effort;
+use crate::linalg::riccati::RiccatiEffort;
 use crate::lti::connect::lower_lft;
 use crate::lti::norm::{NormError, hinf_norm_and_growth};
 use crate::lti::{Continuous, StateSpace};
 use crate::robust::error::{Condition, SynthesisError};
 use controller::central;
 use couplings::BindingLevel;
-use feedthrough::blamed;
+use feedthrough::blame_feedthrough;
 pub use limit::Limit;
 use limit::Optimum;
 use near::near_level;
-use search::{LEVEL_TOL, Search};
+use search::{GammaSearch, LEVEL_TOL};
 pub use settings::HinfSettings;
 use slope::binding_levels;
 use std::cell::Cell;
@@ -84,9 +84,9 @@ pub struct HinfSolution {
 /// # Errors
 /// As [`synthesise`].
 pub(crate) fn optimal_level(plant: &GeneralizedPlant, settings: &HinfSettings) -> Result<f64, SynthesisError> {
-    Search::new(plant)
+    GammaSearch::new(plant)
         .and_then(|search| Ok(search.optimum(settings, &Cell::new(0))?.gamma))
-        .map_err(|error| blamed(plant, error))
+        .map_err(|error| blame_feedthrough(plant, error))
 }
 
 /// ln of the optimal level, and the levels that bind there with their derivatives. From a level of a similar problem
@@ -104,7 +104,7 @@ pub(crate) fn optimal_level_with_slopes(
         return Ok(found);
     }
     let found = || {
-        let (search, pairs) = (Search::new(plant)?, Cell::new(0));
+        let (search, pairs) = (GammaSearch::new(plant)?, Cell::new(0));
         let optimum = match settings.hint {
             // What leads nowhere from the hint leads nowhere from below it.
             Some(_) => search.above_bounds(settings, &pairs)?,
@@ -117,7 +117,7 @@ pub(crate) fn optimal_level_with_slopes(
         let same = top.filter(|top| (top - ln).abs() <= 2.0 * settings.rel_tol);
         Ok((same.unwrap_or(ln), levels))
     };
-    found().map_err(|error| blamed(plant, error))
+    found().map_err(|error| blame_feedthrough(plant, error))
 }
 
 /// Whether a controller with ‖F_l(P, K)‖∞ < γ exists: the conditions at this level alone, one pair of Riccati equations
@@ -127,7 +127,7 @@ pub(crate) fn optimal_level_with_slopes(
 /// # Errors
 /// [`SynthesisError`] when the problem has no normal form or a decomposition fails.
 pub fn is_feasible(plant: &GeneralizedPlant, gamma: f64) -> Result<bool, SynthesisError> {
-    Search::feasible(plant, gamma).map_err(|error| blamed(plant, error))
+    GammaSearch::feasible(plant, gamma).map_err(|error| blame_feedthrough(plant, error))
 }
 
 /// Synthesis for a generalized plant.
@@ -135,16 +135,16 @@ pub fn is_feasible(plant: &GeneralizedPlant, gamma: f64) -> Result<bool, Synthes
 /// # Errors
 /// [`SynthesisError`] names the assumption, the condition or the check that fails.
 pub fn synthesise(plant: &GeneralizedPlant, settings: &HinfSettings) -> Result<HinfSolution, SynthesisError> {
-    attempt(plant, settings).map_err(|error| blamed(plant, error))
+    attempt(plant, settings).map_err(|error| blame_feedthrough(plant, error))
 }
 
 fn attempt(plant: &GeneralizedPlant, settings: &HinfSettings) -> Result<HinfSolution, SynthesisError> {
-    let search = Search::new(plant)?;
+    let search = GammaSearch::new(plant)?;
     let pairs = Cell::new(0);
     if let Some(gamma) = settings.gamma {
         let found = search.deliver(plant, None, gamma, &pairs)?;
         return if found.closed_loop_norm > gamma * (1.0 + 2.0 * LEVEL_TOL) {
-            Err(refuted(gamma, &found))
+            Err(refute_gamma(gamma, &found))
         } else {
             Ok(found)
         };
@@ -170,11 +170,11 @@ const DECADES_ABOVE: [f64; 6] = [9.0, 1e2, 1e3, 1e4, 1e5, 1e6];
 /// Distance from the optimum within which a verified norm is as good as the level aimed at.
 const CLOSE: f64 = 9.9e-3;
 
-fn refuted(gamma: f64, found: &HinfSolution) -> SynthesisError {
+fn refute_gamma(gamma: f64, found: &HinfSolution) -> SynthesisError {
     SynthesisError::Refuted { gamma, norm: found.closed_loop_norm, growth_rate: found.certificate.growth_rate }
 }
 
-impl Search {
+impl GammaSearch {
     /// The controller as near above an optimum as one passes its check.
     fn deliver_near(
         &self,
@@ -197,7 +197,7 @@ impl Search {
                 Ok(found) if found.gamma <= gamma_opt * (1.0 + slack.max(CLOSE)) => {
                     return Ok(found);
                 }
-                Ok(found) => failure = refuted(gamma, &found),
+                Ok(found) => failure = refute_gamma(gamma, &found),
                 Err(error) => failure = error,
             }
         }
@@ -215,14 +215,14 @@ impl Search {
             return Err(SynthesisError::Partition(format!("gamma must be a positive number, found {gamma}")));
         }
         // X and Y exact to the last bit are needed for few plants, and cost more than all the rest.
-        let fast = self.deliver_with(plant, optimum, gamma, Effort::Fast, pairs);
+        let fast = self.deliver_with(plant, optimum, gamma, RiccatiEffort::Fast, pairs);
         if fast.as_ref().is_ok_and(|f| f.gamma <= gamma) {
             return fast;
         }
         if let Some(condition) = self.below_level(gamma)? {
             return Err(SynthesisError::Infeasible { gamma, condition });
         }
-        match (fast, self.deliver_with(plant, optimum, gamma, Effort::Full, pairs)) {
+        match (fast, self.deliver_with(plant, optimum, gamma, RiccatiEffort::Full, pairs)) {
             (Ok(f), Ok(g)) => Ok(if f.gamma < g.gamma { f } else { g }),
             (Ok(found), Err(_)) | (_, Ok(found)) => Ok(found),
             (_, Err(error)) => Err(error),
@@ -234,7 +234,7 @@ impl Search {
         plant: &GeneralizedPlant,
         optimum: Option<Optimum>,
         gamma: f64,
-        effort: Effort,
+        effort: RiccatiEffort,
         pairs: &Cell<usize>,
     ) -> Result<HinfSolution, SynthesisError> {
         pairs.set(pairs.get() + 1);

@@ -21,7 +21,7 @@ pub(super) fn near_level(
 ) -> Result<Option<(f64, Vec<BindingLevel>)>, SynthesisError> {
     let normal = NormalForm::new(plant)?;
     let (control, filter) = (control_side(&normal), filter_side(&normal));
-    let found = coupling_root(&control, &filter, (hint, tolerance), Asked::Slopes, &Cell::new(0))?;
+    let found = coupling_root(&control, &filter, hint, tolerance, Asked::Slopes, &Cell::new(0))?;
     Ok(found.map(|(ln, couplings)| (ln, couplings.levels(&normal))))
 }
 
@@ -33,7 +33,7 @@ mod tests {
     use crate::lti::connect::append;
     use crate::lti::norm::hinf_norm;
     use crate::lti::{Continuous, StateSpace};
-    use crate::robust::hinf::search::Search;
+    use crate::robust::hinf::search::GammaSearch;
     use crate::robust::hinf::settings::HinfSettings;
     use crate::robust::hinf::{is_feasible, optimal_level, optimal_level_with_slopes};
     use rand::{Rng, SeedableRng};
@@ -124,7 +124,7 @@ mod tests {
         let mut halved = 0;
         for seed in 0..12 {
             let plant = plant(seed, false);
-            let search = Search::new(&plant)?;
+            let search = GammaSearch::new(&plant)?;
             let level = optimal_level(&plant, &HinfSettings::default())?;
             let [start, bound] = [search.start()?, search.coupling_level()];
             let apart = |from: f64| (from / level).ln().abs();
@@ -191,7 +191,7 @@ mod tests {
             for apart in [1e-5, 1e-4, 1e-3] {
                 let plant = neighbours(seed, apart)?;
                 let start = optimal_level(&plant, &HinfSettings::default())?;
-                let hi = bisected(&plant, start * (1.0 - 1e-3), start * (1.0 + 1e-3))?;
+                let hi = bisect_gamma(&plant, start * (1.0 - 1e-3), start * (1.0 + 1e-3))?;
                 assert!((start / hi - 1.0).abs() < 2e-7, "{seed} {apart}: {start} {hi}");
                 for off in [-1e-4, -1e-5, 1e-5, 1e-4, 1e-2] {
                     let Some((ln, _)) = near_level(&plant, hi * (1.0 + off), 1e-7)? else {
@@ -207,7 +207,7 @@ mod tests {
     }
 
     /// The optimal level by bisection, to a relative 1e-9.
-    fn bisected(plant: &GeneralizedPlant, mut lo: f64, mut hi: f64) -> Result<f64, SynthesisError> {
+    fn bisect_gamma(plant: &GeneralizedPlant, mut lo: f64, mut hi: f64) -> Result<f64, SynthesisError> {
         assert!(is_feasible(plant, hi)? && !is_feasible(plant, lo)?);
         while hi / lo > 1.0 + 1e-9 {
             let middle = (lo * hi).sqrt();
@@ -240,7 +240,7 @@ mod tests {
             for (above, coupled) in [(-1e-2, 3e-2), (1e-2, 1e-2)] {
                 let plant = beside_a_channel(seed, above, coupled)?;
                 let near = optimal_level(&plant, &HinfSettings::default())?;
-                let level = bisected(&plant, near * (1.0 - 1e-3), near * (1.0 + 1e-3))?;
+                let level = bisect_gamma(&plant, near * (1.0 - 1e-3), near * (1.0 + 1e-3))?;
                 for off in [-0.9, 1e-5, 1e-4, 1e-3] {
                     for tolerance in [1e-5, 1e-7] {
                         let hint = level * (1.0 + off);

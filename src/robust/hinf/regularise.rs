@@ -68,7 +68,7 @@ pub(super) fn enlarged_by(
 /// measurement where D21 does. A performance block that is full and complex, the last one, grows with the channels; a
 /// plant whose last block is another kind gets a further full block. `None` when a gain cannot be computed or is zero:
 /// then the control or the measurement does nothing, and no regularisation of this kind helps.
-pub fn regularised(plant: &GeneralizedPlant, share: f64) -> Option<(GeneralizedPlant, Regularisation)> {
+pub fn regularise_plant(plant: &GeneralizedPlant, share: f64) -> Option<(GeneralizedPlant, Regularisation)> {
     let (control, sensing) = parts(plant);
     let missing = |part: &StateSpace<Continuous>| -> Option<Vec<f64>> {
         let found = direct_share(part, DAMPING)?;
@@ -123,12 +123,12 @@ fn enlarge(plant: &GeneralizedPlant, added: &Regularisation) -> GeneralizedPlant
         system: StateSpace { a: s.a.clone(), b, c, d, time: Continuous },
         controls: plant.controls,
         measurements: plant.measurements,
-        blocks: grown(&plant.blocks, more_w, more_z),
+        blocks: grow_blocks(&plant.blocks, more_w, more_z),
     }
 }
 
 /// The blocks with room for the new channels.
-fn grown(blocks: &[Block], more_w: usize, more_z: usize) -> Vec<Block> {
+fn grow_blocks(blocks: &[Block], more_w: usize, more_z: usize) -> Vec<Block> {
     let mut blocks = blocks.to_vec();
     if more_w + more_z == 0 {
         return blocks;

@@ -3,8 +3,8 @@
 //! γ²/ρ(XY) − 1. The smaller of the two is positive exactly when the conditions hold.
 
 use super::limit::Limit;
-use super::side::Side;
-use crate::linalg::riccati::{CareSolution, Effort};
+use super::side::RiccatiSide;
+use crate::linalg::riccati::{CareSolution, RiccatiEffort};
 use crate::linalg::{Mat, NumericError, symmetric_eigen};
 use crate::robust::error::Condition;
 
@@ -37,11 +37,11 @@ pub(super) struct Solved {
 }
 
 /// Solves both sides at γ; `None` when one of them has no stabilising solution.
-pub(super) fn solved(
-    control: &Side,
-    filter: &Side,
+pub(super) fn solve_pair(
+    control: &RiccatiSide,
+    filter: &RiccatiSide,
     gamma: f64,
-    effort: Effort,
+    effort: RiccatiEffort,
 ) -> Result<Option<Solved>, NumericError> {
     let (x, y) = rayon::join(|| control.riccati(gamma, effort), || filter.riccati(gamma, effort));
     let (Ok(x), Ok(y)) = (x, y) else {

@@ -11,11 +11,11 @@ use super::couplings::Couplings;
 use super::level_bracket::{Test, Tested, bracket, narrow};
 use super::limit::{Limit, Optimum};
 use super::normal::NormalForm;
-use super::riccati_pair::{Coupling, DEFINITE, Pair, Solved, coupling, solved};
+use super::riccati_pair::{Coupling, DEFINITE, Pair, Solved, coupling, solve_pair};
 use super::settings::HinfSettings;
-use super::side::{Regulator, Side, control_side, filter_side};
+use super::side::{Regulator, RiccatiSide, control_side, filter_side};
 use crate::augment::GeneralizedPlant;
-use crate::linalg::riccati::Effort;
+use crate::linalg::riccati::RiccatiEffort;
 use crate::linalg::{Mat, NumericError};
 use crate::lti::level_set::Peak;
 use crate::robust::error::{Condition, SynthesisError};
@@ -35,10 +35,10 @@ const FAR: f64 = 1e4;
 const DECADES: i32 = 15;
 
 /// A problem in normal form with its lower bounds.
-pub(super) struct Search {
+pub(super) struct GammaSearch {
     pub normal: NormalForm,
-    pub control: Side,
-    pub filter: Side,
+    pub control: RiccatiSide,
+    pub filter: RiccatiSide,
     /// Each side at γ = ∞.
     pub control_regulator: Regulator,
     pub filter_regulator: Regulator,
@@ -48,11 +48,11 @@ pub(super) struct Search {
     regulators: Coupling,
 }
 
-impl Search {
+impl GammaSearch {
     pub(super) fn new(plant: &GeneralizedPlant) -> Result<Self, SynthesisError> {
         let normal = NormalForm::new(plant)?;
         let (control, filter) = (control_side(&normal), filter_side(&normal));
-        let regulator = |side: &Side, which| {
+        let regulator = |side: &RiccatiSide, which| {
             side.regulator().map_err(|source| match explain(&control, &filter) {
                 Err(named) => named,
                 Ok(()) => SynthesisError::Regulator { which, source },
@@ -83,7 +83,7 @@ impl Search {
             return Ok(false);
         }
         let [control, filter] = sides;
-        let found = solved(&control, &filter, gamma, Effort::Decision)?;
+        let found = solve_pair(&control, &filter, gamma, RiccatiEffort::Decision)?;
         Ok(found.is_some_and(|Solved { coupling, .. }| coupling.is_definite() && coupling.ratio < gamma * gamma))
     }
 
@@ -115,8 +115,8 @@ impl Search {
         Ok(None)
     }
 
-    pub(super) fn pair(&self, gamma: f64, effort: Effort) -> Result<Pair, SynthesisError> {
-        let found = solved(&self.control, &self.filter, gamma, effort)?;
+    pub(super) fn pair(&self, gamma: f64, effort: RiccatiEffort) -> Result<Pair, SynthesisError> {
+        let found = solve_pair(&self.control, &self.filter, gamma, effort)?;
         let Some(Solved { x, y, coupling: c }) = found else {
             let nothing = Mat::zeros(0, 0);
             return Ok(Pair {
@@ -178,7 +178,7 @@ impl Search {
     pub(super) fn start(&self) -> Result<f64, SynthesisError> {
         let lowest = self.coupling_level();
         let sides = [&self.control, &self.filter];
-        let far = sides.map(Side::level_at_infinity).into_iter();
+        let far = sides.map(RiccatiSide::level_at_infinity).into_iter();
         let far = FAR * far.fold(lowest, f64::max);
         if !(lowest > 0.0 && far.is_finite()) {
             return Ok(lowest);
@@ -198,7 +198,7 @@ impl Search {
     ) -> Result<Option<Optimum>, SynthesisError> {
         let tol = settings.rel_tol.max(LEAST_TOL);
         let asked = (start, tol);
-        let found = coupling_root(&self.control, &self.filter, asked, Asked::Level, pairs)?;
+        let found = coupling_root(&self.control, &self.filter, asked.0, asked.1, Asked::Level, pairs)?;
         Ok(found.map(|(ln, _)| Optimum {
             // The feasible end of what is left.
             gamma: ln.exp() * (1.0 + SHARE * tol),
@@ -213,7 +213,7 @@ impl Search {
         let Optimum { gamma: lower, limit } = self.lower_bound()?;
         let mut test = |gamma: f64| -> Result<Tested, SynthesisError> {
             pairs.set(pairs.get() + 1);
-            let pair = self.pair(gamma, Effort::Fast)?;
+            let pair = self.pair(gamma, RiccatiEffort::Fast)?;
             let failed = match pair.failed {
                 None => self.below_level(gamma)?,
                 failed => failed,

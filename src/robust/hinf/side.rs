@@ -14,7 +14,7 @@
 //! one, does better.
 
 use crate::linalg::lyapunov::symmetric;
-use crate::linalg::riccati::{CareSolution, Effort, RiccatiError, care_with};
+use crate::linalg::riccati::{CareSolution, RiccatiEffort, RiccatiError, care_with};
 use crate::linalg::{
     Mat, NumericError, c64, eigenvalues, max_singular_value, max_singular_value_complex, solve, solve_complex,
 };
@@ -25,7 +25,7 @@ use crate::lti::{Continuous, FrequencyResponder, StateSpace};
 
 /// One side of the problem.
 #[derive(Clone, Debug)]
-pub(crate) struct Side {
+pub(crate) struct RiccatiSide {
     /// n×n.
     pub a: Mat<f64>,
     /// n×m1.
@@ -51,7 +51,7 @@ pub(crate) struct Regulator {
 
 impl Regulator {
     /// True when the closed loop is stable only within rounding: an assumption may be violated exactly.
-    pub(crate) fn is_marginal(&self, side: &Side) -> bool {
+    pub(crate) fn is_marginal(&self, side: &RiccatiSide) -> bool {
         let closed = &side.a + &side.b2 * &self.f;
         self.growth_rate > -1e-13 * closed.norm_l2()
     }
@@ -80,7 +80,7 @@ struct Eliminated {
     d_direct: Mat<f64>,
 }
 
-impl Side {
+impl RiccatiSide {
     fn free_errors(&self) -> usize {
         self.c1.nrows() - self.b2.ncols()
     }
@@ -112,7 +112,7 @@ impl Side {
             &(&self.a - &self.b2 * &direct),
             &(&self.b2 * self.b2.transpose()),
             &(free.transpose() * &free),
-            Effort::Fast,
+            RiccatiEffort::Fast,
         )?;
         let f = Mat::<f64>::zeros(self.b2.ncols(), n) - &direct - self.b2.transpose() * &found.x;
         Ok(Regulator { x: found.x, f, growth_rate: found.closed_loop_max_real })
@@ -127,7 +127,7 @@ impl Side {
     }
 
     /// The side at γ with the control eliminated.
-    fn eliminated(&self, gamma: f64) -> Eliminated {
+    fn eliminate_feedthrough(&self, gamma: f64) -> Eliminated {
         let m1 = self.b1.ncols();
         let d_direct = self.d11.subrows(self.free_errors(), self.b2.ncols());
         let d_free = self.d_free() * gamma.recip();
@@ -144,7 +144,7 @@ impl Side {
     /// # Errors
     /// [`NumericError::Singular`] when γ is a singular value of the feedthrough.
     pub(crate) fn equation(&self, gamma: f64) -> Result<Equation, NumericError> {
-        let Eliminated { e, d_free, gap, .. } = self.eliminated(gamma);
+        let Eliminated { e, d_free, gap, .. } = self.eliminate_feedthrough(gamma);
         let (n, free) = (self.a.nrows(), self.c_free());
         let seen = d_free.transpose() * &free;
         let x = solve(&gap, &stack_cols(&e.transpose().to_owned(), &seen))?;
@@ -160,14 +160,14 @@ impl Side {
     ///
     /// # Errors
     /// [`RiccatiError`] when no solver finds one.
-    pub(crate) fn riccati(&self, gamma: f64, effort: Effort) -> Result<CareSolution, RiccatiError> {
+    pub(crate) fn riccati(&self, gamma: f64, effort: RiccatiEffort) -> Result<CareSolution, RiccatiError> {
         let e = self.equation(gamma)?;
         care_with(&e.a, &e.g, &e.q, effort)
     }
 
     /// P11 and P12 with the feedback u = F₂x + v, which changes neither the range of P12 nor ΠP11, and makes P12 inner
     /// and stable.
-    pub(crate) fn regulated(&self, regulator: &Regulator) -> StateSpace<Continuous> {
+    pub(crate) fn close_regulator(&self, regulator: &Regulator) -> StateSpace<Continuous> {
         let d = self.feedthrough();
         let (p1, m1, m2) = (d.nrows(), self.b1.ncols(), self.b2.ncols());
         StateSpace {
@@ -195,7 +195,7 @@ impl Side {
         if free == 0 || m1 == 0 {
             return Ok(nothing);
         }
-        let closed = self.regulated(regulator);
+        let closed = self.close_regulator(regulator);
         let responder = FrequencyResponder::new(&closed);
         let at_infinity = self.level_at_infinity();
         let value = |omega: f64| {
@@ -241,22 +241,22 @@ pub(crate) fn beyond_control(response: &Mat<c64>, m1: usize) -> (Mat<c64>, Mat<c
 }
 
 /// The control side of a normal form.
-pub(crate) fn control_side(p: &crate::robust::hinf::normal::NormalForm) -> Side {
-    Side { a: p.a.clone(), b1: p.b1.clone(), b2: p.b2.clone(), c1: p.c1.clone(), d11: p.d11.clone() }
+pub(crate) fn control_side(p: &crate::robust::hinf::normal::NormalForm) -> RiccatiSide {
+    RiccatiSide { a: p.a.clone(), b1: p.b1.clone(), b2: p.b2.clone(), c1: p.c1.clone(), d11: p.d11.clone() }
 }
 
 /// The filter side of a normal form: the transposed plant.
-pub(crate) fn filter_side(p: &crate::robust::hinf::normal::NormalForm) -> Side {
+pub(crate) fn filter_side(p: &crate::robust::hinf::normal::NormalForm) -> RiccatiSide {
     let t = |m: &Mat<f64>| m.transpose().to_owned();
-    Side { a: t(&p.a), b1: t(&p.c1), b2: t(&p.c2), c1: t(&p.b1), d11: t(&p.d11) }
+    RiccatiSide { a: t(&p.a), b1: t(&p.c1), b2: t(&p.c2), c1: t(&p.b1), d11: t(&p.d11) }
 }
 
 /// Worst disturbance and control of a side, −R⁻¹([D11 D12]ᵀC1 + BᵀX), (m1+m2)×n.
 ///
 /// # Errors
 /// [`NumericError::Singular`] when γ is a singular value of the feedthrough.
-pub(crate) fn feedback(side: &Side, gamma: f64, x: &Mat<f64>) -> Result<Mat<f64>, NumericError> {
-    let Eliminated { e, d_free, gap, d_direct } = side.eliminated(gamma);
+pub(crate) fn feedback(side: &RiccatiSide, gamma: f64, x: &Mat<f64>) -> Result<Mat<f64>, NumericError> {
+    let Eliminated { e, d_free, gap, d_direct } = side.eliminate_feedthrough(gamma);
     let right = d_free.transpose() * side.c_free() + e.transpose() * x;
     let disturbance = solve(&gap, &right)? * gamma.recip();
     let control = d_direct * &disturbance + side.c_direct() + side.b2.transpose() * x;

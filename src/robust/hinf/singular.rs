@@ -57,7 +57,7 @@ pub fn synthesise_perturbed(
     let Some(units) = ChannelUnits::new(plant) else {
         return Err(reason);
     };
-    let mut trial = Trial { plant, settings, units, needs: Needs::default() };
+    let mut trial = SingularTrial { plant, settings, units, needs: Needs::default() };
     let (mut best, mut failure): (Option<(HinfSolution, Perturbation)>, _) = (None, reason.clone());
     for share in SHARES {
         let (found, added, enlarged_norm) = match trial.solve(share) {
@@ -94,7 +94,7 @@ fn is_singular(error: &SynthesisError) -> bool {
     )
 }
 
-struct Trial<'a> {
+struct SingularTrial<'a> {
     plant: &'a GeneralizedPlant,
     settings: &'a HinfSettings,
     units: ChannelUnits,
@@ -102,7 +102,7 @@ struct Trial<'a> {
     needs: Needs,
 }
 
-impl Trial<'_> {
+impl SingularTrial<'_> {
     /// Solution at a share, with the norm of the given plant in place of that of the enlarged one, which comes beside.
     fn solve(&mut self, share: f64) -> Result<(HinfSolution, Regularisation, f64), SynthesisError> {
         loop {
@@ -119,7 +119,7 @@ impl Trial<'_> {
                 }
                 Err(error) => error,
             };
-            let more = wanted(&error, self.needs);
+            let more = needs_of(&error, self.needs);
             if more == self.needs {
                 return Err(error);
             }
@@ -129,10 +129,10 @@ impl Trial<'_> {
 }
 
 /// The channels of states that a failure asks for, besides those there are.
-fn wanted(error: &SynthesisError, needs: Needs) -> Needs {
+fn needs_of(error: &SynthesisError, needs: Needs) -> Needs {
     use SynthesisError as E;
     match error {
-        E::WeakFeedthrough { source, .. } => wanted(source, needs),
+        E::WeakFeedthrough { source, .. } => needs_of(source, needs),
         E::AxisZero { which, .. } if which.starts_with("P12") => Needs { state_errors: true, ..needs },
         E::AxisZero { .. } => Needs { state_disturbances: true, ..needs },
         E::NotStabilisable { .. } | E::NotDetectable { .. } | E::Partition(_) => needs,

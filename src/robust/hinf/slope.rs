@@ -6,23 +6,23 @@
 
 use super::couplings::{BindingLevel, Couplings, NEAR};
 use super::matrix_slope::MatrixSlope;
-use super::riccati_pair::solved;
-use super::search::Search;
-use super::side::{Regulator, Side, beyond_control};
+use super::riccati_pair::solve_pair;
+use super::search::GammaSearch;
+use super::side::{Regulator, RiccatiSide, beyond_control};
 use crate::linalg::dense::complex;
 use crate::linalg::hermitian::singular_vectors;
-use crate::linalg::riccati::Effort;
+use crate::linalg::riccati::RiccatiEffort;
 use crate::linalg::{Mat, c64, solve_complex};
 use crate::lti::level_set::Peak;
 use crate::robust::error::SynthesisError;
 
 /// The levels that bind at the optimum `gamma` of a search, or nearly: those of the largest eigenvalues of XY, and of
 /// the two sides.
-pub(super) fn binding_levels(search: &Search, gamma: f64) -> Result<Vec<BindingLevel>, SynthesisError> {
+pub(super) fn binding_levels(search: &GammaSearch, gamma: f64) -> Result<Vec<BindingLevel>, SynthesisError> {
     let normal = &search.normal;
     let (control, filter) = (&search.control, &search.filter);
     // No solution at the end of a bracket means that a side binds.
-    let mut found = match solved(control, filter, gamma, Effort::Fast)? {
+    let mut found = match solve_pair(control, filter, gamma, RiccatiEffort::Fast)? {
         Some(found) if found.coupling.is_definite() => Couplings::new(control, filter, &found, gamma)?.levels(normal),
         _ => vec![],
     };
@@ -40,15 +40,15 @@ pub(super) fn binding_levels(search: &Search, gamma: f64) -> Result<Vec<BindingL
     }
     if near(&filter_level) {
         let slope = axis_slope(filter, &search.filter_regulator, &filter_level)?;
-        add(&filter_level, &slope.transposed());
+        add(&filter_level, &slope.transpose());
     }
     Ok(found)
 }
 
 /// d ln of the level of one side at its peak.
-fn axis_slope(side: &Side, regulator: &Regulator, level: &Peak) -> Result<MatrixSlope, SynthesisError> {
+fn axis_slope(side: &RiccatiSide, regulator: &Regulator, level: &Peak) -> Result<MatrixSlope, SynthesisError> {
     let (n, m1, m2) = (side.a.nrows(), side.b1.ncols(), side.b2.ncols());
-    let closed = side.regulated(regulator);
+    let closed = side.close_regulator(regulator);
     let (b, c) = (complex(&closed.b), complex(&closed.c));
     let finite = level.omega_rad_s.is_finite();
     let pencil = Mat::from_fn(n, n, |i, j| {

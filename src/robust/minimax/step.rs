@@ -11,7 +11,7 @@ use super::curvature::Curvature;
 use crate::linalg::Mat;
 use crate::linalg::dense::dot;
 use crate::linalg::symmetric::DefiniteFactor;
-use crate::robust::mu::lmi::{ProgrammeError, QuadraticProgramme, Row};
+use crate::robust::mu::lmi::{ProgrammeError, QuadraticProgramme, SparseRow};
 
 /// A step with what the linear model promises.
 #[derive(Clone, Debug)]
@@ -73,7 +73,8 @@ impl CurvedProgramme {
     /// The programme of some values; `None` where λM + B is not positive definite.
     pub(crate) fn new(
         values: &[LinearValue],
-        (metric, curvature): (&Mat<f64>, &Curvature),
+        metric: &Mat<f64>,
+        curvature: &Curvature,
         rule: &StepRule,
     ) -> Option<Self> {
         let n = metric.nrows();
@@ -111,7 +112,7 @@ pub(crate) fn curved_step(
     shape: (&Mat<f64>, &Curvature),
     rule: &StepRule,
 ) -> Option<MinimaxStep> {
-    CurvedProgramme::new(values, shape, rule)?.step(likely)
+    CurvedProgramme::new(values, shape.0, shape.1, rule)?.step(likely)
 }
 
 /// 0 for the objective, 1 + g for limit g.
@@ -141,12 +142,12 @@ fn levels<'a>(
 /// Its matrix is as small as the number of values, the primal one has as many rows and all coordinates besides.
 fn by_interior_point(values: &[LinearValue], rule: &StepRule) -> Result<Vec<f64>, ProgrammeError> {
     let m = values.len();
-    let sum_over = |limit: Option<usize>, bound: f64| Row {
+    let sum_over = |limit: Option<usize>, bound: f64| SparseRow {
         terms: (0..m).filter(|k| values[*k].limit == limit).map(|k| (k, 1.0)).collect(),
         bound,
     };
-    let kept = |row: &Row| !row.terms.is_empty();
-    let not_negative = (0..m).map(|k| Row { terms: vec![(k, -1.0)], bound: 0.0 });
+    let kept = |row: &SparseRow| !row.terms.is_empty();
+    let not_negative = (0..m).map(|k| SparseRow { terms: vec![(k, -1.0)], bound: 0.0 });
     let groups = (0..rule.limits).map(|g| sum_over(Some(g), rule.penalty));
     let programme = QuadraticProgramme {
         quadratic: Mat::from_fn(m, m, |i, j| {
@@ -190,7 +191,7 @@ mod tests {
         let rule = StepRule { limits: 0, penalty: 0.0, proximal: 1.0 };
         let list = |a: f64, b: f64| [value(a, [1.0, 0.3]), value(b, [-1.0, 0.2])];
         let shape = (&metric, &curvature);
-        let programme = CurvedProgramme::new(&list(0.0, 0.1), shape, &rule);
+        let programme = CurvedProgramme::new(&list(0.0, 0.1), shape.0, shape.1, &rule);
         let mut programme = programme.expect("the metric is positive definite");
         programme.revalue([0.4, 0.2].into_iter());
         let found = programme.step(&[]).expect("the programme has an answer");

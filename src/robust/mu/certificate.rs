@@ -46,7 +46,7 @@ pub(super) fn certify(
     if best.upper <= 0.0 {
         return Ok((best, 0));
     }
-    let sweep = Sweep { system, points, form };
+    let sweep = CertificateSweep { system, points, form };
     let (mut covered, mut ahead, mut scalings) = (0.0f64, 0.05f64, 0);
     while covered < f64::INFINITY {
         let level = best.upper * (1.0 + slack);
@@ -99,13 +99,13 @@ pub(super) fn certify(
     Ok((best, scalings))
 }
 
-struct Sweep<'a> {
+struct CertificateSweep<'a> {
     system: &'a MuSystem,
     points: &'a [MuPoint],
     form: &'a LevelForm,
 }
 
-impl Sweep<'_> {
+impl CertificateSweep<'_> {
     /// The scaling to try next: of a point already met when one lies well ahead of where the sweep stands, else a new
     /// one.
     fn trial(&self, covered: f64, ahead: f64) -> Result<MuPoint, MuError> {
@@ -136,7 +136,7 @@ impl Sweep<'_> {
                 skew: Mat::from_fn(scaling.skew.nrows(), scaling.skew.ncols(), |i, j| scaling.skew[(i, j)] * 0.1),
                 ..scaling.clone()
             };
-            if smaller.bound(&response) < ENOUGH * level {
+            if smaller.bound_at(&response) < ENOUGH * level {
                 scaling = smaller;
             } else {
                 break;

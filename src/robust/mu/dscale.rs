@@ -59,34 +59,34 @@ pub(crate) fn osborne(m: &Mat<c64>, structure: &Structure) -> Vec<f64> {
 }
 
 /// D_L M D_R⁻¹ divided by `size`, for one number per block.
-fn scaled(m: &Mat<c64>, structure: &Structure, d: &[f64], size: f64) -> Planar {
+fn scale_matrix(m: &Mat<c64>, structure: &Structure, d: &[f64], size: f64) -> Planar {
     let (mut rows, mut cols) = (vec![1.0; m.nrows()], vec![1.0; m.ncols()]);
     for (span, d) in structure.spans.iter().zip(d) {
         rows[span.z.clone()].fill(*d);
         cols[span.w.clone()].fill(1.0 / (d * size));
     }
-    Planar::scaled(m, &rows, &cols)
+    Planar::from_scaled(m, &rows, &cols)
 }
 
 /// σ_max(D_L M D_R⁻¹): the bound that a diagonal scale proves.
-pub fn bound(m: &Mat<c64>, structure: &Structure, d: &[f64]) -> f64 {
-    largest_singular_value(&scaled(m, structure, d, 1.0))
+pub fn bound_scaled(m: &Mat<c64>, structure: &Structure, d: &[f64]) -> f64 {
+    largest_singular_value(&scale_matrix(m, structure, d, 1.0))
 }
 
 /// Optimal diagonal scale of M for a structure whose blocks all have a single scale, with its proof. M should be
 /// irreducible.
 pub fn optimal(m: &Mat<c64>, structure: &Structure) -> DiagonalScale {
-    sought(m, structure, End::Proven)
+    seek_scaling(m, structure, End::Proven)
 }
 
 /// The same without the proof, whose last steps lower the bound by less than 2e-7 of it: about half the steps.
-pub fn settled(m: &Mat<c64>, structure: &Structure) -> DiagonalScale {
-    sought(m, structure, End::Settled)
+pub fn settle_scaling(m: &Mat<c64>, structure: &Structure) -> DiagonalScale {
+    seek_scaling(m, structure, End::Settled)
 }
 
-fn sought(m: &Mat<c64>, structure: &Structure, until: End) -> DiagonalScale {
+fn seek_scaling(m: &Mat<c64>, structure: &Structure, until: End) -> DiagonalScale {
     let start = osborne(m, structure);
-    let size = bound(m, structure, &start);
+    let size = bound_scaled(m, structure, &start);
     let n = structure.spans.len();
     // NaN when the balance itself overflowed.
     if n == 1 || size.is_nan() || size <= 0.0 {
@@ -98,13 +98,13 @@ fn sought(m: &Mat<c64>, structure: &Structure, until: End) -> DiagonalScale {
     let mut best = DiagonalScale { d: start, bound: size, at_least: 0.0, steps: 0 };
     for _ in 0..STARTS {
         let (before, least) = (best.bound, best.at_least);
-        let end = centres(&scaled(m, structure, &best.d, before), &blocks, until);
+        let end = centres(&scale_matrix(m, structure, &best.d, before), &blocks, until);
         best.steps += end.steps;
         best.at_least = best.at_least.max(before * end.at_least.max(0.0).sqrt());
         let reference = (best.d[n - 1], end.x[n - 1]);
         let pairs = best.d.iter().zip(&end.x);
         let d: Vec<f64> = pairs.map(|(d, x)| d / reference.0 * (x / reference.1).sqrt()).collect();
-        let reached = bound(m, structure, &d);
+        let reached = bound_scaled(m, structure, &d);
         if reached < before {
             (best.d, best.bound) = (d, reached);
         }
@@ -132,13 +132,13 @@ const GAINED: f64 = 1e-6;
 /// Where the bound is flat its optimal D is arbitrary and jumps from frequency to frequency; the balance is smooth, and
 /// what a rational D(s) should follow there.
 pub fn smooth(m: &Mat<c64>, structure: &Structure, slack: f64) -> Vec<f64> {
-    let best = settled(m, structure);
+    let best = settle_scaling(m, structure);
     let balance = osborne(m, structure);
     let between = |t: f64| -> Vec<f64> {
         let pairs = best.d.iter().zip(&balance);
         pairs.map(|(d, o)| d.powf(1.0 - t) * o.powf(t)).collect()
     };
-    let within = |t: f64| bound(m, structure, &between(t)) <= (1.0 + slack) * best.bound;
+    let within = |t: f64| bound_scaled(m, structure, &between(t)) <= (1.0 + slack) * best.bound;
     if within(1.0) {
         return balance;
     }

@@ -278,7 +278,7 @@ fn squares<M: Columns>(of: &M, rows: &Range<usize>, cols: &Range<usize>) -> f64 
     let mut sum = 0.0;
     for j in cols.clone() {
         for i in rows.clone() {
-            sum += of.squared(i, j);
+            sum += of.square_of(i, j);
         }
     }
     sum
@@ -292,9 +292,9 @@ fn squares_above<M: Columns>(of: &M, rows: &Range<usize>, cols: &Range<usize>) -
     let mut sum = 0.0;
     for j in cols.clone() {
         for i in rows.start..j {
-            sum += 2.0 * of.squared(i, j);
+            sum += 2.0 * of.square_of(i, j);
         }
-        sum += of.squared(j, j);
+        sum += of.square_of(j, j);
     }
     sum
 }

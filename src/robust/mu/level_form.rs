@@ -25,7 +25,7 @@ pub(super) struct LevelForm {
 
 impl LevelForm {
     /// The system in its own coordinates.
-    pub(super) fn own(system: &StateSpace<Continuous>) -> Self {
+    pub(super) fn from_system(system: &StateSpace<Continuous>) -> Self {
         Self { system: system.clone(), error: 0.0, size: f64::INFINITY }
     }
 
@@ -33,7 +33,7 @@ impl LevelForm {
     ///
     /// # Errors
     /// [`NumericError`] when a gramian fails.
-    pub(super) fn balanced(system: &StateSpace<Continuous>, peak: f64) -> Result<Self, NumericError> {
+    pub(super) fn from_balanced(system: &StateSpace<Continuous>, peak: f64) -> Result<Self, NumericError> {
         let balancing = Balancing::new(system)?;
         let (mut order, mut error) = (balancing.hankel.len(), 0.0);
         while order > 0 && error + 2.0 * balancing.hankel[order - 1] <= CUT * peak {
@@ -41,7 +41,7 @@ impl LevelForm {
             error += 2.0 * balancing.hankel[order];
         }
         let size = max_singular_value(&system.d) + 2.0 * balancing.hankel.iter().sum::<f64>();
-        Ok(Self { system: balancing.truncated(order)?, error, size })
+        Ok(Self { system: balancing.truncate_states(order)?, error, size })
     }
 
     /// The level below which this form must be for the system that it stands for to be below `level`, with a scaling.

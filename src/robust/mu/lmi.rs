@@ -43,7 +43,7 @@ pub(crate) struct MatrixInequality {
 
 /// aᵀx ⋚ b with a sparse a.
 #[derive(Clone, Debug)]
-pub(crate) struct Row {
+pub(crate) struct SparseRow {
     /// Variables and their coefficients.
     pub terms: Vec<(usize, f64)>,
     /// Right-hand side b.
@@ -90,9 +90,9 @@ pub(crate) struct Programme {
     /// Objective c; its length is the number of variables.
     pub objective: Vec<f64>,
     /// aᵀx = b.
-    pub equalities: Vec<Row>,
+    pub equalities: Vec<SparseRow>,
     /// aᵀx ≤ b.
-    pub inequalities: Vec<Row>,
+    pub inequalities: Vec<SparseRow>,
     /// Bounds on Euclidean norms.
     pub norms: Vec<NormInequality>,
     /// Matrix inequalities.
@@ -107,9 +107,9 @@ pub(crate) struct QuadraticProgramme {
     /// c.
     pub objective: Vec<f64>,
     /// aᵀx = b.
-    pub equalities: Vec<Row>,
+    pub equalities: Vec<SparseRow>,
     /// aᵀx ≤ b.
-    pub inequalities: Vec<Row>,
+    pub inequalities: Vec<SparseRow>,
 }
 
 impl QuadraticProgramme {
@@ -144,15 +144,15 @@ impl QuadraticProgramme {
             .presolve_enable(false)
             .max_iter(MAX_ITERATIONS)
             .build()
-            .map_err(|e| stopped(&e, 0))?;
+            .map_err(|e| name_stop(&e, 0))?;
         let mut solver =
-            DefaultSolver::new(&quadratic, &self.objective, &a, &b, &cones, settings).map_err(|e| stopped(&e, 0))?;
+            DefaultSolver::new(&quadratic, &self.objective, &a, &b, &cones, settings).map_err(|e| name_stop(&e, 0))?;
         solver.solve();
         let end = &solver.solution;
         if end.x.iter().all(|v| v.is_finite()) && end.iterations > 0 {
             return Ok(end.x.clone());
         }
-        Err(stopped(&end.status, end.iterations))
+        Err(name_stop(&end.status, end.iterations))
     }
 }
 
@@ -184,10 +184,10 @@ impl Programme {
             .chordal_decomposition_enable(false)
             .max_iter(MAX_ITERATIONS)
             .build()
-            .map_err(|e| stopped(&e, 0))?;
+            .map_err(|e| name_stop(&e, 0))?;
         let quadratic = CscMatrix::zeros((n, n));
         let mut solver =
-            DefaultSolver::new(&quadratic, &self.objective, &a, &b, &cones, settings).map_err(|e| stopped(&e, 0))?;
+            DefaultSolver::new(&quadratic, &self.objective, &a, &b, &cones, settings).map_err(|e| name_stop(&e, 0))?;
         solver.solve();
         let end = &solver.solution;
         match end.status {
@@ -196,7 +196,7 @@ impl Programme {
             _ if end.x.iter().all(|v| v.is_finite()) && end.iterations > 0 => {
                 Ok(Optimum { x: end.x.clone(), is_accurate: end.status == SolverStatus::Solved })
             }
-            status => Err(stopped(&status, end.iterations)),
+            status => Err(name_stop(&status, end.iterations)),
         }
     }
 
@@ -228,9 +228,9 @@ impl Programme {
         }
         for inequality in &self.matrices {
             let start = b.len();
-            b.extend(packed(&inequality.constant));
+            b.extend(pack_hermitian(&inequality.constant));
             for (variable, matrix) in &inequality.terms {
-                let entries = packed(matrix).into_iter().enumerate();
+                let entries = pack_hermitian(matrix).into_iter().enumerate();
                 let kept = entries.filter(|(_, v)| *v != 0.0);
                 columns[*variable].extend(kept.map(|(k, v)| (start + k, -v)));
             }
@@ -250,7 +250,7 @@ impl Programme {
 }
 
 /// Upper triangle, column by column, off-diagonals times √2, of the real image of a Hermitian matrix.
-fn packed(h: &Mat<c64>) -> Vec<f64> {
+fn pack_hermitian(h: &Mat<c64>) -> Vec<f64> {
     let n = h.nrows();
     let mut out = Vec::with_capacity(n * (2 * n + 1));
     for j in 0..2 * n {
@@ -266,6 +266,6 @@ fn packed(h: &Mat<c64>) -> Vec<f64> {
     out
 }
 
-fn stopped(status: &impl std::fmt::Debug, iterations: u32) -> ProgrammeError {
+fn name_stop(status: &impl std::fmt::Debug, iterations: u32) -> ProgrammeError {
     ProgrammeError::Stopped { status: format!("{status:?}"), iterations }
 }

@@ -18,7 +18,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// A perturbation that makes the loop singular.
 #[derive(Clone, Debug)]
-pub struct WorstCase {
+pub struct SingularDelta {
     /// 1/σ_max(Δ): a lower bound of μ; 0 when no Δ was found.
     pub value: f64,
     /// Δ, w×z; zero when none was found.
@@ -27,7 +27,7 @@ pub struct WorstCase {
     pub singularity: f64,
 }
 
-impl WorstCase {
+impl SingularDelta {
     /// Nothing found.
     pub fn none(structure: &Structure) -> Self {
         Self { value: 0.0, delta: Mat::zeros(structure.inputs(), structure.outputs()), singularity: f64::NAN }
@@ -44,13 +44,13 @@ const STARTS: [usize; 2] = [8, 40];
 const IMAGINARY_WEIGHT: f64 = 2.0;
 
 /// Lower bound of μ(M) for a scaling (that of the upper bound) in whose coordinates the search runs.
-pub(crate) fn search(m: &Mat<c64>, structure: &Structure, scaling: &Scaling, upper: f64) -> WorstCase {
-    let mut best = WorstCase::none(structure);
+pub(crate) fn search(m: &Mat<c64>, structure: &Structure, scaling: &Scaling, upper: f64) -> SingularDelta {
+    let mut best = SingularDelta::none(structure);
     let scaled = scaling.apply(m);
     if !scaled.is_all_finite() || scaled.norm_max() == 0.0 {
         return best;
     }
-    let problem = Problem { m: &scaled, structure, real: structure.has_real() };
+    let problem = LowerProblem { m: &scaled, structure, real: structure.has_real() };
     if problem.is_one_real_parameter() {
         return problem.largest_real_eigenvalue().unwrap_or(best);
     }
@@ -74,12 +74,12 @@ pub(crate) fn search(m: &Mat<c64>, structure: &Structure, scaling: &Scaling, upp
 
 /// Perturbations of size one with an eigenvalue of ΔM that is large, though not real: what a search over frequency goes
 /// on with.
-pub(super) fn unrestored(m: &Mat<c64>, structure: &Structure, scaling: &Scaling) -> Vec<(Mat<c64>, c64)> {
+pub(super) fn list_unrestored(m: &Mat<c64>, structure: &Structure, scaling: &Scaling) -> Vec<(Mat<c64>, c64)> {
     let scaled = scaling.apply(m);
     if !scaled.is_all_finite() || scaled.norm_max() == 0.0 {
         return vec![];
     }
-    let problem = Problem { m: &scaled, structure, real: true };
+    let problem = LowerProblem { m: &scaled, structure, real: true };
     let mut random = ChaCha8Rng::seed_from_u64(7);
     let mut found = vec![];
     for number in 0..STARTS[0] {
@@ -96,26 +96,26 @@ pub(super) fn unrestored(m: &Mat<c64>, structure: &Structure, scaling: &Scaling)
 }
 
 /// Δ scaled to make the loop singular, checked; none where it is not singular, λ being the eigenvalue of ΔM.
-pub(super) fn singular(m: &Mat<c64>, structure: &Structure, delta: &Mat<c64>, lambda: c64) -> Option<WorstCase> {
-    Problem { m, structure, real: true }.finish(delta, lambda)
+pub(super) fn singular(m: &Mat<c64>, structure: &Structure, delta: &Mat<c64>, lambda: c64) -> Option<SingularDelta> {
+    LowerProblem { m, structure, real: true }.finish(delta, lambda)
 }
 
 /// Eigenvalues that are followed from each start.
 const BRANCHES: usize = 3;
 
-struct Problem<'a> {
+struct LowerProblem<'a> {
     m: &'a Mat<c64>,
     structure: &'a Structure,
     real: bool,
 }
 
 /// The linear model of one eigenvalue: λ(Δ) ≈ aᴴ Δ b.
-struct Model {
+struct EigenvalueModel {
     a: Mat<c64>,
     b: Mat<c64>,
 }
 
-impl Problem<'_> {
+impl LowerProblem<'_> {
     /// Start 0 aligns with the largest singular vectors, others are random; with few real parameters all signs are met.
     fn start(&self, number: usize, random: &mut ChaCha8Rng) -> Option<Mat<c64>> {
         let (q, p) = (self.structure.inputs(), self.structure.outputs());
@@ -127,7 +127,7 @@ impl Problem<'_> {
             let a = Mat::from_fn(q, 1, |_, _| draw());
             (a, Mat::from_fn(p, 1, |_, _| draw()))
         };
-        let mut delta = self.vertex(&Model { a, b }, 0.0);
+        let mut delta = self.vertex(&EigenvalueModel { a, b }, 0.0);
         // The first starts run through the signs of the real parameters, as far as they reach.
         let signs = self.structure.spans.iter().filter(|s| s.is_real());
         for (k, span) in signs.enumerate().take(5) {
@@ -140,7 +140,7 @@ impl Problem<'_> {
     }
 
     /// The Δ with σ_max ≤ 1 that maximises Re(e^{−jψ} aᴴΔb).
-    fn vertex(&self, model: &Model, psi: f64) -> Mat<c64> {
+    fn vertex(&self, model: &EigenvalueModel, psi: f64) -> Mat<c64> {
         let mut delta = Mat::zeros(self.structure.inputs(), self.structure.outputs());
         for span in &self.structure.spans {
             let rotation = c64::from_polar(1.0, psi);
@@ -175,12 +175,12 @@ impl Problem<'_> {
     }
 
     /// aᴴΔb.
-    fn value(model: &Model, delta: &Mat<c64>) -> c64 {
+    fn value(model: &EigenvalueModel, delta: &Mat<c64>) -> c64 {
         (model.a.adjoint() * delta * &model.b)[(0, 0)]
     }
 
     /// Best Δ of the model: along the present phase of λ, or subject to Im λ = 0 when there are real parameters.
-    fn target(&self, model: &Model, lambda: c64) -> Mat<c64> {
+    fn target(&self, model: &EigenvalueModel, lambda: c64) -> Mat<c64> {
         if !self.real {
             return self.vertex(model, lambda.arg());
         }
@@ -213,7 +213,7 @@ impl Problem<'_> {
     }
 
     /// a and b of the linear model at an eigenvalue.
-    fn model(&self, delta: &Mat<c64>, lambda: c64) -> Option<Model> {
+    fn model(&self, delta: &Mat<c64>, lambda: c64) -> Option<EigenvalueModel> {
         let mut shifted = delta * self.m;
         for k in 0..shifted.nrows() {
             shifted[(k, k)] -= lambda;
@@ -225,7 +225,7 @@ impl Problem<'_> {
         // A defective eigenvalue has an infinite derivative: its direction is what counts.
         let divisor = if product.norm() > 1e-14 { product } else { c64::new(1e-14, 0.0) };
         let a = Mat::from_fn(y.nrows(), 1, |i, _| y[(i, 0)] / divisor.conj());
-        Some(Model { a, b: self.m * x })
+        Some(EigenvalueModel { a, b: self.m * x })
     }
 
     fn is_one_real_parameter(&self) -> bool {
@@ -233,7 +233,7 @@ impl Problem<'_> {
     }
 
     /// Δ = I/λ at the largest real eigenvalue λ of M: μ of one real parameter, exactly.
-    fn largest_real_eigenvalue(&self) -> Option<WorstCase> {
+    fn largest_real_eigenvalue(&self) -> Option<SingularDelta> {
         let values = eigenvalues_complex(self.m).ok()?;
         let n = self.m.nrows();
         let singular = values.into_iter().filter_map(|lambda| {
@@ -244,7 +244,7 @@ impl Problem<'_> {
         singular.max_by(|x, y| x.value.total_cmp(&y.value))
     }
 
-    fn ascend(&self, delta: Mat<c64>, choice: usize) -> Option<WorstCase> {
+    fn ascend(&self, delta: Mat<c64>, choice: usize) -> Option<SingularDelta> {
         let (mut delta, mut lambda) = self.climb(delta, choice)?;
         if self.real {
             (delta, lambda) = self.restore(delta, lambda)?;
@@ -322,7 +322,7 @@ impl Problem<'_> {
     }
 
     /// Δ/λ with its checks.
-    fn finish(&self, delta: &Mat<c64>, lambda: c64) -> Option<WorstCase> {
+    fn finish(&self, delta: &Mat<c64>, lambda: c64) -> Option<SingularDelta> {
         let divisor = if self.real { c64::new(lambda.re, 0.0) } else { lambda };
         if divisor.re <= 0.0 && self.real || divisor.norm() < 1e-300 {
             return None;
@@ -333,12 +333,12 @@ impl Problem<'_> {
         let difference = Mat::from_fn(n, n, |i, j| c64::new(f64::from(u8::from(i == j)), 0.0) - loop_gain[(i, j)]);
         let singularity = min_singular_value(&difference) / (1.0 + max_singular_value_complex(&loop_gain));
         let size = max_singular_value_complex(&delta);
-        (singularity <= SINGULAR && size > 0.0).then(|| WorstCase { value: 1.0 / size, delta, singularity })
+        (singularity <= SINGULAR && size > 0.0).then(|| SingularDelta { value: 1.0 / size, delta, singularity })
     }
 }
 
 /// Σ over the repetitions of conj(a)·b: the derivative of λ with respect to a scalar.
-fn scalar_gain(model: &Model, span: &Span) -> c64 {
+fn scalar_gain(model: &EigenvalueModel, span: &Span) -> c64 {
     let pairs = span.w.clone().zip(span.z.clone());
     pairs.map(|(i, j)| model.a[(i, 0)].conj() * model.b[(j, 0)]).sum()
 }

@@ -6,7 +6,7 @@
 //! in coordinates in which a good scale is the identity, then λ ← the bound of the new scale, evaluated (Dinkelbach;
 //! the convergence is superlinear). Symbols: λ = β².
 
-use super::lmi::{MatrixInequality, Programme, Row};
+use super::lmi::{MatrixInequality, Programme, SparseRow};
 use crate::linalg::hermitian::{cholesky, inverse_complex};
 use crate::linalg::{Mat, NumericError, c64, max_singular_value_complex};
 use crate::robust::structure::{Scaling, Span, Structure};
@@ -37,7 +37,7 @@ pub fn optimal(m: &Mat<c64>, structure: &Structure, start: Scaling) -> Result<Sc
                 return Ok(best);
             }
             let frame = frame.unwrap_or(&best);
-            let Some((next, lower)) = round(m, structure, frame, level) else {
+            let Some((next, lower)) = run_round(m, structure, frame, level) else {
                 break;
             };
             if lower.is_nan() || lower >= level {
@@ -54,7 +54,7 @@ pub fn optimal(m: &Mat<c64>, structure: &Structure, start: Scaling) -> Result<Sc
 }
 
 /// One programme in the coordinates of `frame`: the scaling it leads to and the λ that this proves.
-fn round(m: &Mat<c64>, structure: &Structure, frame: &Scaling, level: f64) -> Option<(Scaling, f64)> {
+fn run_round(m: &Mat<c64>, structure: &Structure, frame: &Scaling, level: f64) -> Option<(Scaling, f64)> {
     let scaled = frame.apply(m);
     let size = max_singular_value_complex(&scaled);
     if size.is_nan() || size <= 0.0 {
@@ -115,21 +115,21 @@ fn improve(m: &Mat<c64>, structure: &Structure, level: f64) -> Option<(Vec<Mat<c
                 trace.push((next + e, span.w.len() as f64 / n as f64));
             }
         }
-        bounded(&mut programme, &basis, next, n, (1.0 / X_RANGE, f64::INFINITY));
+        bound_variables(&mut programme, &basis, next, n, 1.0 / X_RANGE, f64::INFINITY);
         layout.push((k, false, basis.clone(), next));
         next += basis.len();
         if span.is_real() {
             for (e, element) in basis.iter().enumerate() {
                 terms.push((next + e, skew_term(m, span, element)));
             }
-            bounded(&mut programme, &basis, next, n, (-G_RANGE, G_RANGE));
+            bound_variables(&mut programme, &basis, next, n, -G_RANGE, G_RANGE);
             layout.push((k, true, basis.clone(), next));
             next += basis.len();
         }
     }
     programme.objective = vec![0.0; next];
     programme.objective[0] = 1.0;
-    programme.equalities.push(Row { terms: trace, bound: q as f64 });
+    programme.equalities.push(SparseRow { terms: trace, bound: q as f64 });
     programme.matrices.push(MatrixInequality { constant: Mat::zeros(q, q), terms });
     let optimum = programme.solve().ok()?;
     let blocks = structure.spans.len();
@@ -202,14 +202,14 @@ fn skew_term(m: &Mat<c64>, span: &Span, element: &Element) -> Mat<c64> {
 }
 
 /// lo·I ⪯ Σ xᵢEᵢ ⪯ hi·I.
-fn bounded(programme: &mut Programme, basis: &[Element], first: usize, n: usize, (lo, hi): (f64, f64)) {
+fn bound_variables(programme: &mut Programme, basis: &[Element], first: usize, n: usize, lo: f64, hi: f64) {
     for (sign, limit) in [(1.0, lo), (-1.0, -hi)] {
         if !limit.is_finite() {
             continue;
         }
         // sign·Σ xᵢEᵢ ⪰ limit·I
         if n == 1 {
-            programme.inequalities.push(Row { terms: vec![(first, -sign)], bound: -limit });
+            programme.inequalities.push(SparseRow { terms: vec![(first, -sign)], bound: -limit });
             continue;
         }
         let scaled = |e: &Element| {

@@ -22,7 +22,7 @@ mod vertex_crossing;
 use crate::augment::Block;
 use crate::linalg::{Mat, c64, max_singular_value_complex};
 use crate::robust::structure::{MuError, Scaling, Span, Structure};
-use lower::WorstCase;
+use lower::SingularDelta;
 use reduction::Component;
 
 /// Both bounds with what proves them.
@@ -63,9 +63,9 @@ pub fn upper_bound(m: &Mat<c64>, blocks: &[Block]) -> Result<(f64, Scaling), MuE
 ///
 /// # Errors
 /// As [`upper_bound`].
-pub fn lower_bound(m: &Mat<c64>, blocks: &[Block]) -> Result<WorstCase, MuError> {
+pub fn lower_bound(m: &Mat<c64>, blocks: &[Block]) -> Result<SingularDelta, MuError> {
     let found = bounds(m, blocks)?;
-    Ok(WorstCase { value: found.lower, delta: found.delta, singularity: f64::NAN })
+    Ok(SingularDelta { value: found.lower, delta: found.delta, singularity: f64::NAN })
 }
 
 /// Both bounds of μ(M).
@@ -75,7 +75,7 @@ pub fn lower_bound(m: &Mat<c64>, blocks: &[Block]) -> Result<WorstCase, MuError>
 pub fn bounds(m: &Mat<c64>, blocks: &[Block]) -> Result<MuBounds, MuError> {
     let structure = Structure::new(blocks)?;
     let (upper, scaling, parts) = upper_by_parts(m, &structure, COUPLING)?;
-    let mut best = WorstCase::none(&structure);
+    let mut best = SingularDelta::none(&structure);
     for part in &parts {
         if part.upper <= best.value {
             continue;
@@ -83,7 +83,7 @@ pub fn bounds(m: &Mat<c64>, blocks: &[Block]) -> Result<MuBounds, MuError> {
         let found = lower::search(&part.component.part_of(m), &part.component.structure, &part.scaling, part.upper);
         if found.value > best.value {
             best.value = found.value;
-            best.delta = embed(&found.delta, &part.component, &structure);
+            best.delta = embed_block(&found.delta, &part.component, &structure);
         }
     }
     Ok(MuBounds { upper, lower: best.value, delta: best.delta, scaling })
@@ -112,7 +112,7 @@ fn upper_by_parts(m: &Mat<c64>, structure: &Structure, coupling: f64) -> Result<
     let largest = parts.iter().map(|p| p.upper).fold(0.0, f64::max);
     let pairs: Vec<(Component, Scaling)> = parts.iter().map(|p| (p.component.clone(), p.scaling.clone())).collect();
     let whole = reduction::assemble(m, structure, &pairs, largest, coupling);
-    let upper = whole.bound(m);
+    let upper = whole.bound_at(m);
     let plain = max_singular_value_complex(m);
     // An overflow of the assembled scales leaves the plain bound, which always holds.
     if upper.is_nan() || upper > plain {
@@ -127,20 +127,20 @@ fn irreducible(m: &Mat<c64>, structure: &Structure) -> Result<(Scaling, f64), Mu
         return Ok((Scaling::identity(structure), 0.0));
     }
     if structure.spans.iter().all(Span::has_scalar_scaling) {
-        let end = dscale::settled(m, structure);
+        let end = dscale::settle_scaling(m, structure);
         return Ok((Scaling::diagonal(structure, &end.d), end.bound));
     }
     // A diagonal D that ignores repetition and realness is the start.
     let split = reduction::split_scalars(structure);
-    let end = dscale::settled(m, &split);
+    let end = dscale::settle_scaling(m, &split);
     let start = Scaling::diagonal(&split, &end.d);
     let best = mixed::optimal(m, structure, start)?;
-    let bound = best.bound(m);
+    let bound = best.bound_at(m);
     Ok((best, bound))
 }
 
 /// Δ of a part as Δ of the whole: a scalar that the part holds in part is repeated over its whole block.
-fn embed(delta: &Mat<c64>, component: &Component, structure: &Structure) -> Mat<c64> {
+fn embed_block(delta: &Mat<c64>, component: &Component, structure: &Structure) -> Mat<c64> {
     let mut whole = Mat::zeros(structure.inputs(), structure.outputs());
     for (own, origin) in component.structure.spans.iter().zip(&component.origin) {
         let span = &structure.spans[*origin];

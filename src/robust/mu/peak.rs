@@ -60,13 +60,13 @@ impl MuSystem {
         // A flat loop needs many scalings for a close certificate: a wider one is tried before giving up. Where
         // that ends early as well, rounding in the given coordinates may have lost crossings: others are tried.
         let mut slack = slack;
-        let mut form = LevelForm::own(&self.system);
+        let mut form = LevelForm::from_system(&self.system);
         let mut balanced = false;
         let (end, scalings) = loop {
             match certificate::certify(self, best.clone(), &points, slack, &form) {
                 Err(MuError::NotCovered { .. }) if slack < 4e-4 => slack = 8e-4,
                 Err(MuError::NotCovered { .. }) if !balanced => {
-                    form = LevelForm::balanced(&self.system, best.upper)?;
+                    form = LevelForm::from_balanced(&self.system, best.upper)?;
                     balanced = true;
                 }
                 other => break other?,
@@ -135,7 +135,7 @@ mod tests {
     #[test]
     fn the_balanced_form_proves_the_peak_of_the_closed_form() -> Result<(), NumericError> {
         let system = flat()?;
-        let form = LevelForm::balanced(&system, 1.0)?;
+        let form = LevelForm::from_balanced(&system, 1.0)?;
         // The small state is cut, and the difference is what the form says at most.
         assert_eq!((form.system.order(), system.order()), (3, 4));
         let error = error(&form);
@@ -162,7 +162,7 @@ mod tests {
 
     #[test]
     fn the_level_is_lowered_by_what_the_cut_may_change() -> Result<(), NumericError> {
-        let form = LevelForm::balanced(&flat()?, 1.0)?;
+        let form = LevelForm::from_balanced(&flat()?, 1.0)?;
         let structure = Structure::new(&BLOCKS).expect("two blocks");
         let mut scaling = Scaling::diagonal(&structure, &[8.0, 1.0]);
         // ‖D‖‖D⁻¹‖ = 8.
@@ -170,7 +170,7 @@ mod tests {
         assert!((form.level(&scaling, 1.0) - expected).abs() < 1e-14);
         scaling.skew[(0, 0)] = c64::new(0.1, 0.0);
         assert!(form.level(&scaling, 1.0) < expected);
-        assert_eq!(LevelForm::own(&flat()?).level(&scaling, 1.0), 1.0);
+        assert_eq!(LevelForm::from_system(&flat()?).level(&scaling, 1.0), 1.0);
         Ok(())
     }
 }

@@ -4,7 +4,7 @@
 //! search for the peak. From there and from the peak eigenvalues are followed for a lower bound.
 
 use super::MuBounds;
-use super::lower::{WorstCase, singular, unrestored};
+use super::lower::{SingularDelta, list_unrestored, singular};
 use super::system::{MuPoint, MuSystem};
 use super::vertex_crossing::RealCrossing;
 use crate::linalg::{Mat, c64, eigenvalues_complex};
@@ -107,7 +107,7 @@ impl MuSystem {
         if !self.structure.has_real() {
             return Ok(place);
         }
-        let mut take = |found: WorstCase, at: f64, bounds: &mut MuBounds| {
+        let mut take = |found: SingularDelta, at: f64, bounds: &mut MuBounds| {
             if found.value > bounds.lower {
                 (bounds.lower, bounds.delta, place) = (found.value, found.delta, at);
             }
@@ -116,7 +116,7 @@ impl MuSystem {
         for end in [0.0, f64::INFINITY] {
             if bounds.lower < CLOSE * bounds.upper {
                 let own = self.bounds(end)?;
-                take(WorstCase { value: own.lower, delta: own.delta, singularity: f64::NAN }, end, bounds);
+                take(SingularDelta { value: own.lower, delta: own.delta, singularity: f64::NAN }, end, bounds);
             }
         }
         for crossing in &self.crossings {
@@ -130,7 +130,7 @@ impl MuSystem {
         if !(omega > 0.0 && omega.is_finite()) {
             return Ok(place);
         }
-        for (delta, lambda) in unrestored(&self.response(omega), &self.structure, &bounds.scaling) {
+        for (delta, lambda) in list_unrestored(&self.response(omega), &self.structure, &bounds.scaling) {
             if bounds.lower >= CLOSE * bounds.upper {
                 break;
             }
@@ -142,7 +142,7 @@ impl MuSystem {
                 // Other blocks have room to gain where the loop can be singular at all.
                 if bounds.lower < CLOSE * bounds.upper && self.structure.spans.len() > 1 {
                     let own = self.bounds(at)?;
-                    take(WorstCase { value: own.lower, delta: own.delta, singularity: f64::NAN }, at, bounds);
+                    take(SingularDelta { value: own.lower, delta: own.delta, singularity: f64::NAN }, at, bounds);
                 }
             }
         }
@@ -151,7 +151,7 @@ impl MuSystem {
 
     /// The first frequency on one side at which the eigenvalue of ΔM(jω) that starts as `from` is real and positive,
     /// and the perturbation there.
-    fn crossing(&self, delta: &Mat<c64>, from: (f64, c64), side: f64) -> Option<(f64, WorstCase)> {
+    fn crossing(&self, delta: &Mat<c64>, from: (f64, c64), side: f64) -> Option<(f64, SingularDelta)> {
         let (start, mut near) = from;
         let follow = |omega: f64, near: c64| nearest(&eigenvalues_of(delta, &self.response(omega)), near);
         let (mut omega, mut step) = (start, FIRST_STEP);

@@ -45,7 +45,7 @@ pub(super) fn search(system: &MuSystem, stride: usize) -> Result<Found, MuError>
             return Err(MuError::NotFinite { omega_rad_s: *omega_rad_s });
         }
     }
-    let mut sweep = Sweep {
+    let mut sweep = PeakSweep {
         system,
         grid: &grid,
         responses: &responses,
@@ -67,10 +67,10 @@ pub(super) fn search(system: &MuSystem, stride: usize) -> Result<Found, MuError>
         sweep.optimise(&open)?;
         sweep.freeze(&rest, &open);
     }
-    sweep.refined()
+    sweep.refine_peaks()
 }
 
-struct Sweep<'a> {
+struct PeakSweep<'a> {
     system: &'a MuSystem,
     grid: &'a [f64],
     responses: &'a [Mat<c64>],
@@ -80,7 +80,7 @@ struct Sweep<'a> {
     exact: Vec<bool>,
 }
 
-impl Sweep<'_> {
+impl PeakSweep<'_> {
     fn upper(&self, k: usize) -> f64 {
         self.points[k].as_ref().map_or(f64::INFINITY, |p| p.upper)
     }
@@ -137,7 +137,7 @@ impl Sweep<'_> {
     }
 
     /// A line search round each of the local maxima that may be the largest.
-    fn refined(self) -> Result<Found, MuError> {
+    fn refine_peaks(self) -> Result<Found, MuError> {
         let points: Vec<MuPoint> = self.points.into_iter().flatten().collect();
         let largest = points.iter().map(|p| p.upper).fold(0.0, f64::max);
         let mut maxima: Vec<usize> = (0..points.len())
@@ -159,7 +159,7 @@ impl Sweep<'_> {
         let may_pay = |k: &usize| {
             let [below, point, above] = beside(*k);
             let ends = (below.omega_rad_s, above.omega_rad_s);
-            exceeds(self.system, &point.scaling, ends, best.upper)
+            exceeds(self.system, &point.scaling, ends.0, ends.1, best.upper)
         };
         let open: Vec<usize> = maxima[1..].par_iter().copied().filter(may_pay).collect();
         let refined: Result<Vec<MuPoint>, MuError> = open.par_iter().map(|k| climb(self.system, beside(*k))).collect();
@@ -174,7 +174,7 @@ impl Sweep<'_> {
 }
 
 /// Whether the bound of a frozen scaling exceeds a level somewhere between two frequencies, as far as a few looks tell.
-fn exceeds(system: &MuSystem, scaling: &Scaling, (lo, hi): (f64, f64), level: f64) -> bool {
+fn exceeds(system: &MuSystem, scaling: &Scaling, lo: f64, hi: f64, level: f64) -> bool {
     if !hi.is_finite() {
         return true;
     }

@@ -147,11 +147,16 @@ pub(super) const COMMON: Entry = Entry {
 pub(super) const ELECTRONIC: Entry = Entry { location: LocationKind::Bearing, domain: Domain::Electronics, ..COMMON };
 
 /// A parameter whose value may have either sign.
-pub(super) const fn signed(name: &'static str, coordinate: Coordinate, bounds: Bounds, shown: Shown) -> Parameter {
+pub(super) const fn signed_parameter(
+    name: &'static str,
+    coordinate: Coordinate,
+    bounds: Bounds,
+    shown: Shown,
+) -> Parameter {
     Parameter { name, positive: false, coordinate, bounds, shown }
 }
 
 /// A parameter whose value must be positive.
 pub(super) const fn positive(name: &'static str, coordinate: Coordinate, bounds: Bounds, shown: Shown) -> Parameter {
-    Parameter { positive: true, ..signed(name, coordinate, bounds, shown) }
+    Parameter { positive: true, ..signed_parameter(name, coordinate, bounds, shown) }
 }

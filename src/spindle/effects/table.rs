@@ -6,7 +6,7 @@
 //! *Dynamics of Rotating Machines*, Cambridge 2010, chapter 7.
 
 use super::coordinate::Coordinate;
-use super::entry::{COMMON, ELECTRONIC, Entry, Parameter, Shown, Site, Starts, positive, signed};
+use super::entry::{COMMON, ELECTRONIC, Entry, Parameter, Shown, Site, Starts, positive, signed_parameter};
 use super::kind::EffectKind;
 use super::location::LocationKind;
 use super::scale::MachineScale;
@@ -15,7 +15,7 @@ use super::scale::MachineScale;
 const FACTOR_OFF: Parameter = positive("factor", Coordinate::Logarithm, |_| (-2.0, 2.0), Shown::PercentOff);
 
 /// A shift of a plane.
-const OFFSET: Parameter = signed(
+const OFFSET: Parameter = signed_parameter(
     "offset_m",
     // A millimetre where the magnets are 200 mm apart.
     Coordinate::Linear(|machine| 5e-3 * machine.bearing_span_m),
@@ -35,7 +35,7 @@ pub const TABLE: &[Entry] = &[
         kind: EffectKind::LoopDelay,
         name: "loop_delay",
         location: LocationKind::None,
-        parameters: &[signed(
+        parameters: &[signed_parameter(
             "delay_s",
             Coordinate::Linear(|machine| 0.2 * machine.sample_period_s),
             // The total delay is half a sample at least.
@@ -166,7 +166,12 @@ pub const TABLE: &[Entry] = &[
     Entry {
         kind: EffectKind::BearingCoupling,
         name: "bearing_coupling",
-        parameters: &[signed("ratio", Coordinate::Linear(|_| 1e-2), |_| (-50.0, 50.0), Shown::Scaled(100.0, " %"))],
+        parameters: &[signed_parameter(
+            "ratio",
+            Coordinate::Linear(|_| 1e-2),
+            |_| (-50.0, 50.0),
+            Shown::Scaled(100.0, " %"),
+        )],
         couples_planes: true,
         sites: &[Site::AxisCoupling],
         // 0.1 % of the force constant.
@@ -178,7 +183,12 @@ pub const TABLE: &[Entry] = &[
     Entry {
         kind: EffectKind::AxisMisalignment,
         name: "axis_misalignment",
-        parameters: &[signed("angle_deg", Coordinate::Linear(|_| 1.0), |_| (-45.0, 45.0), Shown::Scaled(1.0, "°"))],
+        parameters: &[signed_parameter(
+            "angle_deg",
+            Coordinate::Linear(|_| 1.0),
+            |_| (-45.0, 45.0),
+            Shown::Scaled(1.0, "°"),
+        )],
         couples_planes: true,
         sites: &[Site::SensorAxes],
         // 0.1 degree.
@@ -190,7 +200,7 @@ pub const TABLE: &[Entry] = &[
     Entry {
         kind: EffectKind::Gyroscopic,
         name: "gyroscopic",
-        parameters: &[signed("factor", Coordinate::Linear(|_| 1.0), |_| (-1.0, 3.0), Shown::Scaled(1.0, ""))],
+        parameters: &[signed_parameter("factor", Coordinate::Linear(|_| 1.0), |_| (-1.0, 3.0), Shown::Scaled(1.0, ""))],
         replaces: true,
         at_speed_only: true,
         sites: &[Site::Shaft],
@@ -203,7 +213,7 @@ pub const TABLE: &[Entry] = &[
     Entry {
         kind: EffectKind::InternalDamping,
         name: "internal_damping",
-        parameters: &[signed(
+        parameters: &[signed_parameter(
             "loss_time_s",
             // Damping of the first flexible mode, ζ = 0.0035.
             Coordinate::Linear(|machine| 7e-3 * machine.bending_time_s),
@@ -220,7 +230,7 @@ pub const TABLE: &[Entry] = &[
         kind: EffectKind::CrossCoupling,
         name: "cross_coupling",
         location: LocationKind::Position,
-        parameters: &[signed(
+        parameters: &[signed_parameter(
             "stiffness_n_per_m",
             Coordinate::Linear(MachineScale::stiffness_unit_n_per_m),
             |_| (-200.0, 200.0),
@@ -264,7 +274,7 @@ pub const TABLE: &[Entry] = &[
                 |_| (1e-3, 1000.0),
                 Shown::Scaled(1e-3, " kN m/rad"),
             ),
-            signed(
+            signed_parameter(
                 "damping_n_m_s_per_rad",
                 Coordinate::Linear(|m| 3e-4 * m.nose_n_m_per_rad * m.bending_time_s),
                 // A joint takes energy out.
@@ -286,7 +296,7 @@ pub const TABLE: &[Entry] = &[
     Entry {
         kind: EffectKind::ToolMass,
         name: "tool_mass",
-        parameters: &[signed(
+        parameters: &[signed_parameter(
             "mass_kg",
             Coordinate::Linear(|machine| 6e-4 * machine.rotor_mass_kg),
             |_| (-10.0, 100.0),
@@ -305,7 +315,7 @@ pub const TABLE: &[Entry] = &[
         kind: EffectKind::AddedMass,
         name: "added_mass",
         location: LocationKind::Position,
-        parameters: &[signed(
+        parameters: &[signed_parameter(
             "mass_kg",
             Coordinate::Linear(|machine| 6e-3 * machine.rotor_mass_kg),
             |_| (-10.0, 60.0),
@@ -337,7 +347,12 @@ pub const TABLE: &[Entry] = &[
                 },
                 HERTZ,
             ),
-            signed("damping_ratio", Coordinate::Logarithm, |_| (1e-4f64.ln(), 0.7f64.ln()), Shown::Scaled(1.0, "")),
+            signed_parameter(
+                "damping_ratio",
+                Coordinate::Logarithm,
+                |_| (1e-4f64.ln(), 0.7f64.ln()),
+                Shown::Scaled(1.0, ""),
+            ),
         ],
         sites: &[Site::Housing],
         starts: Starts::OverTheBand { first: 0.5, damping_ratio: 0.05 },
@@ -367,7 +382,7 @@ pub const TABLE: &[Entry] = &[
         name: "added_stiffness",
         location: LocationKind::Position,
         one_axis: true,
-        parameters: &[signed(
+        parameters: &[signed_parameter(
             "stiffness_n_per_m",
             Coordinate::Linear(MachineScale::stiffness_unit_n_per_m),
             |_| (-200.0, 200.0),
@@ -386,7 +401,7 @@ pub const TABLE: &[Entry] = &[
         kind: EffectKind::TiltingStiffness,
         name: "tilting_stiffness",
         location: LocationKind::Position,
-        parameters: &[signed(
+        parameters: &[signed_parameter(
             "stiffness_n_m_per_rad",
             Coordinate::Linear(MachineScale::tilting_unit_n_m_per_rad),
             |_| (-200.0, 200.0),

@@ -30,7 +30,7 @@ pub struct Assembled {
     pub(super) constant: Vec<f64>,
     /// Laws at ports.
     pub(super) feedback: Vec<Feedback>,
-    /// Springs in one plane, open in [`Planar`].
+    /// Springs in one plane, open in [`PlanarLine`].
     pub(super) plane_springs: Vec<PlaneSpring>,
     pub(super) effective: Effective,
     pub(super) strain: Option<Strain>,
@@ -49,7 +49,7 @@ pub struct Receptance {
 }
 
 /// One signed frequency in the complex plane.
-pub(crate) struct Planar {
+pub(crate) struct PlanarLine {
     /// X = Z⁻¹Φᵀ, dynamic coordinates × ports at which forces act.
     pub x: Vec<c64>,
     /// Number of ports at which forces act.
@@ -58,7 +58,7 @@ pub(crate) struct Planar {
     closed: Vec<c64>,
 }
 
-impl Planar {
+impl PlanarLine {
     /// Entry of the closed receptance, which is symmetric, between two ports, at one of which forces act.
     pub(super) fn entry(&self, a: usize, b: usize) -> c64 {
         let (row, column) = if b < self.driven { (a, b) } else { (b, a) };
@@ -83,7 +83,7 @@ impl Assembled {
     }
 
     /// Whether x and y are coupled.
-    pub(crate) fn coupled(&self) -> bool {
+    pub(crate) fn is_coupled(&self) -> bool {
         self.coupled
     }
 
@@ -93,7 +93,7 @@ impl Assembled {
     }
 
     /// The 3×3 part between sensors, tool and magnets.
-    pub(super) fn pick(&self, at: &Planar) -> [c64; 9] {
+    pub(super) fn pick(&self, at: &PlanarLine) -> [c64; 9] {
         std::array::from_fn(|k| at.entry(OUT[k / 3], IN[k % 3]))
     }
 
@@ -109,7 +109,7 @@ impl Assembled {
         .unzip()
     }
 
-    pub(super) fn planar(&self, w: f64) -> Planar {
+    pub(super) fn planar(&self, w: f64) -> PlanarLine {
         let (ports, p) = (self.ports.len(), self.driven);
         let diagonal = |k: usize| {
             c64::new(self.omega[k] * self.omega[k] - w * w, w * self.damping.total[k] - self.damping.circulatory[k])
@@ -168,6 +168,6 @@ impl Assembled {
                 h[i * p + j] = h[j * p + i];
             }
         }
-        Planar { x, driven: p, closed: close(&h, p, &self.feedback, &self.gains(w)) }
+        PlanarLine { x, driven: p, closed: close(&h, p, &self.feedback, &self.gains(w)) }
     }
 }

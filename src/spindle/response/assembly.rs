@@ -8,7 +8,7 @@
 
 use super::assembled::Assembled;
 use super::damping::ModalDamping;
-use super::feedback::{Feedback, Law, PlaneSpring, attached, springs_in_one_plane};
+use super::feedback::{Feedback, FeedbackLaw, PlaneSpring, list_attached, springs_in_one_plane};
 use super::gyroscopic::Gyroscopic;
 use super::moved_shaft::{Move, MovedShaft};
 use super::pairs::products;
@@ -58,11 +58,11 @@ impl ReducedMachine {
     /// [`SpindleError`] when an effect leaves the shaft or an eigenvalue iteration fails.
     pub fn assemble(&self, p: &[f64], assembly: Assembly) -> Result<Assembled, SpindleError> {
         let (parameters, effects) = (&self.parameters, assembly.effects);
-        let machine = self.moved(p, effects);
+        let machine = self.move_machine(p, effects);
         let effective = machine.effective();
         let joint = effects.iter().find(|e| e.kind == EffectKind::ToolJoint);
         let shaft = match joint {
-            Some(_) => self.jointed()?,
+            Some(_) => self.joint_shaft()?,
             None => &self.rigid,
         };
         let scale = self.modulus_factors(p, effects);
@@ -91,12 +91,12 @@ impl ReducedMachine {
         let amplitudes = amplitudes(modes, &ports.rows);
         let speed_rad_s = assembly.speed_rad_s;
         let gyroscopic = (speed_rad_s != 0.0).then(|| {
-            let mut gyroscopic = Gyroscopic::new(speed_rad_s, &shaft.gyroscopic, modes, &amplitudes, (dynamic, near));
+            let mut gyroscopic = Gyroscopic::new(speed_rad_s, &shaft.gyroscopic, modes, &amplitudes, dynamic, near);
             gyroscopic.factor = effective.gyroscopic_factor;
             gyroscopic
         });
         let strain = assembly.derivatives.then(|| Strain::new(shaft, &scale, modes, &amplitudes[..driven], dynamic));
-        let circulates = |f: &Feedback| f.law == Law::Circulatory && f.value != 0.0;
+        let circulates = |f: &Feedback| f.law == FeedbackLaw::Circulatory && f.value != 0.0;
         let coupled = gyroscopic.is_some()
             || damping.circulatory.iter().any(|t| *t != 0.0)
             || ports.feedback.iter().any(circulates);
@@ -152,14 +152,17 @@ impl ReducedMachine {
             }
             rows.push(row);
         }
-        let magnet =
-            |(b, port): (usize, usize)| Feedback { port, law: Law::Spring, value: -effective.bearings[b].ks_n_per_m };
+        let magnet = |(b, port): (usize, usize)| Feedback {
+            port,
+            law: FeedbackLaw::Spring,
+            value: -effective.bearings[b].ks_n_per_m,
+        };
         let mut feedback: Vec<Feedback> = [1, 2].into_iter().enumerate().map(magnet).collect();
-        for (attachment, law, value) in attached(effective) {
+        for (attachment, law, value) in list_attached(effective) {
             let z = attachment.position_m;
             let (row, value) = match attachment.motion {
                 Motion::Displacement => (shaft.row(z)?, value),
-                Motion::Slope => (shaft.tilt_row(z)?, shaft.tilt(z)?.seen(value)),
+                Motion::Slope => (shaft.tilt_row(z)?, shaft.tilt_at(z)?.seen_stiffness(value)),
             };
             feedback.push(Feedback { port: rows.len(), law, value });
             rows.push(row);
@@ -173,7 +176,7 @@ fn add_joint_damping(ports: &mut Ports, shaft: &ReducedShaft, joint: Option<&Eff
     if let (Some(effect), Some([_, turning])) = (joint, &shaft.joint) {
         let value = effect.values.get(2).copied().unwrap_or_default();
         if value != 0.0 {
-            ports.feedback.push(Feedback { port: ports.rows.len(), law: Law::Dashpot, value });
+            ports.feedback.push(Feedback { port: ports.rows.len(), law: FeedbackLaw::Dashpot, value });
             ports.rows.push(turning.clone());
         }
     }

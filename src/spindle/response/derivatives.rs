@@ -1,7 +1,7 @@
 //! Derivatives of a receptance to the parameters of a machine: moduli, negative stiffness, damping ratios, mesh.
 
 use super::adjoint::Adjoint;
-use super::assembled::{Assembled, Planar};
+use super::assembled::{Assembled, PlanarLine};
 use super::channels::{MAGNETS, ZERO};
 use super::feedback::Feedback;
 use super::parameters::{DAMPED_MODES, MachineParameters};
@@ -10,13 +10,13 @@ use crate::rotor::modes::RIGID;
 
 impl Assembled {
     /// Coordinates behind the closed loops between outputs and inputs.
-    pub(super) fn behind(&self, at: &Planar, w: f64, outs: &[usize], ins: &[usize]) -> Adjoint {
+    pub(super) fn behind(&self, at: &PlanarLine, w: f64, outs: &[usize], ins: &[usize]) -> Adjoint {
         let (left, right) = self.forces(at, w, outs, ins);
         self.adjoint(at, outs.len(), left, right)
     }
 
     /// Forces at the ports of a force at each output, outputs × ports, and of each input, ports × inputs.
-    pub(super) fn forces(&self, at: &Planar, w: f64, outs: &[usize], ins: &[usize]) -> (Vec<c64>, Vec<c64>) {
+    pub(super) fn forces(&self, at: &PlanarLine, w: f64, outs: &[usize], ins: &[usize]) -> (Vec<c64>, Vec<c64>) {
         let (p, n) = (self.driven, outs.len());
         let gains = self.gains(w);
         let (mut left, mut right) = (vec![ZERO; n * p], vec![ZERO; p * n]);
@@ -36,7 +36,7 @@ impl Assembled {
     }
 
     /// Coordinates behind forces at the ports, `left` n × ports and `right` ports × n.
-    pub(super) fn adjoint(&self, at: &Planar, n: usize, left: Vec<c64>, right: Vec<c64>) -> Adjoint {
+    pub(super) fn adjoint(&self, at: &PlanarLine, n: usize, left: Vec<c64>, right: Vec<c64>) -> Adjoint {
         let (p, d) = (self.driven, self.dynamic);
         let (mut xl, mut xr) = (vec![ZERO; n * d], vec![ZERO; d * n]);
         for k in 0..d {
@@ -67,7 +67,7 @@ impl Assembled {
     }
 
     /// Closed receptances from each magnet, outputs × inputs: through its port.
-    pub(super) fn through_magnets(&self, at: &Planar, outs: &[usize], ins: &[usize]) -> [Vec<c64>; 2] {
+    pub(super) fn through_magnets(&self, at: &PlanarLine, outs: &[usize], ins: &[usize]) -> [Vec<c64>; 2] {
         MAGNETS.map(|port| {
             let pairs = outs.iter().flat_map(|o| ins.iter().map(move |i| (*o, *i)));
             pairs.map(|(o, i)| at.entry(o, port) * at.entry(port, i)).collect()

@@ -1,7 +1,7 @@
 //! The derivatives to the numbers of every effect, as sums of terms.
 
 use super::electronics_change::Change;
-use super::feedback::Law;
+use super::feedback::FeedbackLaw;
 use super::probe::Probe;
 use super::reduced::ReducedMachine;
 use super::term::{Number, Sum, Term};
@@ -52,7 +52,7 @@ impl ReducedMachine {
             })
         };
         // A law at a port, and the same at a port that moves: its own derivative to the position.
-        let placed = |probe: &mut dyn FnMut(Probe) -> usize, [at, along]: [Probe; 2], law: Law| {
+        let placed = |probe: &mut dyn FnMut(Probe) -> usize, [at, along]: [Probe; 2], law: FeedbackLaw| {
             let (at, along) = (probe(at), probe(along));
             vec![vec![(1.0, Term::Bond(at, law))], vec![(value, Term::Shift(at, along, law))]]
         };
@@ -60,32 +60,37 @@ impl ReducedMachine {
         let bearings = |which: &Bearings| -> Vec<usize> { [0, 1].into_iter().filter(|b| which.includes(*b)).collect() };
         match (effect.kind, &effect.location) {
             (EffectKind::AddedStiffness, Location::Position(z) | Location::InPlane(z, _)) => {
-                placed(&mut probe, across(*z), Law::Spring)
+                placed(&mut probe, across(*z), FeedbackLaw::Spring)
             }
             (EffectKind::TiltingStiffness, Location::Position(z)) => {
                 // A position off the shaft has no flexibility; assembly refuses it.
-                let tilt = self.rigid.tilt(*z).ok();
+                let tilt = self.rigid.tilt_at(*z).ok();
                 let (at, along) = (probe(Probe::Tilt(*z)), probe(Probe::TiltAlong(*z)));
                 let (by_value, by_place) = tilt.map_or((1.0, 0.0), |t| t.seen_derivatives(value));
-                let seen = tilt.map_or(value, |t| t.seen(value));
+                let seen = tilt.map_or(value, |t| t.seen_stiffness(value));
                 vec![
-                    vec![(by_value, Term::Bond(at, Law::Spring))],
-                    vec![(seen, Term::Shift(at, along, Law::Spring)), (by_place, Term::Bond(at, Law::Spring))],
+                    vec![(by_value, Term::Bond(at, FeedbackLaw::Spring))],
+                    vec![
+                        (seen, Term::Shift(at, along, FeedbackLaw::Spring)),
+                        (by_place, Term::Bond(at, FeedbackLaw::Spring)),
+                    ],
                 ]
             }
-            (EffectKind::CrossCoupling, Location::Position(z)) => placed(&mut probe, across(*z), Law::Circulatory),
-            (EffectKind::AddedMass, Location::Position(z)) => placed(&mut probe, across(*z), Law::Mass),
+            (EffectKind::CrossCoupling, Location::Position(z)) => {
+                placed(&mut probe, across(*z), FeedbackLaw::Circulatory)
+            }
+            (EffectKind::AddedMass, Location::Position(z)) => placed(&mut probe, across(*z), FeedbackLaw::Mass),
             (EffectKind::ToolMass, _) => {
                 let tip = probe(Probe::Station(self.span_m().0));
-                vec![vec![(1.0, Term::Bond(tip, Law::Mass))]]
+                vec![vec![(1.0, Term::Bond(tip, FeedbackLaw::Mass))]]
             }
             (EffectKind::ToolJoint, _) => {
                 let across = probe(Probe::JointAcross);
                 let turning = probe(Probe::JointTurning);
                 vec![
-                    vec![(1.0, Term::Bond(across, Law::Spring))],
-                    vec![(1.0, Term::Bond(turning, Law::Spring))],
-                    vec![(1.0, Term::Bond(turning, Law::Dashpot))],
+                    vec![(1.0, Term::Bond(across, FeedbackLaw::Spring))],
+                    vec![(1.0, Term::Bond(turning, FeedbackLaw::Spring))],
+                    vec![(1.0, Term::Bond(turning, FeedbackLaw::Dashpot))],
                 ]
             }
             (EffectKind::SensorOffset | EffectKind::ActuatorOffset, Location::Bearing(which)) => {

@@ -64,7 +64,7 @@ impl ElectronicsLine {
             f[o * SIDE + i + 1] = -b;
         }
         if !apart {
-            self.surround(&mut f, SIDE);
+            self.apply_to(&mut f, SIDE);
         }
         f
     }
@@ -88,7 +88,7 @@ impl ElectronicsLine {
 
     /// From displacements and forces to signals and currents in place: a square row-major response whose first four
     /// rows and columns are the axes.
-    pub(crate) fn surround(&self, f: &mut [c64], side: usize) {
+    pub(crate) fn apply_to(&self, f: &mut [c64], side: usize) {
         for (i, m) in self.force.iter().enumerate() {
             let (x, y) = (2 * i, 2 * i + 1);
             let apart = apart(m);

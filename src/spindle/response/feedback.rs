@@ -12,7 +12,7 @@ use crate::spindle::effects::Plane;
 
 /// A force per displacement, of one unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Law {
+pub enum FeedbackLaw {
     /// Against the displacement.
     Spring,
     /// Perpendicular to the displacement.
@@ -23,7 +23,7 @@ pub enum Law {
     Mass,
 }
 
-impl Law {
+impl FeedbackLaw {
     /// The springs and circulatory laws, with their stiffness, that make up a constant gain.
     pub(crate) fn parts(gain: c64) -> impl Iterator<Item = (Self, f64)> {
         let all = [(Self::Spring, -gain.re), (Self::Circulatory, gain.im)];
@@ -47,7 +47,7 @@ pub(crate) struct Feedback {
     /// Port that the law reads and acts at.
     pub port: usize,
     /// The law.
-    pub law: Law,
+    pub law: FeedbackLaw,
     /// Units of it.
     pub value: f64,
 }
@@ -74,7 +74,7 @@ pub(crate) struct PlaneSpring {
 impl PlaneSpring {
     /// The spring as feedback round a response with x and y apart, `row` that of its port counted in pairs of channels.
     pub(crate) fn beside(&self, row: usize) -> Feedback {
-        Feedback { port: 2 * row + self.plane as usize, law: Law::Spring, value: self.stiffness_n_per_m }
+        Feedback { port: 2 * row + self.plane as usize, law: FeedbackLaw::Spring, value: self.stiffness_n_per_m }
     }
 }
 
@@ -105,7 +105,8 @@ pub(crate) fn springs_in_one_plane<E>(
 pub(crate) fn close_in_planes(
     open: &[c64],
     side: usize,
-    (first, springs): (usize, &[PlaneSpring]),
+    first: usize,
+    springs: &[PlaneSpring],
     w: f64,
 ) -> (Vec<Feedback>, Vec<c64>) {
     let pairs = (first..).zip(springs);
@@ -116,9 +117,9 @@ pub(crate) fn close_in_planes(
 }
 
 /// The laws of the attachments of a machine that act in both planes alike, each of one kind, with its units.
-pub(crate) fn attached(effective: &Effective) -> impl Iterator<Item = (&Attachment, Law, f64)> {
+pub(crate) fn list_attached(effective: &Effective) -> impl Iterator<Item = (&Attachment, FeedbackLaw, f64)> {
     let all = effective.attachments.iter().filter(|a| a.plane.is_none());
-    all.flat_map(|a| Law::parts(a.gain).map(move |(law, value)| (a, law, value)))
+    all.flat_map(|a| FeedbackLaw::parts(a.gain).map(move |(law, value)| (a, law, value)))
 }
 
 /// Closes the loops `feedback` with their `gains` round an open receptance. That has a row for every port and a column

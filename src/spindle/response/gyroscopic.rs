@@ -32,7 +32,8 @@ impl Gyroscopic {
         matrix: &Mat<f64>,
         modes: &Modes,
         ports: &[Vec<f64>],
-        (dynamic, near): (usize, usize),
+        dynamic: usize,
+        near: usize,
     ) -> Self {
         let (turned, omega) = (&modes.shapes, &modes.omega);
         let n = omega.len();

@@ -1,10 +1,11 @@
 //! The response of a machine at one line, with its derivatives.
 
-use super::assembled::{Assembled, Planar, Receptance};
+use super::assembled::{Assembled, PlanarLine, Receptance};
 use super::channels::{IN, OUT, SIDE, Square, ZERO, planar};
 use super::electronics::ElectronicsLine;
 use super::line_in_planes::{Whirl, in_plane};
 use super::parameters::MachineParameters;
+use super::sensitivity::{Between, WhirlLine};
 use super::term::Number;
 use crate::linalg::c64;
 use crate::spindle::Effective;
@@ -71,7 +72,12 @@ impl LineSlopes {
 
     /// A line of electronics round a shaft that is known, with derivatives to `numbers` of the electronics; those to
     /// numbers of the shaft are zero.
-    pub(crate) fn round(receptance: &Receptance, machine: &Effective, omega_rad_s: f64, numbers: &[Number]) -> Self {
+    pub(crate) fn around_frequency(
+        receptance: &Receptance,
+        machine: &Effective,
+        omega_rad_s: f64,
+        numbers: &[Number],
+    ) -> Self {
         let electronics = ElectronicsLine::new(machine, omega_rad_s);
         let response = receptance.behind(&electronics);
         let own = |number: &Number| match number {
@@ -149,7 +155,10 @@ impl Assembled {
         if parameters.is_none() && numbers.is_empty() {
             return line;
         }
-        let slopes = |at: &Planar, w: f64| self.slopes((at, w, first), parameters, numbers, (&OUT, &IN));
+        let between = Between { outs: &OUT, ins: &IN };
+        let slopes = |at: &PlanarLine, omega_rad_s: f64| {
+            self.slopes(&WhirlLine { at, omega_rad_s, first }, between, parameters, numbers)
+        };
         line.units.extend((0..9).map(|n| electronics.unit(n, false)));
         let plus = slopes(forward, omega_rad_s);
         line.entries = match backward.map(|b| slopes(b, -omega_rad_s)) {
@@ -173,7 +182,7 @@ impl Assembled {
                 Number::InPlane(sum, plane) => {
                     let x = |out, input| whirl.apart(out, input);
                     let mut own = in_plane(sum, *plane, first, omega_rad_s, x);
-                    electronics.surround(&mut own, SIDE);
+                    electronics.apply_to(&mut own, SIDE);
                     own
                 }
             };
@@ -187,11 +196,12 @@ impl Assembled {
     /// shaft.
     pub(super) fn slopes(
         &self,
-        (at, w, first): (&Planar, f64, usize),
+        line: &WhirlLine,
+        between: Between,
         parameters: Option<&MachineParameters>,
         numbers: &[Number],
-        (outs, ins): (&[usize], &[usize]),
     ) -> Vec<c64> {
+        let (WhirlLine { at, omega_rad_s: w, .. }, Between { outs, ins }) = (*line, between);
         // What acts at ports needs neither.
         let behind = LazyCell::new(|| self.behind(at, w, outs, ins));
         let strains = LazyCell::new(|| self.strains(&behind, w));
@@ -204,8 +214,7 @@ impl Assembled {
             let from = all.len();
             all.resize(from + size, ZERO);
             if let Number::Shaft(sum) = number {
-                let (whirl, ports) = ((at, w, first), (outs, ins));
-                self.add_sensitivity(whirl, sum, ports, &behind, &strains, &mut all[from..]);
+                self.add_sensitivity(line, between, sum, &behind, &strains, &mut all[from..]);
             }
         }
         all

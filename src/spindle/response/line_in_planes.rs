@@ -4,11 +4,12 @@
 //! springs among them, and the springs are closed there:  X = H + H_f κ (I − H_ff κ)⁻¹ H_f, and a change dH of the open
 //! one gives  dX = L dH R,  L = I + X_f κ E_fᵀ,  R = I + E_f κ X_f.
 
-use super::assembled::{Assembled, Planar, Receptance};
+use super::assembled::{Assembled, PlanarLine, Receptance};
 use super::channels::{IN, OUT, SIDE, Square, ZERO, in_pairs, planar};
 use super::electronics::ElectronicsLine;
 use super::feedback::{Feedback, close_in_planes};
 use super::parameters::MachineParameters;
+use super::sensitivity::{Between, WhirlLine};
 use super::term::{Number, Sum, Term};
 use crate::linalg::c64;
 use crate::spindle::effects::Plane;
@@ -16,9 +17,9 @@ use crate::spindle::effects::Plane;
 /// The shaft at one line, both ways round.
 pub(super) struct Whirl {
     /// At ω.
-    pub forward: Planar,
+    pub forward: PlanarLine,
     /// At −ω, where that differs.
-    pub backward: Option<Planar>,
+    pub backward: Option<PlanarLine>,
     /// ω, rad/s.
     pub omega_rad_s: f64,
     /// Port of the first probe.
@@ -26,7 +27,7 @@ pub(super) struct Whirl {
 }
 
 /// Loops round a response with x and y apart, and that response with these loops closed.
-struct Closed {
+struct ClosedPlanes {
     side: usize,
     loops: Vec<Feedback>,
     gains: Vec<c64>,
@@ -40,7 +41,7 @@ impl Receptance {
             None => electronics.apply(&self.plus, self.minus.as_ref()),
             Some(planes) => {
                 let mut f = **planes;
-                electronics.surround(&mut f, SIDE);
+                electronics.apply_to(&mut f, SIDE);
                 f
             }
         }
@@ -116,9 +117,12 @@ impl Assembled {
         let mut derivatives = vec![];
         if parameters.is_some() || !numbers.is_empty() {
             let inner = OUT.len() + acting.len();
-            let between = (&outs[..inner], &ins[..inner]);
+            let between = Between { outs: &outs[..inner], ins: &ins[..inner] };
             let w = whirl.omega_rad_s;
-            let slopes = |at: &Planar, w: f64| self.slopes((at, w, whirl.first), parameters, numbers, between);
+            let first = whirl.first;
+            let slopes = |at: &PlanarLine, omega_rad_s: f64| {
+                self.slopes(&WhirlLine { at, omega_rad_s, first }, between, parameters, numbers)
+            };
             let plus = slopes(&whirl.forward, w);
             let minus = whirl.backward.as_ref().map(|b| slopes(b, -w));
             let x = |out: (usize, usize), input: (usize, usize)| {
@@ -143,24 +147,24 @@ impl Assembled {
                         closed.change(&open, 2 * inner)
                     }
                 };
-                electronics.surround(&mut own, SIDE);
+                electronics.apply_to(&mut own, SIDE);
                 own
             }));
         }
         (receptance, response, derivatives)
     }
 
-    fn closed_in_planes(&self, whirl: &Whirl, outs: &[usize], ins: &[usize]) -> Closed {
+    fn closed_in_planes(&self, whirl: &Whirl, outs: &[usize], ins: &[usize]) -> ClosedPlanes {
         let side = 2 * outs.len();
         let open = in_pairs(outs.len(), |n| whirl.both(outs[n / ins.len()], ins[n % ins.len()]));
         let springs = (OUT.len(), self.plane_springs.as_slice());
-        let (loops, response) = close_in_planes(&open, side, springs, whirl.omega_rad_s);
+        let (loops, response) = close_in_planes(&open, side, springs.0, springs.1, whirl.omega_rad_s);
         let gains = loops.iter().map(|f| f.gain(whirl.omega_rad_s));
-        Closed { gains: gains.collect(), response, side, loops }
+        ClosedPlanes { gains: gains.collect(), response, side, loops }
     }
 }
 
-impl Closed {
+impl ClosedPlanes {
     /// L dH R between the six outer channels, of a change `open` of the open response, `side` × `side`.
     fn change(&self, open: &[c64], side: usize) -> Square {
         let one = c64::new(1.0, 0.0);

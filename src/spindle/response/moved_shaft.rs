@@ -7,7 +7,7 @@ use super::finer_mesh::FinerMesh;
 use super::ritz::ReducedShaft;
 use super::shaft_modes::{Modes, modes};
 use crate::linalg::Mat;
-use crate::linalg::gram::mirrored;
+use crate::linalg::gram::mirror_lower;
 use crate::spindle::{Effect, EffectKind, Location, SpindleError};
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -133,7 +133,7 @@ fn stiffness(shaft: &ReducedShaft, scale: &[f64], joint: Option<&Effect>) -> Mat
             }
         }
     }
-    let mut k = mirrored(lower);
+    let mut k = mirror_lower(lower);
     if let (Some(effect), Some(rows)) = (joint, &shaft.joint) {
         for (row, value) in rows.iter().zip(&effect.values) {
             k = Mat::from_fn(n, n, |i, j| k[(i, j)] + value * row[i] * row[j]);

@@ -3,7 +3,7 @@
 
 use super::channels::ZERO;
 use crate::linalg::c64;
-use crate::linalg::fused::fused;
+use crate::linalg::fused::multiply_add;
 
 /// The pairs of ports of which the second is one of the first `driven`, at which forces act.
 pub(crate) fn pairs(ports: usize, driven: usize) -> impl Iterator<Item = (usize, usize)> {
@@ -26,8 +26,8 @@ pub(crate) fn over_coordinates(
     let (mut re, mut im) = (vec![0.0; count], vec![0.0; count]);
     for (products, (own_re, own_im)) in products.chunks(count).zip(inverses) {
         for ((re, im), product) in re.iter_mut().zip(&mut im).zip(products) {
-            *re = fused(own_re, *product, *re);
-            *im = fused(own_im, *product, *im);
+            *re = multiply_add(own_re, *product, *re);
+            *im = multiply_add(own_im, *product, *im);
         }
     }
     (re, im)

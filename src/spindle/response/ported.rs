@@ -4,7 +4,7 @@
 //! ∂x_q/∂f, G = ∂x_q/∂f_q: with the places among the ports, B, C and G are entries of one matrix, and so are their
 //! derivatives  −L dK R.
 
-use super::assembled::{Assembled, Planar};
+use super::assembled::{Assembled, PlanarLine};
 use super::channels::{IN, MAGNETS, OUT, SIDE, Square, ZERO};
 use super::electronics::ElectronicsLine;
 use super::parameters::MachineParameters;
@@ -17,7 +17,7 @@ pub(crate) struct Ported {
     pub side: usize,
     /// Entries, row-major.
     pub response: Vec<c64>,
-    at: Planar,
+    at: PlanarLine,
     w: f64,
     outs: Vec<usize>,
     ins: Vec<usize>,
@@ -36,7 +36,7 @@ impl Assembled {
     }
 
     /// Receptance at a signed frequency with the further ports `extra`.
-    pub(crate) fn ported(&self, w: f64, extra: &[usize]) -> Ported {
+    pub(crate) fn reduce_to_ports(&self, w: f64, extra: &[usize]) -> Ported {
         let at = self.planar(w);
         let outs: Vec<usize> = OUT.iter().chain(extra).copied().collect();
         let ins: Vec<usize> = IN.iter().chain(extra).copied().collect();
@@ -53,14 +53,15 @@ impl Assembled {
     pub(crate) fn ported_slopes(
         &self,
         ported: &Ported,
-        (left, right): (&[c64], &[c64]),
+        left: &[c64],
+        right: &[c64],
         parameters: &MachineParameters,
     ) -> Vec<[c64; 4]> {
         let Ported { side, at, w, outs, ins, .. } = ported;
         let (forces, reach) = self.forces(at, *w, outs, ins);
         let ports = reach.len() / side;
-        let forces = product(left, &forces, (2, *side, ports));
-        let reach = product(&reach, right, (ports, *side, 2));
+        let forces = product(left, &forces, 2, *side, ports);
+        let reach = product(&reach, right, ports, *side, 2);
         let behind = self.adjoint(at, 2, forces, reach);
         let strains = self.strains(&behind, *w);
         let through_magnets = MAGNETS.map(|port| {
@@ -76,7 +77,7 @@ impl Assembled {
 }
 
 /// Product of two row-major matrices, rows × inner and inner × columns.
-pub(crate) fn product(a: &[c64], b: &[c64], (rows, inner, columns): (usize, usize, usize)) -> Vec<c64> {
+pub(crate) fn product(a: &[c64], b: &[c64], rows: usize, inner: usize, columns: usize) -> Vec<c64> {
     let mut c = vec![ZERO; rows * columns];
     for i in 0..rows {
         for l in 0..inner {

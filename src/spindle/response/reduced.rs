@@ -38,7 +38,7 @@ impl ReducedMachine {
     }
 
     /// The shaft with a joint at the nose.
-    pub(super) fn jointed(&self) -> Result<&ReducedShaft, SpindleError> {
+    pub(super) fn joint_shaft(&self) -> Result<&ReducedShaft, SpindleError> {
         let groups = &self.parameters.group_of_element;
         let made = self.jointed.get_or_init(|| ReducedShaft::new(&self.machine, groups, true));
         made.as_ref().map_err(Clone::clone)
@@ -46,7 +46,7 @@ impl ReducedMachine {
 
     /// Bearings and electronics alone, for effects that leave the shaft as it is.
     pub fn effective(&self, p: &[f64], effects: &[Effect]) -> Effective {
-        self.moved(p, effects).effective()
+        self.move_machine(p, effects).effective()
     }
 
     /// The machine with further effects.
@@ -57,7 +57,7 @@ impl ReducedMachine {
     }
 
     /// The same with bearings moved by the parameters `p`.
-    pub(super) fn moved(&self, p: &[f64], effects: &[Effect]) -> Machine {
+    pub(super) fn move_machine(&self, p: &[f64], effects: &[Effect]) -> Machine {
         self.parameters.bearings(&self.with(effects), p)
     }
 
@@ -71,7 +71,7 @@ impl ReducedMachine {
     /// # Errors
     /// [`SpindleError`] for a position off the shaft.
     pub fn inertia_kg(&self, position_m: f64, jointed: bool) -> Result<f64, SpindleError> {
-        let shaft = if jointed { self.jointed()? } else { &self.rigid };
+        let shaft = if jointed { self.joint_shaft()? } else { &self.rigid };
         let row = shaft.row(position_m)?;
         Ok(row.iter().map(|a| a * a).sum::<f64>().recip())
     }

@@ -9,7 +9,7 @@
 use super::condensation::Condensation;
 use super::mesh_correction;
 use super::ritz_basis::{
-    MODES, beside, group_strains, independent_part, joint_rows, jointed, over_coordinates, port_rows, static_forces,
+    MODES, add_joint, beside, group_strains, independent_part, joint_rows, over_coordinates, port_rows, static_forces,
     without_rigid,
 };
 use super::shaft_modes::frequency;
@@ -18,7 +18,7 @@ use crate::rotor::modes::RIGID;
 use crate::rotor::tilt::Tilt;
 use crate::rotor::{PlanarModes, Rotor};
 use crate::spindle::band::sweep_end_rad_s;
-use crate::spindle::halved::refined;
+use crate::spindle::halved::refine_mesh;
 use crate::spindle::{Machine, SpindleError};
 use std::ops::Range;
 
@@ -81,13 +81,14 @@ impl ReducedShaft {
         group_of_element: &[usize],
         movable_joint: bool,
     ) -> Result<Self, SpindleError> {
-        let fine = refined(machine);
+        let fine = refine_mesh(machine);
         let at_nose = |shares: [f64; 2]| {
             let [translation, turning] = machine.spindle.joint_at_nose(shares);
             [translation, turning, 0.0]
         };
         let start = at_nose(JOINT_START);
-        let with_joint = |machine: &Machine| if movable_joint { jointed(machine, start) } else { Ok(machine.clone()) };
+        let with_joint =
+            |machine: &Machine| if movable_joint { add_joint(machine, start) } else { Ok(machine.clone()) };
         let file = with_joint(machine)?.rotor()?;
         let machine = with_joint(&fine)?;
         let rotor = machine.rotor()?;
@@ -98,12 +99,12 @@ impl ReducedShaft {
         let kept = (RIGID + MODES).min(modes.len());
         let joint = movable_joint.then(|| rotor.joints().last().map(|j| j.0)).flatten();
         let ports = port_rows(&machine, &rotor, joint)?;
-        let (forces, count) = static_forces(&rotor, &modes, &ports, (group_of_element, slow_rad_s));
+        let (forces, count) = static_forces(&rotor, &modes, &ports, group_of_element, slow_rad_s);
         let shifted = Mat::from_fn(k.nrows(), k.ncols(), |i, j| k[(i, j)] + SHIFT_RAD_S * SHIFT_RAD_S * m[(i, j)]);
         let mut statics = solve(&shifted, &forces)?;
         let mut directions = STATIC_DIRECTIONS;
         if movable_joint {
-            let stiff = PlanarModes::new(&jointed(&fine, at_nose(RIGID_JOINT))?.rotor()?)?;
+            let stiff = PlanarModes::new(&add_joint(&fine, at_nose(RIGID_JOINT))?.rotor()?)?;
             let count = RIGID_JOINT_MODES.min(stiff.len().saturating_sub(RIGID));
             statics = beside(&statics, &stiff.shapes.submatrix(0, RIGID, stiff.shapes.nrows(), count).to_owned());
             directions += count;
@@ -114,7 +115,7 @@ impl ReducedShaft {
         let (shapes, own_rad_s) = by_frequency(&beside(&modal, &extra), k)?;
         let left_out = left_out(&shifted, &shapes)?;
         let own_strains = group_strains(&rotor, &shapes, group_of_element, count);
-        let finer = refined(&machine).rotor()?;
+        let finer = refine_mesh(&machine).rotor()?;
         let mesh = mesh_correction::flexibility(&rotor, &finer, &shapes)?;
         let joint = joint.map(|ends| joint_rows(&shapes, ends));
         let reduce = |a: &Mat<f64>| shapes.transpose() * (a * &shapes);
@@ -162,7 +163,7 @@ impl ReducedShaft {
     /// # Errors
     /// [`SpindleError`] for a position off the shaft.
     pub(crate) fn row(&self, position_m: f64) -> Result<Vec<f64>, SpindleError> {
-        Ok(self.reduced(&self.rotor.shape_at("port", position_m)?))
+        Ok(self.reduce_row(&self.rotor.shape_at("port", position_m)?))
     }
 
     /// What a port that turns with the shaft at a position reads of the coordinates.
@@ -170,14 +171,14 @@ impl ReducedShaft {
     /// # Errors
     /// [`SpindleError`] for a position off the shaft.
     pub(crate) fn slope_row(&self, position_m: f64) -> Result<Vec<f64>, SpindleError> {
-        Ok(self.reduced(&self.rotor.slope_at("port", position_m)?))
+        Ok(self.reduce_row(&self.rotor.slope_at("port", position_m)?))
     }
 
     /// What a moment at a position acts on, with the flexibility that the coordinates do not show.
     ///
     /// # Errors
     /// [`SpindleError`] for a position off the shaft.
-    pub(crate) fn tilt(&self, position_m: f64) -> Result<Tilt, SpindleError> {
+    pub(crate) fn tilt_at(&self, position_m: f64) -> Result<Tilt, SpindleError> {
         let tilt = self.file.tilt_at("port", position_m)?;
         let dofs = self.ends(tilt.element);
         let form = |a: &[f64; 4], b: &[f64; 4]| -> f64 {
@@ -185,7 +186,7 @@ impl ReducedShaft {
             (0..4).flat_map(|i| (0..4).map(move |j| own(i, j))).sum()
         };
         let more = (form(&tilt.row, &tilt.row), 2.0 * form(&tilt.along, &tilt.row));
-        Ok(tilt.softer(more))
+        Ok(tilt.softer(more.0, more.1))
     }
 
     /// What a moment at a position acts on, over the coordinates.
@@ -215,7 +216,7 @@ impl ReducedShaft {
 
     fn over_ends(&self, element: usize, row: [f64; 4]) -> Vec<f64> {
         let pairs: Vec<(usize, f64)> = self.ends(element).into_iter().zip(row).collect();
-        self.reduced(&pairs)
+        self.reduce_row(&pairs)
     }
 
     /// What another mesh may read more or less at a position between the nodes of the file, one unit; none on a node.
@@ -237,11 +238,11 @@ impl ReducedShaft {
             return Ok(None);
         }
         let unit = from_node.min(MOST_MISREAD) * section.length_m;
-        let row = self.reduced(&self.rotor.shear(element));
+        let row = self.reduce_row(&self.rotor.shear(element));
         Ok(Some(row.iter().map(|shear| unit * shear).collect()))
     }
 
-    fn reduced(&self, row: &[(usize, f64)]) -> Vec<f64> {
+    fn reduce_row(&self, row: &[(usize, f64)]) -> Vec<f64> {
         over_coordinates(row, &self.shapes)
     }
 }

@@ -36,7 +36,7 @@ impl PortRows {
 type Ends = [usize; 2];
 
 /// The machine with a joint of these values at the nose face.
-pub(super) fn jointed(machine: &Machine, values: [f64; 3]) -> Result<Machine, SpindleError> {
+pub(super) fn add_joint(machine: &Machine, values: [f64; 3]) -> Result<Machine, SpindleError> {
     let joint = Effect::new(EffectKind::ToolJoint, Location::None, values.to_vec())?;
     Ok(machine.clone().with_effect(joint))
 }
@@ -72,7 +72,8 @@ pub(super) fn static_forces(
     rotor: &Rotor,
     modes: &PlanarModes,
     ports: &PortRows,
-    (group_of_element, slow_rad_s): (&[usize], f64),
+    group_of_element: &[usize],
+    slow_rad_s: f64,
 ) -> (Mat<f64>, usize) {
     let count = group_of_element.iter().max().map_or(0, |g| g + 1);
     let flexible = modes.omega_rad_s.get(RIGID..).unwrap_or_default();

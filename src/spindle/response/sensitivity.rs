@@ -5,7 +5,7 @@
 //! of H_oi; what stands between ports a and b before the magnets are closed gives  Σ (1 + Hκ)_oa dh (1 + κH)_bi.
 
 use super::adjoint::Adjoint;
-use super::assembled::{Assembled, Planar};
+use super::assembled::{Assembled, PlanarLine};
 use super::channels::{MAGNETS, ON_HOUSING, ZERO};
 use super::term::{Sum, Term};
 use crate::linalg::c64;
@@ -13,26 +13,40 @@ use crate::rotor::modes::RIGID;
 use std::f64::consts::TAU;
 use std::ops::Deref;
 
+/// The plane at a signed frequency; `first` is the port of the first probe.
+#[derive(Clone, Copy)]
+pub(super) struct WhirlLine<'a> {
+    pub(super) at: &'a PlanarLine,
+    pub(super) omega_rad_s: f64,
+    pub(super) first: usize,
+}
+
+/// Ports whose receptance is asked for, row-major.
+#[derive(Clone, Copy)]
+pub(super) struct Between<'a> {
+    pub(super) outs: &'a [usize],
+    pub(super) ins: &'a [usize],
+}
+
 impl Assembled {
-    /// Adds a derivative of the receptance between the ports `outs` and `ins` at a signed frequency to `all`,
-    /// row-major; `first` is the port of the first probe, `behind` and `strains` stand for the same ports.
+    /// Adds a derivative of the receptance between ports to `all`; `behind` and `strains` stand for the same ports.
     pub(super) fn add_sensitivity(
         &self,
-        (at, w, first): (&Planar, f64, usize),
+        line: &WhirlLine,
+        Between { outs, ins }: Between,
         sum: &Sum,
-        (outs, ins): (&[usize], &[usize]),
         behind: &impl Deref<Target = Adjoint>,
         strains: &impl Deref<Target = Vec<c64>>,
         all: &mut [c64],
     ) {
         for (factor, term) in sum {
-            let whole = self.of_coordinates(*term, w, behind, strains);
+            let whole = self.of_coordinates(*term, line.omega_rad_s, behind, strains);
             for (n, entry) in all.iter_mut().enumerate() {
                 let own = match &whole {
                     Some(whole) => whole.get(n).copied().unwrap_or(ZERO),
                     None => {
                         let (out, input) = (outs[n / ins.len()], ins[n % ins.len()]);
-                        self.at_ports((at, w, first), *term, out, input)
+                        self.at_ports(line, *term, out, input)
                     }
                 };
                 *entry += own * *factor;
@@ -72,7 +86,8 @@ impl Assembled {
     }
 
     /// Derivative of the entry between ports o and i to what acts at ports.
-    fn at_ports(&self, (at, w, first): (&Planar, f64, usize), term: Term, o: usize, i: usize) -> c64 {
+    fn at_ports(&self, line: &WhirlLine, term: Term, o: usize, i: usize) -> c64 {
+        let WhirlLine { at, omega_rad_s: w, first } = *line;
         let h = |a: usize, b: usize| at.entry(a, b);
         // A law at a place whose slope port moves it.
         let moved = |q: usize, slope: usize| h(o, slope) * h(q, i) + h(o, q) * h(slope, i);

@@ -1,7 +1,7 @@
 //! What a derivative to a number of an effect consists of.
 
 use super::electronics_change::Change;
-use super::feedback::Law;
+use super::feedback::FeedbackLaw;
 use crate::spindle::effects::Plane;
 
 /// A part of a derivative. Probes are numbered in the order in which they were asked for.
@@ -18,9 +18,9 @@ pub enum Term {
     /// The factor of the gyroscopic moments.
     Gyroscopic,
     /// A law of one unit at a probe.
-    Bond(usize, Law),
+    Bond(usize, FeedbackLaw),
     /// A law of one unit at a probe whose slope is another probe.
-    Shift(usize, usize, Law),
+    Shift(usize, usize, FeedbackLaw),
     /// The sensors of a bearing read a probe more.
     Signal(usize, usize),
     /// The magnets of a bearing act at a probe, too.
@@ -55,7 +55,7 @@ pub enum Number {
 
 impl Number {
     /// The derivative times a factor.
-    pub fn scaled(mut self, by: f64) -> Self {
+    pub fn scale_number(mut self, by: f64) -> Self {
         match &mut self {
             Self::Shaft(sum) | Self::InPlane(sum, _) => sum.iter_mut().for_each(|(factor, _)| *factor *= by),
             Self::Electronics(change) => change.factor *= by,
@@ -70,7 +70,7 @@ impl Number {
     /// Whether it couples x and y.
     pub(crate) fn couples(&self) -> bool {
         self.any(|term| match term {
-            Term::Bond(_, law) | Term::Shift(_, _, law) => *law == Law::Circulatory,
+            Term::Bond(_, law) | Term::Shift(_, _, law) => *law == FeedbackLaw::Circulatory,
             _ => false,
         })
     }

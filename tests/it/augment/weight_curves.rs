@@ -4,7 +4,7 @@
 use muspin::augment::assembly::generalized_plane;
 use muspin::augment::plane::{Route, design_plane};
 use muspin::augment::root::Root;
-use muspin::augment::shape::{Shape, Stage};
+use muspin::augment::shape::{Shape, WeightStage};
 use muspin::augment::weight_plane::{WeightPlane, fit_errors};
 use muspin::augment::weights::Weights;
 use muspin::input::{load_machine, read_weights};
@@ -111,7 +111,7 @@ fn second_order_weights_have_their_magnitude_over_true_frequency() {
                 let notch = Shape::from_roots(3.0, &[pair(corner, zeta)], &[pair(corner, 0.97)]);
                 let falling = Shape::from_roots(3.0, &[], &[pair(corner, zeta)]);
                 for shape in [peak.unwrap(), notch.unwrap(), falling.unwrap()] {
-                    assert!(matches!(shape.stages[..], [Stage::Second(_)]));
+                    assert!(matches!(shape.stages[..], [WeightStage::Second(_)]));
                     let fit = WeightPlane::Analysis { period_s }.realise(&shape).unwrap();
                     largest = largest.max(fit.largest_excess);
                     let poles = muspin::linalg::eigenvalues(&fit.system.a).unwrap();

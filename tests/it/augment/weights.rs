@@ -1,6 +1,6 @@
 //! Weights against closed forms, the w plane against the sampled plane.
 
-use muspin::augment::weighting::Section;
+use muspin::augment::weighting::WeightSection;
 use muspin::augment::weights::{Limits, Weights};
 use muspin::input::load_weights;
 use muspin::lti::Response;
@@ -9,7 +9,7 @@ use std::f64::consts::TAU;
 #[test]
 fn level_change_meets_both_levels_and_the_crossing() {
     for (dc, hf) in [(40.0, 5.0), (1e5, 1e4 / 3.0), (2e4, 1e5)] {
-        let w = Section::level_change(dc, hf, 40.0).unwrap();
+        let w = WeightSection::level_change(dc, hf, 40.0).unwrap();
         let w = w.system().unwrap();
         assert!((w.at(1e-9)[(0, 0)].norm() / dc - 1.0).abs() < 1e-9);
         assert!((w.at(1e12)[(0, 0)].norm() / hf - 1.0).abs() < 1e-6);

@@ -3,7 +3,7 @@
 use assert_cmd::Command;
 use muspin::input::{load_machine, load_spindle};
 use muspin::pipeline::variation::{Quantity, Variation, variants};
-use muspin::report::batch::{Figures, LoopFigures, Row};
+use muspin::report::batch::{BatchRow, LoopFigures, ToolFigures};
 use std::path::Path;
 
 fn muspin() -> Command {
@@ -11,7 +11,7 @@ fn muspin() -> Command {
 }
 
 /// A row as a finished tool leaves it.
-fn finished(tool: &str, minimum_n_per_m: f64) -> Row {
+fn finished(tool: &str, minimum_n_per_m: f64) -> BatchRow {
     let loops = |scale: f64| LoopFigures {
         minimum_stiffness_n_per_m: Some(scale * minimum_n_per_m),
         worst_stiffness_n_per_m: Some(0.9 * scale * minimum_n_per_m),
@@ -20,11 +20,11 @@ fn finished(tool: &str, minimum_n_per_m: f64) -> Row {
         frequency_hz: vec![1.0, 10.0, 100.0],
         stiffness_n_per_m: vec![3e6, 2e6, scale * minimum_n_per_m],
     };
-    Row {
+    BatchRow {
         tool: tool.to_owned(),
         inputs_sha256: "0".repeat(64),
         failure: None,
-        figures: Some(Figures {
+        figures: Some(ToolFigures {
             mu_as_specified: Some(0.95),
             mu_with_gyroscopic_cover: Some(0.99),
             largest_mu: Some(0.97),
@@ -39,7 +39,7 @@ fn finished(tool: &str, minimum_n_per_m: f64) -> Row {
     }
 }
 
-fn write_row(folder: &Path, row: &Row) {
+fn write_row(folder: &Path, row: &BatchRow) {
     let own = folder.join(&row.tool);
     std::fs::create_dir_all(&own).unwrap();
     std::fs::write(own.join("row.json"), serde_json::to_string(row).unwrap()).unwrap();
@@ -55,7 +55,7 @@ fn a_variant_differs_from_the_drawing_in_its_quantity_alone() {
         assert_eq!(all[0].1, machine);
         for ((_, varied), factor) in all[1..].iter().zip([0.9, 1.1]) {
             assert_ne!(*varied, machine, "{name}");
-            let back = quantity.scaled(varied, 1.0 / factor);
+            let back = quantity.scale_quantity(varied, 1.0 / factor);
             let (ours, theirs) = (&back.spindle, &machine.spindle);
             // One rounding each way.
             let near = |a: f64, b: f64| (a - b).abs() <= 4.0 * f64::EPSILON * b.abs();
@@ -65,7 +65,7 @@ fn a_variant_differs_from_the_drawing_in_its_quantity_alone() {
             assert!(near(ours.damping_ratio[0], theirs.damping_ratio[0]));
         }
     }
-    let stiffer = Quantity::Modulus.scaled(&machine, 1.21);
+    let stiffer = Quantity::Modulus.scale_quantity(&machine, 1.21);
     let hz = |m: &muspin::spindle::Machine| {
         let modes = muspin::rotor::modes::PlanarModes::new(&m.rotor().unwrap()).unwrap();
         modes.flexible_hz()[0]

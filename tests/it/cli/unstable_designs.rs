@@ -56,7 +56,7 @@ fn an_unstable_design_says_so_first_and_writes_no_firmware() {
     let path = out.join("controller/discrete.json");
     let ControlLaw::Discrete(law) = load_controller(path.to_str().unwrap()).unwrap().law else { panic!("sampled") };
     let plant = Plant::new(&machine, number("speed_rpm") * TAU / 60.0, ModelDetail::Full).unwrap();
-    let growth = growth_rate(&plant.sampled().unwrap(), &law).unwrap();
+    let growth = growth_rate(&plant.sample_plant().unwrap(), &law).unwrap();
     let stated = number("growth_rate_per_s");
     assert!(growth > 0.0 && (stated / growth - 1.0).abs() < 1e-3, "{stated} for {growth}");
     // The rigid rotor's nutation is its speed times the ratio of its inertias, 1.41; its disc bends at 2.9 kHz.

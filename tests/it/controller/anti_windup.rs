@@ -4,14 +4,14 @@ use muspin::controller::ControlLaw;
 use muspin::controller::anti_windup::{anti_windup, with_anti_windup};
 use muspin::controller::arithmetic::{Float32Program, float32, q31};
 use muspin::controller::realise::modal_form;
-use muspin::controller::scaling::{ScaledRealisation, SignalLimits, scaled};
+use muspin::controller::scaling::{ScaledRealisation, SignalLimits, scale_realisation};
 use muspin::controller::sections::second_order_sections;
 use muspin::input::{load_controller, load_machine};
 use muspin::linalg::{Mat, eigenvalues};
 use muspin::lti::{Discrete, StateSpace};
 use muspin::predict::recovery::{Recovery, touching_force_n};
 use muspin::predict::time::TimeSettings;
-use muspin::predict::time_cases::{Case, run_case};
+use muspin::predict::time_cases::{StandardCase, run_case};
 use muspin::spindle::{BackupBearings, Machine};
 use std::f64::consts::TAU;
 
@@ -32,7 +32,7 @@ fn law(name: &str) -> StateSpace<Discrete> {
 }
 
 fn conditioned(law: &StateSpace<Discrete>) -> ScaledRealisation {
-    let rows = scaled(&modal_form(law).unwrap(), LIMITS).unwrap();
+    let rows = scale_realisation(&modal_form(law).unwrap(), LIMITS).unwrap();
     with_anti_windup(rows, &machine()).unwrap().0
 }
 
@@ -66,7 +66,7 @@ fn a_slow_mode_moves_to_twice_the_rate_less_its_own() {
     // closed form of least energy puts a real mode with the rate r to 2α − r.
     let law = lag();
     let plant = StateSpace::gain(Mat::from_fn(4, 4, |i, j| if i == j { 1e-7 } else { 0.0 }), law.time);
-    let rows = scaled(&modal_form(&law).unwrap(), LIMITS).unwrap().rows;
+    let rows = scale_realisation(&modal_form(&law).unwrap(), LIMITS).unwrap().rows;
     let found = anti_windup(&rows, &[plant]).unwrap();
     assert!(found.rate_1_s > 1000.0, "{}", found.rate_1_s);
     let system = rows.to_state_space().unwrap();
@@ -88,7 +88,7 @@ fn an_unstable_loop_gets_no_anti_windup() {
     let law = lag();
     // K is negative: with this sign the loop gain at rest is 2e-5 · (3e4 + 2.9e4 + 1e5) = 3.1 > 1.
     let plant = StateSpace::gain(Mat::from_fn(4, 4, |i, j| if i == j { -2e-5 } else { 0.0 }), law.time);
-    let rows = scaled(&modal_form(&law).unwrap(), LIMITS).unwrap().rows;
+    let rows = scale_realisation(&modal_form(&law).unwrap(), LIMITS).unwrap().rows;
     let found = anti_windup(&rows, &[plant]).unwrap();
     assert_eq!(found.gain.norm_max(), 0.0);
     assert_eq!(found.rate_1_s, 0.0);
@@ -98,8 +98,8 @@ fn an_unstable_loop_gets_no_anti_windup() {
 fn sections_and_modal_form_have_the_same_anti_windup() {
     let law = law("pid.json");
     let machine = machine();
-    let modal = scaled(&modal_form(&law).unwrap(), LIMITS).unwrap();
-    let sections = scaled(&second_order_sections(&law).unwrap(), LIMITS).unwrap();
+    let modal = scale_realisation(&modal_form(&law).unwrap(), LIMITS).unwrap();
+    let sections = scale_realisation(&second_order_sections(&law).unwrap(), LIMITS).unwrap();
     let (_, a) = with_anti_windup(modal, &machine).unwrap();
     let (_, b) = with_anti_windup(sections, &machine).unwrap();
     assert_eq!(a.rate_1_s, b.rate_1_s);
@@ -121,7 +121,7 @@ fn after_a_second(program: &mut Float32Program, input_m: f32, after: usize) -> V
 fn a_second_beyond_the_limit_is_forgotten_within_milliseconds() {
     let law = lag();
     let plant = StateSpace::gain(Mat::from_fn(4, 4, |i, j| if i == j { 1e-7 } else { 0.0 }), law.time);
-    let rows = scaled(&modal_form(&law).unwrap(), LIMITS).unwrap();
+    let rows = scale_realisation(&modal_form(&law).unwrap(), LIMITS).unwrap();
     let found = anti_windup(&rows.rows, &[plant]).unwrap();
     let without = float32(&rows).unwrap();
     let with = float32(&ScaledRealisation {
@@ -129,7 +129,7 @@ fn a_second_beyond_the_limit_is_forgotten_within_milliseconds() {
             .map(|i| {
                 (0..4)
                     .filter(|j| found.gain[(i, *j)] != 0.0)
-                    .map(|j| muspin::controller::realise::Term { source: j, coefficient: found.gain[(i, j)] })
+                    .map(|j| muspin::controller::realise::ProductTerm { source: j, coefficient: found.gain[(i, j)] })
                     .collect()
             })
             .collect(),
@@ -148,7 +148,7 @@ fn a_second_beyond_the_limit_is_forgotten_within_milliseconds() {
 #[test]
 fn within_the_limits_nothing_changes() {
     let law = law("mu.json");
-    let rows = scaled(&modal_form(&law).unwrap(), LIMITS).unwrap();
+    let rows = scale_realisation(&modal_form(&law).unwrap(), LIMITS).unwrap();
     let conditioned = conditioned(&law);
     assert!(conditioned.conditioning.iter().any(|row| !row.is_empty()));
     let (mut without, mut with) = (float32(&rows).unwrap(), float32(&conditioned).unwrap());
@@ -168,7 +168,7 @@ fn within_the_limits_nothing_changes() {
 }
 
 fn pushed_on(machine: &Machine, program: &Float32Program, settings: &TimeSettings, force_n: f64, rpm: f64) -> Recovery {
-    let push = Case::Impulse { force_n, length_s: 5e-4 };
+    let push = StandardCase::Impulse { force_n, length_s: 5e-4 };
     let speed = rpm * TAU / 60.0;
     let found = run_case(machine, program, push, speed, 0.08, settings).unwrap();
     let recovery = Recovery::of(machine, &found);
@@ -195,7 +195,7 @@ fn other_machine() -> (Machine, impl Fn(&str) -> StateSpace<Discrete>) {
 
 fn other_conditioned(machine: &Machine, law: &StateSpace<Discrete>) -> ScaledRealisation {
     let limits = SignalLimits { input_m: machine.spindle.backup_clearance_m, output_a: 3.0 };
-    let rows = scaled(&modal_form(law).unwrap(), limits).unwrap();
+    let rows = scale_realisation(&modal_form(law).unwrap(), limits).unwrap();
     with_anti_windup(rows, machine).unwrap().0
 }
 
@@ -305,7 +305,7 @@ fn the_rotor_comes_back_from_its_backup_bearings() {
 
 #[test]
 fn without_anti_windup_the_same_push_is_the_end() {
-    let rows = scaled(&modal_form(&law("mu.json")).unwrap(), LIMITS).unwrap();
+    let rows = scale_realisation(&modal_form(&law("mu.json")).unwrap(), LIMITS).unwrap();
     assert_eq!(pushed(&float32(&rows).unwrap(), 1000.0, 0.0), Recovery::Lost);
 }
 

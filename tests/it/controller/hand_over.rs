@@ -4,7 +4,7 @@
 use crate::export::firmware_c::{Case, main_prints};
 use muspin::controller::ControlLaw;
 use muspin::controller::realise::modal_form;
-use muspin::controller::scaling::{SignalLimits, scaled};
+use muspin::controller::scaling::{SignalLimits, scale_realisation};
 use muspin::controller::verification::growth_rate;
 use muspin::export::table::controller_table;
 use muspin::input::{load_controller, load_machine};
@@ -79,7 +79,7 @@ fn a_change_of_controller_on_the_full_machine_has_no_jump_and_stays_within_the_c
         [("pid", law("pid.json")), ("mu", law("mu.json")), ("other", law("mu-endmill-16.json")), ("pd", pd(period_s))];
     for rpm in [0.0, machine.spindle.max_rpm] {
         let plant = Plant::new(&machine, rpm * TAU / 60.0, ModelDetail::Full).unwrap();
-        let plant = plant.sampled().unwrap();
+        let plant = plant.sample_plant().unwrap();
         let axes: Vec<usize> = (0..AXES).collect();
         for (name, law) in &laws {
             let growth = growth_rate(&plant.select(&axes, &axes), law).unwrap();
@@ -91,7 +91,7 @@ fn a_change_of_controller_on_the_full_machine_has_no_jump_and_stays_within_the_c
         let cases: Vec<Case> = laws
             .iter()
             .map(|(name, law)| {
-                let rows = scaled(&modal_form(law).unwrap(), limits).unwrap();
+                let rows = scale_realisation(&modal_form(law).unwrap(), limits).unwrap();
                 Case::new(law.clone(), rows, name)
             })
             .collect();

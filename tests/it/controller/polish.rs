@@ -85,7 +85,7 @@ fn a_limit_out_of_reach_is_moved_and_no_other() {
     // A round of a single step that is refused would say that every limit is out of reach; a limit is given up by the
     // second of two rounds that bring it no nearer.
     for _ in 0..6 {
-        polisher.round(8).unwrap();
+        polisher.run_round(8).unwrap();
     }
     let (now, asked) = (polisher.limits(), limits(&machine));
     assert!(now.weak_sensitivity > 1.0, "{}", now.weak_sensitivity);
@@ -111,7 +111,7 @@ fn a_floor_of_the_tool_stiffness_is_held_in_its_band() {
     let mut polisher = Polisher::new(&machine, task, &start(), 1.2).unwrap();
     // The machine at top speed is softer or stiffer by what the gyroscopics do to it.
     assert!(polisher.figures().over_limit[5] > 1.1, "{:?}", polisher.figures());
-    let last = (0..3).map(|_| polisher.round(15).unwrap()).last().unwrap();
+    let last = (0..3).map(|_| polisher.run_round(15).unwrap()).last().unwrap();
     assert!(last.over_limit[5] < 1.01, "{last:?}");
     let after = softest_round_the_top_speed(&machine, &polisher.plane().unwrap());
     assert!(after > 1.14 * before, "{before} N/m before, {after} N/m after");
@@ -122,7 +122,7 @@ fn a_few_steps_stiffen_the_tool_within_the_limits_of_the_start() {
     let (machine, weights, modes) = reference();
     let mut polisher = polisher(&machine, &weights, &modes);
     let before = polisher.figures();
-    let last = polisher.round(15).unwrap();
+    let last = polisher.run_round(15).unwrap();
     let plane = polisher.plane().unwrap();
     let excess = |over: &[f64]| over.iter().map(|v| v.ln().max(0.0)).sum::<f64>();
     assert!(
@@ -136,13 +136,13 @@ fn a_few_steps_stiffen_the_tool_within_the_limits_of_the_start() {
     let law = append(&plane, &plane).select(&order, &order);
     for speed in [0.0, 5236.0] {
         let plant = Plant::new(&machine, speed, ModelDetail::Full).unwrap();
-        assert!(growth_rate(&plant.sampled().unwrap(), &law).unwrap() < 0.0);
+        assert!(growth_rate(&plant.sample_plant().unwrap(), &law).unwrap() < 0.0);
     }
     // A current at its limit acts like a lower gain: the loop bears half of it.
     for part in [0.7, 0.5] {
         let plant = Plant::new(&machine, 0.0, ModelDetail::Full).unwrap();
         let weak = law.scale_outputs(&Mat::from_fn(4, 4, |i, j| if i == j { part } else { 0.0 }));
-        assert!(growth_rate(&plant.sampled().unwrap(), &weak).unwrap() < 0.0, "{part}");
+        assert!(growth_rate(&plant.sample_plant().unwrap(), &weak).unwrap() < 0.0, "{part}");
     }
     let plant = Plant::new(&machine, 0.0, ModelDetail::Full).unwrap();
     let controller = Controller { name: "polished".to_owned(), law: ControlLaw::Discrete(law) };
@@ -160,14 +160,14 @@ fn a_peak_of_the_certificate_becomes_lines_of_the_loss() {
     let (machine, weights, modes) = reference();
     let mut polisher = polisher(&machine, &weights, &modes);
     // Lines are closer in every round but the first.
-    let before = polisher.round(0).unwrap();
+    let before = polisher.run_round(0).unwrap();
     // The limit of the figures; that of the next round may have been moved to where this one brought it.
     let largest = before.over_limit[3] * limits(&machine).mu;
     let limit = polisher.limits().mu;
     // 7001.3 Hz is no line by chance. The peak itself and two lines on each side; μ is asked to be two percent lower.
     polisher.add_peak(7001.3, 0.98);
     assert!((polisher.limits().mu / limit - 0.98).abs() < 1e-12);
-    let after = polisher.round(0).unwrap();
+    let after = polisher.run_round(0).unwrap();
     // Lines of a pole beside them show the same and go.
     assert!(after.lines > before.lines && after.lines <= before.lines + 5);
     // The controller is the same, so its largest bound is, up to lines that went: a line a quarter of the half-width
@@ -180,7 +180,7 @@ fn a_peak_of_the_certificate_becomes_lines_of_the_loss() {
 fn no_controller_of_the_polish_passes_the_limit_of_the_stiffness() {
     let (machine, weights, modes) = reference();
     let mut polisher = polisher(&machine, &weights, &modes);
-    polisher.round(6).unwrap();
+    polisher.run_round(6).unwrap();
     let plane = polisher.plane().unwrap();
     let order = [0usize, 2, 1, 3];
     let controller = Controller {

@@ -19,7 +19,7 @@ fn reference() -> (Machine, StateSpace<Discrete>) {
 
 fn growth(machine: &Machine, law: &StateSpace<Discrete>, rpm: f64) -> f64 {
     let plant = Plant::new(machine, rpm * TAU / 60.0, ModelDetail::Full).unwrap();
-    growth_rate(&plant.sampled().unwrap(), law).unwrap()
+    growth_rate(&plant.sample_plant().unwrap(), law).unwrap()
 }
 
 #[test]
@@ -35,7 +35,7 @@ fn the_reference_controller_is_proven_at_every_speed() {
     assert!(proof.proven_to_rpm() == 60e3);
     // Intervals touch or overlap, from end to end.
     let mut reached = 0.0f64;
-    for interval in proof.proven() {
+    for interval in proof.proven_intervals() {
         assert!(interval.centre_rpm - interval.radius_rpm <= reached);
         reached = reached.max(interval.centre_rpm + interval.radius_rpm);
     }

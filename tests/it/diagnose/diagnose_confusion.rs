@@ -12,7 +12,7 @@
 use crate::diagnose::generator::site::{drawn_site, one_axis_pulls};
 use crate::diagnose::generator::{Draw, Outside, simulate};
 use muspin::controller::Controller;
-use muspin::diagnose::data::measurement::{Axis, HammerTest, Measurement};
+use muspin::diagnose::data::measurement::{ControlAxis, HammerTest, RecordSet};
 use muspin::diagnose::{Alternatives, Diagnosis, NamedEffect, Rival, Verdict, diagnose_with};
 use muspin::identify::plausibility::{RecordFault, Signal};
 use muspin::identify::{HammerFrf, SweepRecord};
@@ -341,8 +341,8 @@ fn run(set: &Set, rig: &Rig) -> (Diagnosis, f64) {
         _ => &rig.controller,
     };
     let hammers = set.with_hammer || matches!(fault, "controller" | "hammer_calibration" | "tool");
-    let tap = HammerTest { frf: records.hammer, axis: Axis::X, controller: named };
-    let measurement = Measurement { sweeps: vec![records.sweep], taps: if hammers { vec![tap] } else { vec![] } };
+    let tap = HammerTest { frf: records.hammer, axis: ControlAxis::X, controller: named };
+    let measurement = RecordSet { sweeps: vec![records.sweep], taps: if hammers { vec![tap] } else { vec![] } };
     let alternatives = Alternatives {
         tools: vec![("own".into(), rig.machine.clone()), ("longer".into(), longer)]
             .into_iter()

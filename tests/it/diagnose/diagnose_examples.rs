@@ -2,7 +2,7 @@
 //! catalogue stays unexplained.
 
 use crate::diagnose::diagnose_folder::read;
-use muspin::diagnose::locate::recovered_law::Shape;
+use muspin::diagnose::locate::recovered_law::LawShape;
 use muspin::diagnose::{Diagnosis, Verdict, diagnose};
 use muspin::report::diagnosis::stage;
 use muspin::report::results::ResultsFolder;
@@ -96,7 +96,7 @@ mod long {
         assert_eq!(best.port, "rear sensors");
         // A second-order notch at 1400 Hz, found without a hypothesis.
         assert!(
-            matches!(best.laws[0].shape, Shape::Resonance(hz, zeta, _) if (hz - 1400.0).abs() < 5.0 && (zeta - 0.3).abs() < 0.01),
+            matches!(best.laws[0].shape, LawShape::Resonance(hz, zeta, _) if (hz - 1400.0).abs() < 5.0 && (zeta - 0.3).abs() < 0.01),
             "{:?}",
             best.laws[0].shape
         );

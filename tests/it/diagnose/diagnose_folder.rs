@@ -1,7 +1,7 @@
 //! Reads a measurement folder for the diagnosis tests, without the program's own readers.
 
 use muspin::controller::Controller;
-use muspin::diagnose::data::measurement::{Axis, HammerTest, Measurement};
+use muspin::diagnose::data::measurement::{ControlAxis, HammerTest, RecordSet};
 use muspin::identify::{HammerFrf, SweepRecord};
 use muspin::input::{load_controller, load_machine};
 use muspin::linalg::c64;
@@ -18,10 +18,13 @@ pub struct Folder {
 
 impl Folder {
     /// All records: the sweep, and the hammer test in x if there is one.
-    pub fn measurement(&self) -> Measurement<'_> {
-        let taps =
-            self.hammer.iter().map(|frf| HammerTest { frf: frf.clone(), axis: Axis::X, controller: &self.controller });
-        Measurement { sweeps: vec![self.sweep.clone()], taps: taps.collect() }
+    pub fn measurement(&self) -> RecordSet<'_> {
+        let taps = self.hammer.iter().map(|frf| HammerTest {
+            frf: frf.clone(),
+            axis: ControlAxis::X,
+            controller: &self.controller,
+        });
+        RecordSet { sweeps: vec![self.sweep.clone()], taps: taps.collect() }
     }
 }
 

@@ -4,15 +4,15 @@ use crate::diagnose::diagnose_folder::read;
 use crate::diagnose::generator::site::one_axis_pulls;
 use crate::diagnose::generator::{Draw, Outside, simulate};
 use muspin::diagnose::Evidence;
-use muspin::diagnose::data::measurement::Measurement;
+use muspin::diagnose::data::measurement::RecordSet;
 use muspin::diagnose::fit::case::Case;
 use muspin::diagnose::fit::model::Model;
 use muspin::diagnose::locate::localisation::{Localisation, localise};
-use muspin::diagnose::locate::recovered_law::Shape;
+use muspin::diagnose::locate::recovered_law::LawShape;
 use muspin::spindle::{Bearings, Effect, EffectKind, Location, Machine};
 use std::f64::consts::TAU;
 
-fn located(label: &str, machine: &Machine, measurement: &Measurement) -> Localisation {
+fn located(label: &str, machine: &Machine, measurement: &RecordSet) -> Localisation {
     let evidence = Evidence::new(measurement).expect("evidence");
     let model = Model::new(machine, &evidence.axis_gain_sd()).expect("model");
     let search = Case { model: &model, evidence: &evidence, catalogue: &[], progress: &|_| {} };
@@ -42,7 +42,7 @@ fn drawn(label: &str, effects: &[Effect], outside: Option<Outside>, rpm: f64, se
     let mut draw = Draw::new(seed);
     let grid: Vec<f64> = (0..300).map(|k| 50.0 * 80f64.powf(f64::from(k) / 299.0)).collect();
     let drawn = simulate(&folder.machine, &folder.controller, effects, outside, rpm * TAU / 60.0, &grid, &mut draw);
-    let mut measurement = Measurement::default();
+    let mut measurement = RecordSet::default();
     measurement.sweeps.push(drawn.sweep);
     located(label, &folder.machine, &measurement)
 }
@@ -66,14 +66,14 @@ fn examples_are_located() {
         assert_eq!(best.port, place, "{name}");
         let law = best.laws.first().map(|l| l.shape);
         let right = match (name, law) {
-            ("c01", Some(Shape::Delay(t))) => (t - 30e-6).abs() < 0.5e-6,
+            ("c01", Some(LawShape::Delay(t))) => (t - 30e-6).abs() < 0.5e-6,
             // 1.2e5 N m/rad.
-            ("c02", Some(Shape::Constant(s))) => (s * 1.2e5 - 1.0).abs() < 0.15,
+            ("c02", Some(LawShape::Constant(s))) => (s * 1.2e5 - 1.0).abs() < 0.15,
             ("c03", None) => true,
-            ("c04", Some(Shape::Resonance(hz, zeta, _))) => (hz - 640.0).abs() < 2.0 && (zeta - 0.03).abs() < 0.003,
-            ("c05", Some(Shape::Resonance(hz, ..))) => (hz - 1400.0).abs() < 5.0,
+            ("c04", Some(LawShape::Resonance(hz, zeta, _))) => (hz - 640.0).abs() < 2.0 && (zeta - 0.03).abs() < 0.003,
+            ("c05", Some(LawShape::Resonance(hz, ..))) => (hz - 1400.0).abs() < 5.0,
             // tan 3°.
-            ("c06", Some(Shape::Constant(t))) => (t - 0.0524).abs() < 1e-3,
+            ("c06", Some(LawShape::Constant(t))) => (t - 0.0524).abs() < 1e-3,
             _ => false,
         };
         assert!(right, "{name}: {law:?}");

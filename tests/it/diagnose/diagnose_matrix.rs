@@ -6,7 +6,7 @@
 use crate::diagnose::diagnose_folder::read;
 use crate::diagnose::generator::site::{drawn_site, one_axis_pulls};
 use crate::diagnose::generator::{Draw, Outside, simulate};
-use muspin::diagnose::data::measurement::{Axis, HammerTest, Measurement};
+use muspin::diagnose::data::measurement::{ControlAxis, HammerTest, RecordSet};
 use muspin::diagnose::{Diagnosis, NamedEffect, Verdict, diagnose};
 use muspin::spindle::{Effect, EffectKind, Location, Machine};
 use std::f64::consts::TAU;
@@ -80,9 +80,9 @@ fn run(case: &Case, points: usize) -> (Diagnosis, f64) {
         // The same draw is the same machine.
         sweeps.insert(0, measured(0.0, &mut Draw::new(1000 + case.seed)).sweep);
     }
-    let measurement = Measurement {
+    let measurement = RecordSet {
         sweeps,
-        taps: vec![HammerTest { frf: drawn.hammer, axis: Axis::X, controller: &folder.controller }],
+        taps: vec![HammerTest { frf: drawn.hammer, axis: ControlAxis::X, controller: &folder.controller }],
     };
     let started = std::time::Instant::now();
     let d = diagnose(&machine, &measurement, &|_| {}).expect("diagnosis");

@@ -6,7 +6,7 @@ use muspin::diagnose::fit::model::Model;
 use muspin::lti::Response;
 use muspin::rotor::element;
 use muspin::rotor::section::{Material, Section};
-use muspin::spindle::halved::refined;
+use muspin::spindle::halved::refine_mesh;
 use muspin::spindle::response::term::Number;
 use muspin::spindle::response::{Assembled, Assembly, Square};
 use muspin::spindle::{Bearings, Effect, EffectKind, Location, Machine, ModelDetail, Plane, Plant};
@@ -74,7 +74,7 @@ fn reduced_model_answers_as_the_plant() {
             };
             let effect = hypothesis.effect(&theta);
             let of = |machine: &Machine| Plant::new(machine, speed, ModelDetail::Full).expect("plant");
-            let fine = refined(machine);
+            let fine = refine_mesh(machine);
             let with_effect = of(&fine.with_effect(effect.clone()));
             // The slope of a tilting stiffness is read on thirds of the elements of the file: what it changes there.
             let on_file = (effect.kind == EffectKind::TiltingStiffness).then(|| {
@@ -146,7 +146,7 @@ fn difference(plant: &Plant, model: &Model, p: &[f64], effects: &[Effect]) -> f6
 fn mesh_parameter_is_a_finer_mesh() {
     let (machine, model) = reduced();
     let machine = &machine;
-    let plant = Plant::new(&refined(&refined(machine)), 0.0, ModelDetail::Full).expect("plant");
+    let plant = Plant::new(&refine_mesh(&refine_mesh(machine)), 0.0, ModelDetail::Full).expect("plant");
     let mut p = vec![0.0; model.layout.len()];
     let coarse = difference(&plant, &model, &p, &[]);
     p[model.layout.machine.mesh()] = 1.0;
@@ -168,7 +168,7 @@ fn moved_planes() -> Vec<Effect> {
 fn readings_follow_another_mesh() {
     let (machine, model) = reduced();
     let effects = moved_planes();
-    let mut fine = refined(&refined(&machine));
+    let mut fine = refine_mesh(&refine_mesh(&machine));
     for effect in &effects {
         fine = fine.with_effect(effect.clone());
     }
@@ -388,7 +388,7 @@ fn derivatives_of_effects() {
 
 /// Largest relative difference of the diagonal planes from the plant over 50 to 4000 Hz, sensors from currents and from the tool.
 fn apart(machine: &Machine, model: &Model, effect: &Effect) -> f64 {
-    let fine = refined(machine).with_effect(effect.clone());
+    let fine = refine_mesh(machine).with_effect(effect.clone());
     let plant = Plant::new(&fine, 0.0, ModelDetail::Full).expect("plant");
     let p = vec![0.0; model.layout.len()];
     let own = model.assemble(&p, std::slice::from_ref(effect), 0.0, false).expect("assembled");

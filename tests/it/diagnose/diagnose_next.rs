@@ -4,7 +4,7 @@ use crate::diagnose::diagnose_folder::read;
 use crate::diagnose::generator::Draw;
 use muspin::diagnose::Evidence;
 use muspin::diagnose::data::evidence::Subset;
-use muspin::diagnose::data::measurement::Measurement;
+use muspin::diagnose::data::measurement::RecordSet;
 use muspin::diagnose::decide::candidate::Candidate;
 use muspin::diagnose::decide::detectability::{Detectable, detectable};
 use muspin::diagnose::decide::next_measurement::proposals;
@@ -42,7 +42,7 @@ fn size(effect: &Effect, kind: EffectKind) -> f64 {
 #[test]
 fn a_tie_names_the_measurement_that_separates_and_coverage_gives_sizes() {
     let folder = read("c03");
-    let mut measurement = Measurement::default();
+    let mut measurement = RecordSet::default();
     measurement.sweeps.push(folder.sweep);
     let evidence = Evidence::new(&measurement).expect("evidence");
     let model = Model::new(&folder.machine, &evidence.axis_gain_sd()).expect("model");

@@ -3,7 +3,7 @@
 
 use crate::diagnose::diagnose_folder::{Folder, read};
 use crate::diagnose::generator::{Draw, simulate};
-use muspin::diagnose::data::measurement::{Axis, HammerTest, Measurement, RecordId};
+use muspin::diagnose::data::measurement::{ControlAxis, HammerTest, RecordId, RecordSet};
 use muspin::diagnose::{Alternatives, Diagnosis, FoundFault, Verdict, diagnose, diagnose_with};
 use muspin::identify::plausibility::{RecordFault, Signal};
 use muspin::identify::{HammerFrf, SweepRecord};
@@ -23,8 +23,11 @@ fn thinned(folder: &Folder) -> SweepRecord {
     }
 }
 
-fn measured<'a>(folder: &'a Folder, sweep: SweepRecord, frf: HammerFrf) -> Measurement<'a> {
-    Measurement { sweeps: vec![sweep], taps: vec![HammerTest { frf, axis: Axis::X, controller: &folder.controller }] }
+fn measured<'a>(folder: &'a Folder, sweep: SweepRecord, frf: HammerFrf) -> RecordSet<'a> {
+    RecordSet {
+        sweeps: vec![sweep],
+        taps: vec![HammerTest { frf, axis: ControlAxis::X, controller: &folder.controller }],
+    }
 }
 
 fn hammer(folder: &Folder) -> HammerFrf {
@@ -126,7 +129,7 @@ fn folded_lines_are_named_with_the_sample_rate() {
         }
     }
     sweep.frequency_hz = label;
-    let measurement = Measurement { sweeps: vec![sweep], taps: vec![] };
+    let measurement = RecordSet { sweeps: vec![sweep], taps: vec![] };
     let d = diagnose(&folder.machine, &measurement, &|_| {}).expect("diagnosis");
     match only_fault(&d, RecordId::Sweep(0)) {
         RecordFault::Alias { sample_rate_hz } => {
@@ -185,7 +188,7 @@ fn a_wrong_speed_is_a_speed_label_and_no_gyroscopic_effect() {
     let mut drawn =
         simulate(&folder.machine, &folder.controller, &[], None, 24_000.0 * TAU / 60.0, &lines, &mut Draw::new(77));
     drawn.sweep.speed_rpm = 16_000.0;
-    let measurement = Measurement { sweeps: vec![drawn.sweep], taps: vec![] };
+    let measurement = RecordSet { sweeps: vec![drawn.sweep], taps: vec![] };
     let d = diagnose(&folder.machine, &measurement, &|_| {}).expect("diagnosis");
     assert!(d.effects.is_empty(), "{:?}", d.effects);
     match &d.record_faults[..] {

@@ -6,7 +6,7 @@ use muspin::controller::{ControlLaw, Controller};
 use muspin::input::{load_machine, read_controller, read_spindle, spindle_yaml};
 use muspin::pid::settings::TuneSettings;
 use muspin::pid::tune::textbook;
-use muspin::spindle::halved::{refined, refined_around_tilting};
+use muspin::spindle::halved::{refine_mesh, refined_around_tilting};
 use muspin::spindle::{Bearings, Effect, EffectKind, Location, Spindle};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -132,7 +132,7 @@ fn the_longest_list_of_elements_can_be_halved_twice() {
     machine.spindle.discs.clear();
     let text = spindle_yaml(&machine.spindle);
     assert!(read_spindle("s.yaml", &text).is_ok());
-    let fine = refined(&refined(&machine)).rotor().unwrap();
+    let fine = refine_mesh(&refine_mesh(&machine)).rotor().unwrap();
     let elements = 4 * (300 + machine.tool.sections.len());
     assert_eq!(fine.dofs(), 2 * (elements + 1));
     let last = machine.spindle.sections[0].clone();
@@ -344,7 +344,7 @@ mod long {
         };
         // The free-free rotor by the dense eigenvalue problem of a finer mesh. The sweep begins below its first mode.
         let machine = load_machine(spindle_name, "paper-tool").unwrap();
-        let rotor = refined(&refined(&machine)).rotor().unwrap();
+        let rotor = refine_mesh(&refine_mesh(&machine)).rotor().unwrap();
         let modes = muspin::rotor::PlanarModes::new(&rotor).unwrap().flexible_hz();
         let (measured, sd) = (list("resonances_hz"), list("resonances_standard_deviation_hz"));
         assert_eq!(measured.len(), 11);

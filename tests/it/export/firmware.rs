@@ -3,7 +3,7 @@
 use muspin::controller::arithmetic::{float32, q31};
 use muspin::controller::continuous::continuous_fit;
 use muspin::controller::realise::modal_form;
-use muspin::controller::scaling::{SignalLimits, scaled};
+use muspin::controller::scaling::{SignalLimits, scale_realisation};
 use muspin::controller::sections::second_order_sections;
 use muspin::controller::{ControllerError, Realisation};
 use muspin::linalg::{Mat, c64};
@@ -143,7 +143,7 @@ fn second_order_sections_keep_the_transfer_and_refuse_coupled_axes() {
 #[test]
 fn scaled_states_never_leave_their_range_for_inputs_within_the_limit() {
     let k = typical();
-    let rows = scaled(&modal_form(&k).unwrap(), LIMITS).unwrap();
+    let rows = scale_realisation(&modal_form(&k).unwrap(), LIMITS).unwrap();
     let system = rows.rows.to_state_space().unwrap();
     let mut random = ChaCha8Rng::seed_from_u64(3);
     let mut x = vec![0.0f64; system.order()];
@@ -165,13 +165,13 @@ fn scaled_states_never_leave_their_range_for_inputs_within_the_limit() {
 }
 
 fn rounding_is_small(realisation: &Realisation, k: &StateSpace<Discrete>) {
-    let rows = scaled(realisation, LIMITS).unwrap();
+    let rows = scale_realisation(realisation, LIMITS).unwrap();
     let single = rows.rows.rounded_f32().unwrap();
     let change = largest_difference(k, &single);
     // Both forms hold the distance of slow poles from one, not the poles.
     assert!(change < 5e-6, "{change:e}");
     let fixed = q31(&rows).unwrap();
-    assert!(largest_difference(k, &fixed.rounded().unwrap()) < 1e-5);
+    assert!(largest_difference(k, &fixed.to_rounded_system().unwrap()) < 1e-5);
 }
 
 #[test]
@@ -186,7 +186,7 @@ fn q31_stays_within_its_derived_bound_of_exact_arithmetic() {
     for (realisation, k) in
         [(modal_form(&typical()).unwrap(), typical()), (second_order_sections(&pid_like()).unwrap(), pid_like())]
     {
-        let rows = scaled(&realisation, LIMITS).unwrap();
+        let rows = scale_realisation(&realisation, LIMITS).unwrap();
         let mut fixed = q31(&rows).unwrap();
         let samples = 500;
         let bound = fixed.error_bound_a(samples);
@@ -213,7 +213,7 @@ fn q31_stays_within_its_derived_bound_of_exact_arithmetic() {
 #[test]
 fn an_integrator_does_not_wind_up() {
     let k = StateSpace::new(real(1.0), real(1.0), real(-50.0), real(-10_000.0), TIME).unwrap();
-    let rows = scaled(&modal_form(&k).unwrap(), LIMITS).unwrap();
+    let rows = scale_realisation(&modal_form(&k).unwrap(), LIMITS).unwrap();
     let mut single = float32(&rows).unwrap();
     let mut last = 0.0;
     for _ in 0..1_000_000 {

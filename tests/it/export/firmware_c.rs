@@ -3,8 +3,8 @@
 
 use crate::export::firmware::{LIMITS, TIME, hidden, pair, pid_like, real, typical};
 use muspin::controller::hand_over::hand_over;
-use muspin::controller::realise::{Term, modal_form};
-use muspin::controller::scaling::{ScaledRealisation, scaled};
+use muspin::controller::realise::{ProductTerm, modal_form};
+use muspin::controller::scaling::{ScaledRealisation, scale_realisation};
 use muspin::controller::sections::second_order_sections;
 use muspin::controller::verification::Verification;
 use muspin::controller::{ControlLaw, Controller};
@@ -39,7 +39,7 @@ impl Case {
     }
 
     fn modal(law: StateSpace<Discrete>, prefix: &'static str) -> Self {
-        let rows = scaled(&modal_form(&law).unwrap(), LIMITS).unwrap();
+        let rows = scale_realisation(&modal_form(&law).unwrap(), LIMITS).unwrap();
         Self::new(law, rows, prefix)
     }
 
@@ -102,7 +102,7 @@ fn reproduces_the_vectors(case: &Case, flags: &[&str]) {
 
 #[test]
 fn generated_c_reproduces_the_vectors_bit_for_bit() {
-    let sections = scaled(&second_order_sections(&pid_like()).unwrap(), LIMITS).unwrap();
+    let sections = scale_realisation(&second_order_sections(&pid_like()).unwrap(), LIMITS).unwrap();
     let gain = Mat::from_fn(4, 4, |i, j| -1e4 * f64::from(u8::from(i == j)));
     // Two equal pairs and three equal real poles of one law: blocks of four and of three states.
     let twice = pair(700.0, 0.02);
@@ -126,12 +126,12 @@ fn generated_c_reproduces_the_vectors_bit_for_bit() {
 
 #[test]
 fn generated_c_corrects_the_states_of_a_limited_controller_bit_for_bit() {
-    let sections = scaled(&second_order_sections(&pid_like()).unwrap(), LIMITS).unwrap();
-    let modal = scaled(&modal_form(&typical()).unwrap(), LIMITS).unwrap();
+    let sections = scale_realisation(&second_order_sections(&pid_like()).unwrap(), LIMITS).unwrap();
+    let modal = scale_realisation(&modal_form(&typical()).unwrap(), LIMITS).unwrap();
     for (law, plain) in [(typical(), modal), (pid_like(), sections)] {
         let mut rows = plain.clone();
         for i in [0, 1, 5] {
-            let term = |j: usize| Term { source: j, coefficient: 0.003 * (i as f64 - 2.5 + j as f64) };
+            let term = |j: usize| ProductTerm { source: j, coefficient: 0.003 * (i as f64 - 2.5 + j as f64) };
             rows.conditioning[i] = (0..4).map(term).collect();
         }
         let vectors = |rows: &ScaledRealisation| {
@@ -167,7 +167,7 @@ const INVALID_SAMPLES: &str = include_str!("../../firmware/invalid_samples.c");
 
 #[test]
 fn an_invalid_sample_is_held_counted_and_leaves_nothing_behind() {
-    let sections = scaled(&second_order_sections(&pid_like()).unwrap(), LIMITS).unwrap();
+    let sections = scale_realisation(&second_order_sections(&pid_like()).unwrap(), LIMITS).unwrap();
     for case in [Case::modal(typical(), "typical"), Case::new(pid_like(), sections, "sections")] {
         let folder = TempDir::new().unwrap();
         case.write(folder.path());
@@ -223,7 +223,7 @@ const LIBRARIES: &str = include_str!("../../firmware/libraries.c");
 
 #[test]
 fn library_tables_of_sections_reproduce_the_vectors() {
-    let rows = scaled(&second_order_sections(&pid_like()).unwrap(), LIMITS).unwrap();
+    let rows = scale_realisation(&second_order_sections(&pid_like()).unwrap(), LIMITS).unwrap();
     let folder = TempDir::new().unwrap();
     Case::new(pid_like(), rows, "sections").write(folder.path());
     std::fs::write(folder.path().join("main.c"), LIBRARIES).unwrap();
@@ -304,7 +304,7 @@ fn a_controller_with_a_fast_unstable_mode_is_handed_over() {
     // A pole of 1.6 grows by 1e209 within the usual horizon of 1024 samples.
     let blocks = [real(0.99), real(0.3), real(1.6), pair(900.0, 0.05)];
     let law = hidden(&blocks, 4, 4, 5);
-    let rows = scaled(&modal_form(&law).unwrap(), LIMITS).unwrap();
+    let rows = scale_realisation(&modal_form(&law).unwrap(), LIMITS).unwrap();
     let map = hand_over(&rows).unwrap();
     let system = rows.rows.to_state_space().unwrap();
     let y = Mat::from_fn(4, 1, |i, _| 1e-6 * (i as f64 + 1.0));
@@ -328,7 +328,7 @@ fn a_controller_with_a_fast_unstable_mode_is_handed_over() {
 
 #[test]
 fn the_handed_over_states_reproduce_the_last_output() {
-    let rows = scaled(&modal_form(&typical()).unwrap(), LIMITS).unwrap();
+    let rows = scale_realisation(&modal_form(&typical()).unwrap(), LIMITS).unwrap();
     let map = hand_over(&rows).unwrap();
     let system = rows.rows.to_state_space().unwrap();
     let given = [1e-5, -2e-5, 0.0, 3e-5, 0.5, -1.0, 2.0, 0.1];

@@ -2,7 +2,7 @@
 
 use crate::export::firmware::{LIMITS, TIME};
 use muspin::controller::realise::modal_form;
-use muspin::controller::scaling::scaled;
+use muspin::controller::scaling::scale_realisation;
 use muspin::controller::sections::second_order_sections;
 use muspin::controller::verification::Verification;
 use muspin::controller::{ControlLaw, Controller};
@@ -81,7 +81,7 @@ fn decentralised(axes: &[StateSpace<Discrete>; 4]) -> StateSpace<Discrete> {
 }
 
 fn exported(law: &StateSpace<Discrete>) -> FirmwareFiles {
-    let rows = scaled(&modal_form(law).unwrap(), LIMITS).unwrap();
+    let rows = scale_realisation(&modal_form(law).unwrap(), LIMITS).unwrap();
     let controller = Controller { name: "axes".to_owned(), law: ControlLaw::Discrete(law.clone()) };
     let verification = Verification::none();
     let firmware = Firmware {

@@ -2,7 +2,7 @@
 
 use crate::rotor::own_spectrum::own_spectrum;
 use muspin::identify::frf::{AXES, SweepRecord};
-use muspin::identify::peaks::{Antiresonance, Channel, antiresonances, resonances};
+use muspin::identify::peaks::{Antiresonance, PeakChannel, antiresonances, resonances};
 use muspin::identify::{HammerFrf, Reading, identify, open_loop};
 use muspin::input::sweep::{header, read_sweep};
 use muspin::input::{load_machine, load_measurement};
@@ -128,7 +128,7 @@ fn null_case_of_the_simulator_shows_the_updated_model() {
 }
 
 /// Σ r/(f_k² − f² + 2jζ f_k f) with white noise.
-fn channel(lines: &[f64], modes: &[(f64, f64)], noise: f64, seed: u64) -> Channel {
+fn channel(lines: &[f64], modes: &[(f64, f64)], noise: f64, seed: u64) -> PeakChannel {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let value = lines
         .iter()
@@ -138,7 +138,7 @@ fn channel(lines: &[f64], modes: &[(f64, f64)], noise: f64, seed: u64) -> Channe
             sum - 3.0 / (f * f) + complex(&mut rng, noise)
         })
         .collect();
-    Channel { name: "synthetic".into(), value, sigma: vec![noise; lines.len()] }
+    PeakChannel { name: "synthetic".into(), value, sigma: vec![noise; lines.len()] }
 }
 
 #[test]

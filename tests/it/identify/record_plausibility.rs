@@ -3,7 +3,7 @@
 
 use crate::diagnose::generator::{Draw, Drawn, simulate};
 use muspin::controller::Controller;
-use muspin::identify::plausibility::{Quantity, RecordFault, Signal};
+use muspin::identify::plausibility::{HammerQuantity, RecordFault, Signal};
 use muspin::identify::{HammerFrf, Plausibility, SweepRecord, hammer_plausibility, open_loop, sweep_plausibility};
 use muspin::input::{load_controller, load_machine};
 use muspin::linalg::c64;
@@ -206,8 +206,8 @@ fn every_mistake_in_a_hammer_test_is_named() {
         (RecordFault::Conjugate, changed(&|_, h| h.conj(), 1.0)),
         (RecordFault::Clock { factor: 1e-3 }, changed(&|_, h| h, 1e-3)),
         (RecordFault::Clock { factor: TAU }, changed(&|_, h| h, TAU)),
-        (RecordFault::Quantity(Quantity::Mobility), changed(&|f, h| h * j_omega(f), 1.0)),
-        (RecordFault::Quantity(Quantity::Accelerance), changed(&|f, h| h * j_omega(f) * j_omega(f), 1.0)),
+        (RecordFault::Quantity(HammerQuantity::Mobility), changed(&|f, h| h * j_omega(f), 1.0)),
+        (RecordFault::Quantity(HammerQuantity::Accelerance), changed(&|f, h| h * j_omega(f) * j_omega(f), 1.0)),
     ];
     for (fault, record) in cases {
         let found = of_hammer(rig, &record);

@@ -1,7 +1,7 @@
 //! Values that cannot be and values that look wrong: said with key, unit and reason, and never on a file that is right.
 
 use assert_cmd::Command;
-use muspin::input::keys::{FREQUENCIES, Group, SPINDLE, TOOL, WEIGHTS};
+use muspin::input::keys::{FREQUENCIES, KeyGroup, SPINDLE, TOOL, WEIGHTS};
 use muspin::input::kind::FileKind;
 use muspin::input::{read_spindle, read_tool, read_weights, shipped, yaml};
 use muspin::spindle::mesh_quality::coarse_mesh;
@@ -119,7 +119,7 @@ fn odd_sizes_are_used_and_said() {
 
 #[test]
 fn shipped_files_are_plausible_and_every_number_in_them_has_a_range() {
-    let shipped: [(&[shipped::Shipped], FileKind, &[Group]); 4] = [
+    let shipped: [(&[shipped::Shipped], FileKind, &[KeyGroup]); 4] = [
         (shipped::SPINDLES, FileKind::Spindle, SPINDLE),
         (shipped::TOOLS, FileKind::Tool, TOOL),
         (shipped::WEIGHTS, FileKind::Weights, WEIGHTS),

@@ -219,7 +219,7 @@ fn what_is_no_rotor_for_a_spindle_is_refused_by_name() {
 fn a_rotor_turned_round_has_the_same_frequencies_and_its_discs_at_the_other_end() {
     for file in ["two_discs.toml", "cones.json"] {
         let rotor = loaded(file);
-        let (one, other) = (shaft(&rotor), shaft(&rotor.clone().reversed()));
+        let (one, other) = (shaft(&rotor), shaft(&rotor.clone().reverse_ends()));
         let (here, there) = (whirl(&one, 6000.0, 3000.0), whirl(&other, 6000.0, 3000.0));
         assert_eq!(here.len(), there.len(), "{file}");
         for ((hz, sense), (turned, other)) in here.iter().zip(&there) {

@@ -1,7 +1,7 @@
 //! Riccati equations: the multi-precision references, closed forms, and what must be refused.
 
 use crate::robust::solve_cases::{answer, cases, matrix, number, refusal};
-use muspin::linalg::riccati::{Effort, RiccatiError, care, care_with};
+use muspin::linalg::riccati::{RiccatiEffort, RiccatiError, care, care_with};
 use muspin::linalg::{Mat, eigenvalues};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -42,7 +42,7 @@ fn random_equations_have_small_residual_symmetric_solution_and_stable_loop() {
         let level = if k % 3 == 0 { 0.01 } else { 0.0 };
         let g = &b * b.transpose() - faer_scaled(&(&w * w.transpose()), level);
         let q = c.transpose() * &c;
-        for effort in [Effort::Fast, Effort::Full] {
+        for effort in [RiccatiEffort::Fast, RiccatiEffort::Full] {
             let found = care_with(&a, &g, &q, effort).unwrap();
             let x = &found.x;
             let ax = a.transpose() * x;

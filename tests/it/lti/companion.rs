@@ -2,7 +2,7 @@
 //! apart. Hankel values and sampled responses do not depend on state coordinates.
 
 use crate::robust::solve_cases::{answer, matrix, number};
-use muspin::controller::discretise::discretised;
+use muspin::controller::discretise::discretise_law;
 use muspin::controller::realise::modal_form;
 use muspin::controller::{ControlLaw, Controller};
 use muspin::linalg::{Mat, c64};
@@ -78,7 +78,7 @@ fn reduced_companion_forms_keep_the_error_bound() {
     let full = companion(11, 1e5);
     let balancing = Balancing::with_check(&full).unwrap();
     for order in [4, 7] {
-        let reduced = balancing.truncated(order).unwrap();
+        let reduced = balancing.truncate_states(order).unwrap();
         let minus = reduced.scale_outputs(&Mat::from_fn(1, 1, |_, _| -1.0));
         let error = linf_norm(&add(&chain(11, 1e5), &minus).unwrap(), 1e-6).unwrap().norm;
         let bound = 2.0 * balancing.hankel[order..].iter().sum::<f64>();
@@ -124,7 +124,7 @@ fn a_continuous_controller_in_companion_form_is_realised_as_in_any_other() {
     let (n, corner, period_s) = (7, TAU * 2000.0, 5e-5);
     let sampled = |law: StateSpace<Continuous>| -> StateSpace<Discrete> {
         let controller = Controller { name: "filter".to_owned(), law: ControlLaw::Continuous(law) };
-        match discretised(&controller, period_s, 1000.0).unwrap().unwrap().law {
+        match discretise_law(&controller, period_s, 1000.0).unwrap().unwrap().law {
             ControlLaw::Discrete(law) => modal_form(&law).unwrap().to_state_space().unwrap(),
             ControlLaw::Continuous(_) => panic!("it is sampled"),
         }

@@ -130,8 +130,8 @@ fn the_certified_stiffness_is_that_of_the_held_loop_at_two_sample_rates() {
         let machine = reference_at(rate);
         let law = pid(&machine);
         let plant = Plant::new(&machine, 0.0, ModelDetail::Full).unwrap();
-        let closed = close(&plant.sampled().unwrap(), &law).unwrap();
-        let (certified, hz) = softest(&plant, &law, closed.poles().unwrap(), (1.0, 4000.0));
+        let closed = close(&plant.sample_plant().unwrap(), &law).unwrap();
+        let (certified, hz) = softest(&plant, &law, closed.poles().unwrap(), 1.0, 4000.0);
         let there = stiffness_by_hand(&plant, &law, TAU * hz, true);
         assert!((certified / there - 1.0).abs() < 1e-9, "{rate} Hz: {certified} and {there} N/m");
         // No line of a grid of its own lies lower, and the prediction on that grid is the same curve.
@@ -161,7 +161,7 @@ fn the_sensitivity_is_that_of_the_sampled_loop() {
         let law = pid(&machine);
         let plant = Plant::new(&machine, 0.0, ModelDetail::Full).unwrap();
         let axes = [0, 1, 2, 3];
-        let sampled = plant.sampled().unwrap().select(&axes, &axes);
+        let sampled = plant.sample_plant().unwrap().select(&axes, &axes);
         for hz in lines {
             let omega = TAU * hz;
             let one = Mat::<c64>::identity(4, 4);

@@ -93,7 +93,7 @@ fn schur_forms_lyapunov_and_sylvester_solutions_have_small_residuals() {
     let mut rng = ChaCha8Rng::seed_from_u64(9);
     for n in [1, 2, 3, 7, 20, 40] {
         let a = random(&mut rng, n, n);
-        let (form, stable) = schur(&a).unwrap().ordered(|v| v.re < 0.0);
+        let (form, stable) = schur(&a).unwrap().reorder(|v| v.re < 0.0);
         assert!((&form.z * &form.t * form.z.transpose() - &a).norm_l2() < 1e-12 * (1.0 + a.norm_l2()));
         let values = form.eigenvalues();
         assert!(values[..stable].iter().all(|v| v.re < 0.0));

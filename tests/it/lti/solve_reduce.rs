@@ -161,7 +161,7 @@ fn weighted_reduction_is_better_where_the_weight_is_large() {
         hinf_norm(&e, 1e-8).unwrap().norm
     };
     for r in [2, 4] {
-        let (x, y) = (weighted.truncated(r).unwrap(), plain.truncated(r).unwrap());
+        let (x, y) = (weighted.truncate_states(r).unwrap(), plain.truncate_states(r).unwrap());
         assert!(error(&x) < error(&y), "{r}: {} {}", error(&x), error(&y));
     }
 }

@@ -22,7 +22,7 @@ fn worst_growth(machine: &Machine, law: &SurvivingLaw) -> f64 {
     let at = |k: usize| {
         let speed_rpm = to_rpm * (k as f64 + 0.37) / 17.0;
         let plant = Plant::new(machine, speed_rpm * TAU / 60.0, ModelDetail::Full).unwrap();
-        growth_rate(&plant.sampled().unwrap(), &controller).unwrap()
+        growth_rate(&plant.sample_plant().unwrap(), &controller).unwrap()
     };
     (0..17).map(at).fold(f64::NEG_INFINITY, f64::max)
 }

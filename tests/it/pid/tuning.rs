@@ -91,7 +91,7 @@ fn a_pid_for_a_slender_tool_levitates_within_the_limits_of_a_controller() {
     let ControlLaw::Discrete(law) = &tuned.controller.law else { panic!("sampled") };
     for rpm in [0.0, machine.spindle.max_rpm] {
         let plant = Plant::new(&machine, rpm * TAU / 60.0, ModelDetail::Full).unwrap();
-        let rate = growth_rate(&plant.sampled().unwrap(), law).unwrap();
+        let rate = growth_rate(&plant.sample_plant().unwrap(), law).unwrap();
         assert!(rate < 0.0, "{rate} 1/s at {rpm} rpm");
     }
     figures_are_those_of_other_roads(&machine, &tuned, 1e-3);
@@ -112,7 +112,7 @@ fn figures_are_those_of_other_roads(machine: &Machine, tuned: &TunedPid, apart_d
     for (rpm, seen) in [(0.0, &c.sensitivity), (machine.spindle.max_rpm, &c.sensitivity_at_speed)] {
         let plant = Plant::new(machine, rpm * TAU / 60.0, ModelDetail::Full).unwrap();
         let axes = [0, 1, 2, 3];
-        let sampled = plant.sampled().unwrap().select(&axes, &axes);
+        let sampled = plant.sample_plant().unwrap().select(&axes, &axes);
         // Noise and currents to currents, signals, and signals again for the law.
         let (n, unit) = (sampled.order(), |i: usize, j: usize| f64::from(u8::from(i == j)));
         let b = Mat::from_fn(n, 8, |i, j| if j < 4 { 0.0 } else { sampled.b[(i, j - 4)] });
@@ -184,7 +184,7 @@ fn quick_tuning_gives_a_stiff_stable_pid_in_zone_b() {
         let speed = 50_000.0 * TAU / 60.0 * random.random_range(0.0..=1.0);
         let factors: Vec<f64> = (0..6).map(|_| random.random_range(0.97..=1.03)).collect();
         let plant = Plant::new(&reference(), speed, ModelDetail::Full).unwrap();
-        let sampled = plant.with_scaled_modes(&factors).sampled().unwrap();
+        let sampled = plant.with_scaled_modes(&factors).sample_plant().unwrap();
         let rate = growth_rate(&sampled, law).unwrap();
         assert!(rate < 0.0, "{factors:?} at {speed} rad/s: {rate} 1/s");
     }

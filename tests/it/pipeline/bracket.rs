@@ -4,7 +4,7 @@ use muspin::pipeline::bracket::Bracket;
 
 /// Evaluations until the bracket is narrower than 5 %, and its factor.
 fn narrowed(gamma: impl Fn(f64) -> f64, start: (f64, Option<f64>)) -> (usize, f64) {
-    let mut bracket = Bracket::new(start, (4000.0, gamma(4000.0)), 1.0);
+    let mut bracket = Bracket::new(start.0, start.1, 4000.0, gamma(4000.0), 1.0);
     let mut evaluations = 0;
     while bracket.ratio() > 1.05 && evaluations < 100 {
         let factor = bracket.next(0.05);

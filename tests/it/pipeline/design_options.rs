@@ -281,7 +281,7 @@ mod long {
     #[ignore = "long: see the command of the module"]
     fn a_start_that_is_unstable_at_speed_is_brought_up_to_speed() {
         let (machine, weights) = of_tests("s04-noncollocated", "endmill-20-short");
-        let found = design(&machine, &weights, &DesignSettings::polished(), &mut |_| {}).unwrap();
+        let found = design(&machine, &weights, &DesignSettings::with_polish(), &mut |_| {}).unwrap();
         let polish = found.polish.as_ref().unwrap();
         let dk = polish.dk.as_ref().unwrap();
         assert!(dk.stiffness_n_per_m[1].is_nan());
@@ -297,7 +297,7 @@ mod long {
     fn a_machine_that_cannot_meet_its_goals_gets_a_certified_peak() {
         let (machine, weights) = of_tests("s13-lab-rotor-thin", "endmill-12-long");
         // The certificate of the full order lost the crossings of low frequencies to rounding.
-        let found = design(&machine, &weights, &DesignSettings::polished(), &mut |_| {}).unwrap();
+        let found = design(&machine, &weights, &DesignSettings::with_polish(), &mut |_| {}).unwrap();
         let full = found.dk.as_ref().unwrap().full;
         let (lower, upper) = (full.covered.lower, full.covered.upper);
         assert!(lower > 1.1 && lower <= upper && upper <= lower * 1.002);

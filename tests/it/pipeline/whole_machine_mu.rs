@@ -7,7 +7,7 @@ use muspin::augment::plane::{Route, design_plane, modes_below_nyquist};
 use muspin::augment::shape::Shape;
 use muspin::augment::warp::inverse_hold;
 use muspin::augment::weight_plane::{WeightPlane, fit_errors};
-use muspin::augment::weighting::Section;
+use muspin::augment::weighting::WeightSection;
 use muspin::augment::weights::Weights;
 use muspin::input::{load_machine, load_weights};
 use muspin::linalg::{Mat, c64};
@@ -19,7 +19,7 @@ use muspin::pipeline::speed_mu::mu_at_speed;
 use muspin::predict::closed_loop::both_planes;
 use muspin::robust::hinf::{HinfSettings, synthesise};
 use muspin::robust::mu::upper_bound;
-use muspin::robust::prescale::{ScaleStart, constant_scales, scaled};
+use muspin::robust::prescale::{ScaleStart, constant_scales, scale_signals};
 use muspin::spindle::plant::CHANNELS;
 use muspin::spindle::{Machine, ModelDetail, Plant};
 use std::f64::consts::{PI, TAU};
@@ -39,10 +39,10 @@ fn fitted_weights_have_their_magnitude_over_true_frequency() {
     for rate_hz in [8e3, 10e3, 20e3, 40e3] {
         let period_s = 1.0 / rate_hz;
         for section in [
-            Section::roll_on_stage(3000.0, 10.0).unwrap(),
-            Section::level_change(40.0, 5.0, 40.0).unwrap(),
-            Section::level_change(1e5, 1e4, 2500.0).unwrap(),
-            Section::leaky_integrator(1e8, 0.03).unwrap(),
+            WeightSection::roll_on_stage(3000.0, 10.0).unwrap(),
+            WeightSection::level_change(40.0, 5.0, 40.0).unwrap(),
+            WeightSection::level_change(1e5, 1e4, 2500.0).unwrap(),
+            WeightSection::leaky_integrator(1e8, 0.03).unwrap(),
         ] {
             let of = |plane: WeightPlane| plane.realise(&Shape::section(section)).unwrap();
             let fit = of(WeightPlane::Analysis { period_s });
@@ -76,7 +76,7 @@ fn fitted_weights_have_their_magnitude_over_true_frequency() {
         }
     }
     // Without the fit the control weight of 3 kHz is three times too large at 8 kHz of 20 kHz.
-    let stage = Section::roll_on_stage(3000.0, 10.0).unwrap();
+    let stage = WeightSection::roll_on_stage(3000.0, 10.0).unwrap();
     let plain = at_share(&stage.system().unwrap(), 0.8, 5e-5).powi(2);
     assert!(plain / stage.magnitude(TAU * 8e3).powi(2) > 3.0);
     let errors = fit_errors(&load_weights("benchmark").unwrap(), 5e-5).unwrap();
@@ -105,7 +105,7 @@ fn controller(
     let start = vec![100.0; modes.len()];
     let scales = constant_scales(&posed, ScaleStart::Guess(&start)).unwrap().scale;
     let full = |b: &Block| Block::ComplexFull { rows: b.rows(), cols: b.cols() };
-    let mut plant = scaled(&posed, &scales);
+    let mut plant = scale_signals(&posed, &scales);
     plant.blocks = plant.blocks.iter().map(full).collect();
     let found = synthesise(&plant, &HinfSettings::default()).unwrap().controller;
     let law = tustin(&unscale_controller(&found), period_s).unwrap();

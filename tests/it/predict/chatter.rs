@@ -1,13 +1,15 @@
 //! Stability lobes against closed forms and against the delayed equation of motion integrated in time.
 
 use muspin::linalg::{Mat, c64};
-use muspin::predict::chatter::{ChatterError, Engagement, Material, directional_coefficients, milling, orthogonal};
+use muspin::predict::chatter::{
+    ChatterError, CuttingMaterial, Engagement, directional_coefficients, milling, orthogonal,
+};
 use std::f64::consts::{PI, TAU};
 
 const K: f64 = 2.0e6;
 const ZETA: f64 = 0.03;
 const OMEGA: f64 = TAU * 1069.0;
-const ALUMINIUM: Material = Material { tangential_pa: 7.5e8, radial_ratio: 0.3 };
+const ALUMINIUM: CuttingMaterial = CuttingMaterial { tangential_pa: 7.5e8, radial_ratio: 0.3 };
 
 fn mode(w: f64, k: f64, zeta: f64, omega: f64) -> c64 {
     let r = w / omega;

@@ -5,7 +5,7 @@ use crate::cli::program::muspin;
 use muspin::controller::anti_windup::with_anti_windup;
 use muspin::controller::arithmetic::{Float32Program, float32};
 use muspin::controller::realise::modal_form;
-use muspin::controller::scaling::{SignalLimits, scaled};
+use muspin::controller::scaling::{SignalLimits, scale_realisation};
 use muspin::controller::{ControlLaw, Controller};
 use muspin::export::json::controller_json;
 use muspin::input::load_machine;
@@ -16,7 +16,7 @@ use muspin::pid::settings::TuneSettings;
 use muspin::pid::tune::textbook;
 use muspin::predict::shaft_line::ShaftLine;
 use muspin::predict::time::TimeSettings;
-use muspin::predict::time_cases::{Case, Quantisation, figures, run_case};
+use muspin::predict::time_cases::{Quantisation, StandardCase, figures, run_case};
 use muspin::predict::time_force::{BackupBearing, Magnet};
 use muspin::rotor::PlanarModes;
 use muspin::spindle::{Machine, ModelDetail, Plant};
@@ -40,7 +40,7 @@ fn program(law: &StateSpace<Discrete>) -> Float32Program {
     static FOUND: OnceLock<Float32Program> = OnceLock::new();
     let make = || {
         let limits = SignalLimits { input_m: 2.54e-4, output_a: 3.0 };
-        let rows = scaled(&modal_form(law).unwrap(), limits).unwrap();
+        let rows = scale_realisation(&modal_form(law).unwrap(), limits).unwrap();
         float32(&with_anti_windup(rows, &machine()).unwrap().0).unwrap()
     };
     FOUND.get_or_init(make).clone()
@@ -162,12 +162,12 @@ fn small_signals_follow_the_linear_prediction() {
     // Linear prediction from a plant whose force constant is that of the file times a factor: the error relative to the
     // peak.
     let distance = |speed: f64, factor: f64| -> (f64, f64) {
-        let case = Case::Step { force_n: force };
+        let case = StandardCase::Step { force_n: force };
         let found = run_case(&machine, &program(&law), case, speed, 0.05, &settings).unwrap();
         let mut machine = machine.clone();
         machine.spindle.front.ki_n_per_a *= factor;
         let detail = ModelDetail::Modes { flexible, static_residual: false };
-        let plant = Plant::new(&machine, speed, detail).unwrap().sampled().unwrap();
+        let plant = Plant::new(&machine, speed, detail).unwrap().sample_plant().unwrap();
         let open = plant.select(&[4, 5, 0, 1, 2, 3], &[4, 0, 1, 2, 3]);
         let closed = lower_lft(&open, &law).unwrap();
         let mut x = Mat::<f64>::zeros(closed.order(), 1);
@@ -203,7 +203,7 @@ fn unless_given_every_mode_below_four_tenths_of_the_sample_rate_takes_part() {
     let highest_hz = 0.4 * machine.spindle.electronics.sample_rate_hz;
     let inside = modes.flexible_hz().iter().filter(|f| **f < highest_hz).count();
     assert!(inside > machine.spindle.flexible_modes);
-    let case = Case::Impulse { force_n: 20.0, length_s: 2e-4 };
+    let case = StandardCase::Impulse { force_n: 20.0, length_s: 2e-4 };
     let with = |flexible_modes| {
         let settings = TimeSettings { flexible_modes, ..TimeSettings::default() };
         run_case(&machine, &program(&law), case, 0.0, 0.01, &settings).unwrap().samples
@@ -217,7 +217,7 @@ fn the_rotor_lifts_off_and_unbalance_stays_inside_the_clearance() {
     let machine = machine();
     let (_, law) = pid();
     let settings = TimeSettings::default();
-    let lift = run_case(&machine, &program(&law), Case::LiftOff, 0.0, 0.5, &settings).unwrap();
+    let lift = run_case(&machine, &program(&law), StandardCase::LiftOff, 0.0, 0.5, &settings).unwrap();
     let start = lift.samples.first().unwrap();
     let radius = start.displacements_m[2].hypot(start.displacements_m[3]);
     assert!((radius / machine.spindle.backup_clearance_m - 1.0).abs() < 0.02, "{radius}");
@@ -225,7 +225,7 @@ fn the_rotor_lifts_off_and_unbalance_stays_inside_the_clearance() {
     assert!(!lift.diverged && f.settled_displacement_m[1] < 2e-5, "{f:?}");
 
     let speed = 50_000.0 * TAU / 60.0;
-    let grade = Case::Unbalance { grade_m_s: 4e-4 };
+    let grade = StandardCase::Unbalance { grade_m_s: 4e-4 };
     let turning = run_case(&machine, &program(&law), grade, speed, 0.1, &settings).unwrap();
     let f = figures(&machine, &turning);
     assert!(!turning.diverged && turning.in_contact == 0.0 && f.clearance_ratio < 0.3, "{f:?}");
@@ -238,7 +238,7 @@ fn the_rotor_lifts_off_and_unbalance_stays_inside_the_clearance() {
 fn too_hard_a_push_saturates_and_is_reported() {
     let machine = machine();
     let (_, law) = pid();
-    let case = Case::Step { force_n: 3000.0 };
+    let case = StandardCase::Step { force_n: 3000.0 };
     let found = run_case(&machine, &program(&law), case, 0.0, 0.05, &TimeSettings::default()).unwrap();
     assert!(found.current_limited > 0.1 && found.in_contact > 0.1);
     let bad = TimeSettings { substeps: 0, ..TimeSettings::default() };
@@ -248,7 +248,7 @@ fn too_hard_a_push_saturates_and_is_reported() {
 #[test]
 fn what_the_steps_of_the_sensors_leave_is_told_from_the_rest() {
     let (machine, (_, law)) = (machine(), pid());
-    let case = Case::Impulse { force_n: 5.0, length_s: 5e-4 };
+    let case = StandardCase::Impulse { force_n: 5.0, length_s: 5e-4 };
     let with_steps = |quantum_m: f64| {
         let settings = TimeSettings { quantum_m, ..TimeSettings::default() };
         run_case(&machine, &program(&law), case, 0.0, 0.1, &settings).unwrap()

@@ -210,13 +210,13 @@ fn damping_of_a_mode_is_the_half_power_width_of_its_peak() {
 fn a_dip_is_as_deep_as_its_lower_side() {
     let f: Vec<f64> = (1..=9).map(f64::from).collect();
     let k = [5.0, 2.0, 4.0, 1.0, 8.0, 7.9, 8.1, 3.0, 6.0];
-    let found = dips(&f, &k, (1.0, 9.0), 1.0);
+    let found = dips(&f, &k, 1.0, 9.0, 1.0);
     let expected = [(2.0, 2.0), (4.0, 5.0), (6.0, 8.0 / 7.9), (8.0, 2.0)];
     assert_eq!(found.len(), expected.len());
     for (dip, (hz, prominence)) in found.iter().zip(expected) {
         assert_eq!(dip.frequency_hz, hz);
         assert!((dip.prominence - prominence).abs() < 1e-12, "{dip:?}");
     }
-    assert_eq!(dips(&f, &k, (1.0, 9.0), 1.122).len(), 3);
-    assert!(dips(&[], &[], (1.0, 9.0), 1.0).is_empty());
+    assert_eq!(dips(&f, &k, 1.0, 9.0, 1.122).len(), 3);
+    assert!(dips(&[], &[], 1.0, 9.0, 1.0).is_empty());
 }

@@ -1,10 +1,10 @@
 //! Tables and pictures of a diagnosis whose records differ in number of lines.
 
 use muspin::diagnose::decide::misfit::Misfit;
-use muspin::diagnose::decide::residuals::{Channel, Record};
+use muspin::diagnose::decide::residuals::{MeasuredChannel, Record};
 use muspin::diagnose::locate::correction::Correction;
 use muspin::diagnose::locate::localisation::{Localisation, PortScore};
-use muspin::diagnose::locate::place::{Place, Unit};
+use muspin::diagnose::locate::place::{LawUnit, Place};
 use muspin::diagnose::locate::recovered_law::Law;
 use muspin::diagnose::{Diagnosis, Verdict};
 use muspin::input::load_machine;
@@ -22,12 +22,12 @@ fn hz(lines: usize) -> Vec<f64> {
 
 fn law(name: &str, lines: usize) -> Law {
     let values = (1..=lines).map(|k| c64::new(k as f64, -0.5)).collect();
-    Law::new(name, Unit::Stiffness, hz(lines), values, vec![0.1; lines])
+    Law::new(name, LawUnit::Stiffness, hz(lines), values, vec![0.1; lines])
 }
 
-fn channel(record: Record, lines: usize, rpm: f64) -> Channel {
+fn channel(record: Record, lines: usize, rpm: f64) -> MeasuredChannel {
     let response = |size: f64| vec![c64::new(size, 0.1); lines];
-    Channel {
+    MeasuredChannel {
         record,
         speed_rad_s: rpm * TAU / 60.0,
         held_out: matches!(record, Record::Hammer(_)),
@@ -59,7 +59,8 @@ fn diagnosis(laws: Vec<Law>) -> Diagnosis {
     let sweep = |(lines, rpm): (usize, f64)| {
         (0..16).map(move |n| channel(Record::Sweep(n / 4, n % 4), lines, rpm)).collect::<Vec<_>>()
     };
-    let mut channels: Vec<Channel> = [(LINES[0], 0.0), (LINES[1], 20000.0)].into_iter().flat_map(sweep).collect();
+    let mut channels: Vec<MeasuredChannel> =
+        [(LINES[0], 0.0), (LINES[1], 20000.0)].into_iter().flat_map(sweep).collect();
     channels.push(channel(Record::Hammer(0), 4, 0.0));
     Diagnosis {
         verdict: Verdict::Unexplained,

@@ -4,11 +4,13 @@ use muspin::linalg::c64;
 use muspin::report::plot::diagnosis::{impedance, localisation, ranking, residual};
 use muspin::report::plot::figure::{Axis, Figure, Panel, Series};
 use muspin::report::plot::loops::{
-    MarkedFrequency, Peak, ResponseCurve, bode, dynamic_stiffness, nyquist, sensitivity,
+    MarkedFrequency, MarkedPeak, ResponseCurve, bode, dynamic_stiffness, nyquist, sensitivity,
 };
 use muspin::report::plot::machining::{ToolQuantity, chatter_lobes, tools};
 use muspin::report::plot::motion::{TimePanel, orbits, time_responses};
-use muspin::report::plot::robustness::{DFit, MuStep, d_fits, mu_against_order, mu_over_frequency, mu_per_iteration};
+use muspin::report::plot::robustness::{
+    MuStep, PlottedScale, d_fits, mu_against_order, mu_over_frequency, mu_per_iteration,
+};
 use muspin::report::plot::shaft::{
     CampbellLine, OutlinePiece, ShapeCurve, Station, StationKind, campbell, mode_shapes,
 };
@@ -37,12 +39,12 @@ fn gallery() -> Vec<(&'static str, Figure)> {
     let updated: Vec<c64> = f.iter().map(|f| modal(*f, 1.0)).collect();
     let response = |name, role, response| ResponseCurve { name, role, frequency_hz: &f, response };
     let marked: Vec<MarkedFrequency> = [
-        (1069.0, Peak::Resonance),
-        (1955.0, Peak::Resonance),
-        (3210.0, Peak::Resonance),
-        (1109.0, Peak::Antiresonance),
-        (1767.0, Peak::Antiresonance),
-        (3429.0, Peak::Antiresonance),
+        (1069.0, MarkedPeak::Resonance),
+        (1955.0, MarkedPeak::Resonance),
+        (3210.0, MarkedPeak::Resonance),
+        (1109.0, MarkedPeak::Antiresonance),
+        (1767.0, MarkedPeak::Antiresonance),
+        (3429.0, MarkedPeak::Antiresonance),
     ]
     .into_iter()
     .map(|(frequency_hz, peak)| MarkedFrequency { frequency_hz, peak })
@@ -69,7 +71,7 @@ fn gallery() -> Vec<(&'static str, Figure)> {
     let step = |name, upper, lower| MuStep { name, frequency_hz: &f, upper, lower };
     let d: Vec<f64> = f.iter().map(|f| 1e-3 * (1.0 + f / 200.0)).collect();
     let d_data: Vec<f64> = d.iter().zip(&f).map(|(d, f)| d * (1.0 + 0.1 * (f.ln() * 4.0).sin())).collect();
-    let fit = |name| DFit { name, frequency_hz: &f, data: &d_data, fit: &d };
+    let fit = |name| PlottedScale { name, frequency_hz: &f, data: &d_data, fit: &d };
     let z: Vec<f64> = (0..60).map(|k| -0.1005 + 0.008 * f64::from(k)).collect();
     let shape = |n: f64| z.iter().map(|z| ((z + 0.1) / 0.48 * std::f64::consts::PI * n).cos()).collect::<Vec<f64>>();
     let (m1, m2, m3) = (shape(1.9), shape(2.8), shape(3.7));

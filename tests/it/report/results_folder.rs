@@ -395,7 +395,7 @@ fn frequencies_stand_side_by_side_and_names_share_a_line() {
 fn a_picture_keeps_its_section_and_place_in_a_page_rebuilt_from_files() {
     let mut stems = std::collections::BTreeSet::new();
     for kind in Picture::ALL {
-        for name in [kind.into(), kind.numbered(3), kind.detailed("rear_x-from-front_y-2")] {
+        for name in [kind.into(), kind.with_number(3), kind.with_detail("rear_x-from-front_y-2")] {
             let stem = name.stem();
             assert_eq!(PictureName::of_stem(&stem), Some(name), "{stem}");
             assert!(stems.insert(stem.clone()), "{stem} twice");

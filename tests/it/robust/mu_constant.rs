@@ -26,7 +26,7 @@ fn reference_cases_lie_between_the_bounds() {
         let limit = reference("upper_bound") * (1.0 + 1e-4) + absolute;
         assert!(found.upper <= limit, "{}: {} > {limit}", case.id, found.upper);
         assert!(found.upper <= sigma_max(&m) * (1.0 + 1e-12) + 1e-300);
-        assert!((found.scaling.bound(&m) - found.upper).abs() <= 1e-9 * found.upper + 1e-12);
+        assert!((found.scaling.bound_at(&m) - found.upper).abs() <= 1e-9 * found.upper + 1e-12);
         assert!(found.lower <= found.upper * (1.0 + 1e-9) + 1e-12, "{}", case.id);
         assert!(
             found.lower >= 0.999 * reference("lower_bound"),
@@ -156,7 +156,7 @@ fn the_fast_scale_agrees_with_the_matrix_inequality() {
         let structure = Structure::new(&[Block::ComplexScalar { n: 1 }; 4]).unwrap();
         let fast = dscale::optimal(&m, &structure);
         let start = Scaling::identity(&structure);
-        let slow = mixed::optimal(&m, &structure, start).unwrap().bound(&m);
+        let slow = mixed::optimal(&m, &structure, start).unwrap().bound_at(&m);
         assert!((fast.bound / slow - 1.0).abs() < 1e-5, "{} {slow}", fast.bound);
         assert!(fast.at_least <= fast.bound && fast.at_least > fast.bound * (1.0 - 1e-6));
     }
@@ -180,7 +180,7 @@ fn the_fast_scale_agrees_with_the_matrix_inequality_for_blocks_of_all_shapes() {
         let m = random(seed as u64, structure.outputs(), structure.inputs());
         let fast = dscale::optimal(&m, &structure);
         let start = Scaling::identity(&structure);
-        let slow = mixed::optimal(&m, &structure, start).unwrap().bound(&m);
+        let slow = mixed::optimal(&m, &structure, start).unwrap().bound_at(&m);
         assert!((fast.bound / slow - 1.0).abs() < 1e-5, "{fast:?} {slow}");
     }
 }
@@ -215,7 +215,7 @@ fn certificates_are_within(gap: f64) {
             for spread in [1e-3, 0.1, 1.0] {
                 let mut factor = || (spread * (2.0 * source.random::<f64>() - 1.0)).exp();
                 let other: Vec<f64> = found.d.iter().map(|d| d * factor()).collect();
-                let bound = dscale::bound(&m, &structure, &other);
+                let bound = dscale::bound_scaled(&m, &structure, &other);
                 assert!(bound >= found.at_least * (1.0 - 1e-12), "{n} {seed} {bound}");
             }
         }
@@ -265,7 +265,7 @@ fn a_settled_scale_is_as_good_as_a_proven_one_to_what_it_says() {
             let plain = random((1000 * n + seed) as u64, n, n);
             let size = |k: usize| 10f64.powf(spread * ((5 * k + 3 * seed) as f64).sin());
             let m = Mat::from_fn(n, n, |i, j| plain[(i, j)] * size(i));
-            let (proven, settled) = (dscale::optimal(&m, &structure), dscale::settled(&m, &structure));
+            let (proven, settled) = (dscale::optimal(&m, &structure), dscale::settle_scaling(&m, &structure));
             let gap = settled.bound / proven.bound - 1.0;
             assert!(gap < 5e-7, "{n} {seed}: {gap:e} above");
             assert!(settled.bound >= proven.at_least * (1.0 - 1e-12));

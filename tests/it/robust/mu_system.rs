@@ -37,7 +37,7 @@ fn branch_and_bound_finds_the_peak_of_the_full_sweep() {
             assert_eq!(point.omega_rad_s, optimum.omega_rad_s);
             // Every bound is proved by its scaling, up to the couplings that the reduction to connected channels leaves
             // out.
-            let proved = point.scaling.bound(&mu.response(point.omega_rad_s));
+            let proved = point.scaling.bound_at(&mu.response(point.omega_rad_s));
             assert!(
                 proved <= point.upper * (1.0 + 1e-5),
                 "{} at {} rad/s: {proved} proved, {} stated",

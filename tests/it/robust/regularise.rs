@@ -5,7 +5,7 @@ use muspin::linalg::Mat;
 use muspin::lti::connect::lower_lft;
 use muspin::lti::norm::hinf_norm;
 use muspin::lti::{Continuous, StateSpace};
-use muspin::robust::hinf::regularise::{DEFAULT_SHARE, regularised};
+use muspin::robust::hinf::regularise::{DEFAULT_SHARE, regularise_plant};
 use muspin::robust::{HinfSettings, SynthesisError, synthesise};
 
 /// ẋ = x + w + s u, z = x and (with cost) u, y = x + n/10: inputs w, n, u.
@@ -34,7 +34,7 @@ fn a_control_without_cost_gets_one_and_the_level_comes_close_to_the_infimum() {
     // No controller brings the gain from n to z below 1/10: a high gain makes x = -n/10.
     let mut last = 0.1;
     for share in [1e-6, DEFAULT_SHARE, 1e-2] {
-        let (posed, added) = regularised(&given, share).unwrap();
+        let (posed, added) = regularise_plant(&given, share).unwrap();
         assert!(added.d12.len() == 1 && added.d12[0] > 0.0 && added.d21.is_empty(), "{added:?}");
         assert_eq!((posed.errors(), posed.disturbances()), (3, 2));
         let found = synthesise(&posed, &HinfSettings::default()).unwrap();
@@ -50,7 +50,7 @@ fn a_control_without_cost_gets_one_and_the_level_comes_close_to_the_infimum() {
 #[test]
 fn what_is_added_does_not_depend_on_the_unit_of_the_control() {
     let level = |unit: f64| {
-        let (posed, added) = regularised(&plant(0.0, unit, vec![]), DEFAULT_SHARE).unwrap();
+        let (posed, added) = regularise_plant(&plant(0.0, unit, vec![]), DEFAULT_SHARE).unwrap();
         let found = synthesise(&posed, &HinfSettings::default()).unwrap();
         (found.gamma_opt, added.d12[0])
     };
@@ -62,12 +62,12 @@ fn what_is_added_does_not_depend_on_the_unit_of_the_control() {
 #[test]
 fn a_regular_plant_stays_and_a_block_grows_with_the_channels() {
     let block = vec![Block::ComplexFull { rows: 2, cols: 2 }];
-    let (posed, added) = regularised(&plant(0.5, 1.0, block.clone()), DEFAULT_SHARE).unwrap();
+    let (posed, added) = regularise_plant(&plant(0.5, 1.0, block.clone()), DEFAULT_SHARE).unwrap();
     assert!(added.d12.is_empty() && added.d21.is_empty());
     assert_eq!(posed.blocks, block);
-    let (posed, _) = regularised(&plant(0.0, 1.0, block), DEFAULT_SHARE).unwrap();
+    let (posed, _) = regularise_plant(&plant(0.0, 1.0, block), DEFAULT_SHARE).unwrap();
     assert_eq!(posed.blocks, vec![Block::ComplexFull { rows: 2, cols: 3 }]);
     assert_eq!((posed.disturbances(), posed.errors()), (2, 3));
     // A control that reaches nothing cannot be helped.
-    assert!(regularised(&plant(0.0, 0.0, vec![]), DEFAULT_SHARE).is_none());
+    assert!(regularise_plant(&plant(0.0, 0.0, vec![]), DEFAULT_SHARE).is_none());
 }

@@ -1,11 +1,11 @@
 //! Resonances and antiresonances of a machine's free-free rotor with its full finite-element chain.
 
 use muspin::rotor::chain_assembly;
-use muspin::rotor::spectrum::{Query, Spectrum, spectrum};
+use muspin::rotor::spectrum::{ModalSpectrum, Query, spectrum};
 use muspin::spindle::Machine;
 
 /// Of the responses from either actuator to the sensor beside it.
-pub fn own_spectrum(machine: &Machine, from_hz: f64, to_hz: f64) -> Spectrum {
+pub fn own_spectrum(machine: &Machine, from_hz: f64, to_hz: f64) -> ModalSpectrum {
     let rotor = machine.rotor().expect("rotor");
     let chain = chain_assembly::chain(&rotor).expect("chain");
     let port = |z| chain_assembly::port(&rotor, "plane", z).expect("on the rotor");

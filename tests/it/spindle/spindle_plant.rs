@@ -261,7 +261,7 @@ fn the_sampled_plant_answers_like_the_plant_at_low_frequency() {
             machine = machine.with_effect(late);
         }
         let plant = Plant::design_model(&machine, krpm(20.0)).unwrap();
-        let sampled = plant.sampled().unwrap();
+        let sampled = plant.sample_plant().unwrap();
         for hz in [20.0, 100.0, 300.0] {
             let omega = TAU * hz;
             let (found, expected) = (sampled.at(omega), plant.at(omega));

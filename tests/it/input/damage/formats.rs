@@ -1,6 +1,6 @@
 //! Every format that muspin reads, with the function that reads it.
 
-use muspin::input::problem::Problem;
+use muspin::input::problem::ProblemFields;
 use muspin::input::{hammer, load_spindle, mat, measurement, sweep};
 use muspin::input::{read_controller, read_spindle, read_tool, read_weights};
 use muspin::spindle::Spindle;
@@ -39,12 +39,12 @@ pub fn read(format: &str, bytes: &[u8]) -> Result<(), String> {
         "controller" => read_controller("file", &text()?).map(drop).map_err(told),
         "uff" => hammer::read_hammer("file.uff", bytes, 0.0).map(drop).map_err(told),
         "mat" => mat::read_controller("file", bytes).map(drop).map_err(told),
-        "solve" => Problem::parse(Path::new("file"), &text()?).map_err(told).and_then(|p| solve(&p)),
+        "solve" => ProblemFields::parse(Path::new("file"), &text()?).map_err(told).and_then(|p| solve(&p)),
         other => Err(format!("file: no format {other}")),
     }
 }
 
-fn solve(problem: &Problem) -> Result<(), String> {
+fn solve(problem: &ProblemFields) -> Result<(), String> {
     problem.system().map(drop).map_err(|e| e.to_string())?;
     if problem.has("m1") {
         problem.generalized_plant().map(drop).map_err(|e| e.to_string())?;
