@@ -80,8 +80,8 @@ impl Plant {
         Ok(sample_planes(&undelayed, AXES, delays.0, delays.1, planes.as_ref())?)
     }
 
-    /// The planes of the states of [`Plant::sample_plant`], of which there are `order`, the last of them late commands, or
-    /// of [`Plant::state_space`] without delay; none when the states are others.
+    /// The planes of the states of [`Plant::sample_plant`], of which there are `order`, the last of them late commands,
+    /// or of [`Plant::state_space`] without delay; none when the states are others.
     ///
     /// # Errors
     /// [`NumericError`] when a connection fails.
@@ -103,8 +103,8 @@ impl Plant {
         Ok(EqualPlanes::of(&in_y).filter(|_| in_y.len() == order))
     }
 
-    /// The planes of the states of the loop of [`Plant::sample_plant`], which has `order` states, with a law; none where
-    /// they are not known or the law joins the planes.
+    /// The planes of the states of the loop of [`Plant::sample_plant`], which has `order` states, with a law; none
+    /// where they are not known or the law joins the planes.
     ///
     /// # Errors
     /// As [`Plant::planes_of_states`].

@@ -72,7 +72,7 @@ pub fn poles(rotor: &Rotor, law: &Law, rpm: f64) -> Vec<c64> {
 /// Largest (|z| − 1)/Ts of the poles, 1/s; negative when stable.
 pub fn growth_rate_per_s(rotor: &Rotor, poles: &[c64]) -> f64 {
     let radius = poles.iter().map(|z| z.norm()).fold(0.0, f64::max);
-    (radius - 1.0) / rotor.period_s
+    radius.ln() / rotor.period_s
 }
 
 /// e^A by scaling and squaring of its Taylor series.
