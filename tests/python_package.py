@@ -193,6 +193,18 @@ check("updating" in figures and updated.name == measured.name, "update")
 corrected, found = measured.diagnose(diagnosis)
 check(found["verdict"] in ("adequate", "named", "tie", "unexplained"), "diagnose")
 
+# Numbers that numpy would drop without a word are refused.
+stable = np.array([[-1.0, 0.5], [0.0, -2.0]])
+masked = np.ma.masked_array(stable, mask=[[True, False], [False, False]])
+for matrix, words in ((stable + 0.5j, "imaginary"), (masked, "masked"), ([masked[0], masked[1]], "masked")):
+    try:
+        muspin.hinfnorm((matrix, np.eye(2), np.eye(2), np.zeros((2, 2))))
+        check(False, f"{words}: taken")
+    except ValueError as error:
+        check("A " in str(error) and words in str(error), f"{error}")
+for matrix in (stable + 0j, np.ma.masked_array(stable, mask=False)):
+    check(muspin.hinfnorm((matrix, np.eye(2), np.eye(2), np.zeros((2, 2)))).norm > 1.0, "nothing is lost: taken")
+
 # What is wrong ends in ValueError or TypeError with words, never in a panic.
 random = np.random.default_rng(1)
 LIMIT = 300

@@ -69,7 +69,7 @@ pub fn poles(rotor: &Rotor, law: &Law, rpm: f64) -> Vec<c64> {
     closed_loop(rotor, law, rpm).eigenvalues().expect("eigenvalues of the loop")
 }
 
-/// Largest (|z| − 1)/Ts of the poles, 1/s; negative when stable.
+/// Largest ln|z|/Ts of the poles, 1/s; negative when stable.
 pub fn growth_rate_per_s(rotor: &Rotor, poles: &[c64]) -> f64 {
     let radius = poles.iter().map(|z| z.norm()).fold(0.0, f64::max);
     radius.ln() / rotor.period_s
