@@ -27,6 +27,7 @@ pub(crate) mod polynomial;
 pub(crate) mod real_eigenvalues;
 pub mod riccati;
 pub mod schur;
+pub(crate) mod simplex_search;
 pub(crate) mod small;
 pub(crate) mod svd;
 pub(crate) mod symmetric;

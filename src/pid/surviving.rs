@@ -11,14 +11,13 @@ use super::rigid_bearing::{RigidBearing, rigid_bearings};
 use crate::augment::plane::isotropic;
 use crate::controller::in_step;
 use crate::controller::verification_error::VerificationError;
+use crate::linalg::simplex_search::descend_simplex;
 use crate::linalg::{Mat, NumericError};
 use crate::lti::connect::{append, both_planes};
 use crate::lti::sample::tustin;
 use crate::lti::{Continuous, Discrete, StateSpace};
 use crate::rotor::PlanarModes;
 use crate::spindle::{Machine, ModelDetail, Plant, SpindleError};
-use argmin::core::{CostFunction, Executor, State as _};
-use argmin::solver::neldermead::NelderMead;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
@@ -35,8 +34,8 @@ const SPEEDS: usize = 13;
 /// Speeds of the full model at which what is found is judged: between those of the search as well.
 const JUDGED_SPEEDS: usize = 25;
 /// Steps of a simplex on few speeds and on more.
-const TRIED_STEPS: u64 = 250;
-const KEPT_STEPS: u64 = 400;
+const TRIED_STEPS: usize = 250;
+const KEPT_STEPS: usize = 400;
 /// Modes above those of the design that the search sees.
 const FURTHER_MODES: usize = 3;
 /// Numbers of a bearing: gain, derivative time, its corner, corner of the roll-off.
@@ -127,7 +126,7 @@ pub fn find_surviving_law(machine: &Machine, to_rpm: f64) -> Result<SurvivingLaw
 }
 
 /// Improves each start by a simplex; the best first.
-fn improve(growth: Growth<'_>, starts: Vec<(f64, Vec<f64>)>, steps: u64) -> Vec<(f64, Vec<f64>)> {
+fn improve(growth: Growth<'_>, starts: Vec<(f64, Vec<f64>)>, steps: usize) -> Vec<(f64, Vec<f64>)> {
     let one = |(before, x): (f64, Vec<f64>)| {
         let vertex = |k: usize| {
             let mut moved = x.clone();
@@ -135,10 +134,8 @@ fn improve(growth: Growth<'_>, starts: Vec<(f64, Vec<f64>)>, steps: u64) -> Vec<
             moved
         };
         let simplex = std::iter::once(x.clone()).chain((0..x.len()).map(vertex)).collect();
-        let run = Executor::new(growth, NelderMead::new(simplex)).configure(|state| state.max_iters(steps)).run();
-        // A simplex that cannot start leaves its start.
-        let found = run.ok().and_then(|end| Some((end.state.get_best_cost(), end.state.get_best_param()?.clone())));
-        found.filter(|(end, _)| *end < before).unwrap_or((before, x))
+        let end = descend_simplex(simplex, steps, |x| growth.of(x)).filter(|end| end.value < before);
+        end.map_or((before, x), |end| (end.value, end.point))
     };
     let mut ends: Vec<(f64, Vec<f64>)> = starts.into_par_iter().map(one).collect();
     ends.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -153,13 +150,10 @@ struct Growth<'a> {
     count: &'a AtomicUsize,
 }
 
-impl CostFunction for Growth<'_> {
-    type Param = Vec<f64>;
-    type Output = f64;
-
-    fn cost(&self, x: &Self::Param) -> Result<f64, argmin::core::Error> {
+impl Growth<'_> {
+    fn of(&self, x: &[f64]) -> f64 {
         self.count.fetch_add(1, Ordering::Relaxed);
-        Ok(self.speeds.growth(self.rule, x))
+        self.speeds.growth(self.rule, x)
     }
 }
 

@@ -74,10 +74,4 @@ pub enum UpdateError {
     /// A matrix computation failed.
     #[error(transparent)]
     Numeric(#[from] NumericError),
-    /// The optimiser refused its settings.
-    #[error("Nelder–Mead: {reason}")]
-    Optimiser {
-        /// Its own words.
-        reason: String,
-    },
 }

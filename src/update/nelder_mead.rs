@@ -12,11 +12,10 @@ use super::outcome::{self, Explanation, Finish, Method, Updated, assemble};
 use super::peak_kind::PeakKind;
 use super::problem::{UpdateEvaluation, UpdateProblem, UpdateSettings};
 use super::targets::Targets;
+use crate::linalg::simplex_search::descend_simplex;
 use crate::linalg::{Mat, symmetric_eigen};
 use crate::rotor::Rotor;
-use argmin::core::{CostFunction, Executor, State as _};
-use argmin::solver::neldermead::NelderMead;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::cell::Cell;
 
 /// Largest |Δ ln θ| of a vertex: beyond a factor 1.6 the linear picture of the simplex no longer holds.
 const VERTEX_LIMIT: f64 = 0.5;
@@ -36,25 +35,23 @@ pub fn nelder_mead_rotor(rotor: &Rotor, targets: &Targets, settings: &UpdateSett
     let unit_root = prior_root(&positions, 1.0, settings.prior_correlation_m)?;
     let start = problem.evaluate(&vec![0.0; n], true);
     outcome::check_matches(&problem, &start)?;
-    let count = AtomicUsize::new(1);
+    let evaluations = Cell::new(1);
     let mut at = start.clone();
     let mut iterations = 0;
     let simplexes = settings.simplexes.clamp(1, settings.iterations.max(1));
     for k in 0..simplexes {
         // Equal shares; the remainder goes to the first ones.
         let share = settings.iterations / simplexes + usize::from(k < settings.iterations % simplexes);
-        let objective = Objective { problem: &problem, settings, count: &count };
         let vertices = simplex(&problem, &at, &unit_root)?;
-        let before = objective.of(&at);
-        let run = Executor::new(objective, NelderMead::new(vertices))
-            .configure(|s| s.max_iters(share as u64))
-            .run()
-            .map_err(|e| UpdateError::Optimiser { reason: e.to_string() })?;
-        iterations += run.state().get_iter() as usize;
-        if let Some(best) = run.state().get_best_param()
-            && run.state().get_best_cost() < before
-        {
-            at = problem.evaluate(best, true);
+        let before = objective(&problem, settings, &at);
+        let value = |ln_factors: &[f64]| {
+            evaluations.set(evaluations.get() + 1);
+            objective(&problem, settings, &problem.evaluate(ln_factors, false))
+        };
+        let Some(end) = descend_simplex(vertices, share, value) else { continue };
+        iterations += end.steps;
+        if end.value < before {
+            at = problem.evaluate(&end.point, true);
         }
     }
     let relative_sd: Vec<f64> = problem
@@ -88,7 +85,7 @@ pub fn nelder_mead_rotor(rotor: &Rotor, targets: &Targets, settings: &UpdateSett
             method: Method::NelderMead,
             start: &start,
             end: &at,
-            evaluations: count.load(Ordering::Relaxed),
+            evaluations: evaluations.get(),
             iterations,
             relative_sd,
             noise_estimated: no_sd,
@@ -100,40 +97,17 @@ pub fn nelder_mead_rotor(rotor: &Rotor, targets: &Targets, settings: &UpdateSett
 }
 
 /// Objective function of Eq. (7).
-struct Objective<'a> {
-    problem: &'a UpdateProblem,
-    settings: &'a UpdateSettings,
-    count: &'a AtomicUsize,
-}
-
-impl Objective<'_> {
-    fn of(&self, at: &UpdateEvaluation) -> f64 {
-        self.problem
-            .peaks
-            .iter()
-            .zip(&at.compared)
-            .filter(|(p, _)| p.used)
-            .map(|(peak, compared)| {
-                let f = peak.target.frequency_hz;
-                let exponent = match peak.kind {
-                    PeakKind::Resonance => self.settings.resonance_exponent,
-                    PeakKind::Antiresonance => self.settings.antiresonance_exponent,
-                };
-                let error = f * compared.residual_ln.exp_m1();
-                error.abs().powf(exponent)
-            })
-            .sum()
-    }
-}
-
-impl CostFunction for Objective<'_> {
-    type Param = Vec<f64>;
-    type Output = f64;
-
-    fn cost(&self, ln_factors: &Self::Param) -> Result<f64, argmin::core::Error> {
-        self.count.fetch_add(1, Ordering::Relaxed);
-        Ok(self.of(&self.problem.evaluate(ln_factors, false)))
-    }
+fn objective(problem: &UpdateProblem, settings: &UpdateSettings, at: &UpdateEvaluation) -> f64 {
+    let used = problem.peaks.iter().zip(&at.compared).filter(|(p, _)| p.used);
+    let errors = used.map(|(peak, compared)| {
+        let exponent = match peak.kind {
+            PeakKind::Resonance => settings.resonance_exponent,
+            PeakKind::Antiresonance => settings.antiresonance_exponent,
+        };
+        let error_hz = peak.target.frequency_hz * compared.residual_ln.exp_m1();
+        error_hz.abs().powf(exponent)
+    });
+    errors.sum()
 }
 
 /// The best point and one vertex along every combination that the data determine.
