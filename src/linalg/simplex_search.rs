@@ -99,16 +99,16 @@ mod tests {
         let valley = |x: &[f64]| 100.0 * (x[1] - x[0] * x[0]).powi(2) + (1.0 - x[0]).powi(2);
         let himmelblau = |x: &[f64]| (x[0] * x[0] + x[1] - 11.0).powi(2) + (x[0] + x[1] * x[1] - 7.0).powi(2);
         let from = |x: f64, y: f64| vec![vec![x, y], vec![x + 0.5, y], vec![x, y + 0.5]];
-        let found = descend_simplex(from(-1.2, 1.0), 500, valley).unwrap();
+        let found = descend_simplex(from(-1.2, 1.0), 500, valley).expect("three vertices");
         assert!(found.value < 1e-14 && (found.point[0] - 1.0).abs() < 1e-6, "{found:?}");
-        let found = descend_simplex(from(0.0, 0.0), 500, himmelblau).unwrap();
+        let found = descend_simplex(from(0.0, 0.0), 500, himmelblau).expect("three vertices");
         assert!(found.value < 1e-14 && (found.point[0] - 3.0).abs() < 1e-6, "{found:?}");
     }
 
     #[test]
     fn what_is_no_number_is_never_the_end() {
         let undefined_left = |x: &[f64]| if x[0] < 0.0 { f64::NAN } else { (x[0] - 0.1).powi(2) };
-        let found = descend_simplex(vec![vec![-1.0], vec![2.0]], 200, undefined_left).unwrap();
+        let found = descend_simplex(vec![vec![-1.0], vec![2.0]], 200, undefined_left).expect("three vertices");
         assert!((found.point[0] - 0.1).abs() < 1e-6 && found.steps < 200, "{found:?}");
         assert_eq!(descend_simplex(vec![vec![1.0]], 9, |x| x[0]), None);
     }

@@ -5,7 +5,7 @@ use super::PipelineError;
 use super::certificates::{KnownStage, PeakFigures, Stage, attained_gain, mu_curve, stage};
 use super::overspeed::{OVERSPEED, OVERSPEEDS};
 use super::problems::Problems;
-use super::speed_mu::{SpeedMu, mu_at_speed, mu_over_speed};
+use super::speed_mu::{SpeedMu, compared_speeds, delivered_speeds, mu_at_speed, mu_over_speed};
 use crate::augment::GeneralizedPlant;
 use crate::augment::assembly::scale_controller;
 use crate::augment::plane::{LOADS, x_plane};
@@ -173,7 +173,7 @@ impl DeliveryCandidate {
             let (aim, modes) = (&problems.aim, &problems.covered_modes);
             let written = &problems.written_modes;
             let (over_speed, covered) = rayon::join(
-                || mu_over_speed(machine, weights, written, law, &known_over_speed),
+                || mu_over_speed(machine, weights, written, law, &compared_speeds(machine), &known_over_speed),
                 || mu_at_speed(machine, aim, modes, law, 0.0),
             );
             Ok::<_, PipelineError>((over_speed?, covered?))
@@ -224,6 +224,7 @@ impl DeliveryCandidate {
     pub(super) fn deliver_candidate(
         self,
         machine: &Machine,
+        weights: &Weights,
         problems: &Problems,
         speeds: usize,
         speed_proof: SpeedProof,
@@ -237,8 +238,13 @@ impl DeliveryCandidate {
                 || verify_at(machine, &law, &faster, "as below the top speed"),
             )
         };
-        let ((verification, overspeed), arithmetic) =
-            rayon::join(verified, || arithmetics(&realisation, &law, problems, &self.rounded));
+        let over_speed = || {
+            let written = &problems.written_modes;
+            mu_over_speed(machine, weights, written, &law, &delivered_speeds(machine), &self.speed_mu)
+        };
+        let ((verification, overspeed), (arithmetic, speed_mu)) = rayon::join(verified, || {
+            rayon::join(|| arithmetics(&realisation, &law, problems, &self.rounded), over_speed)
+        });
         let verification = Verification {
             mu_peak: Some(self.rounded.specification.upper).filter(|mu| mu.is_finite()),
             proof: Some(speed_proof.clone()),
@@ -256,7 +262,7 @@ impl DeliveryCandidate {
             specification_curve: curve(&problems.specification, &self.rounded.specification)?,
             covered_curve: curve(&problems.covered, &self.rounded.covered)?,
             rounded: self.rounded,
-            speed_mu: self.speed_mu,
+            speed_mu: speed_mu?,
             controller_growth_rate_per_s: self.growth_rate_per_s,
             realisation,
             controller: name_law("mu", ControlLaw::Discrete(law)),

@@ -123,7 +123,7 @@ fn deliver_reduced(
         let realised = Realised::new(machine, &sampled)?;
         let from_dk = DeliveryCandidate::new(machine, weights, problems, realised)?;
         let proof = from_dk.proof(machine)?;
-        let delivery = from_dk.deliver_candidate(machine, problems, settings.speeds, proof)?;
+        let delivery = from_dk.deliver_candidate(machine, weights, problems, settings.speeds, proof)?;
         return Ok((delivery, None));
     };
     let (delivery, outcome) = polish_law(job, &sampled, entrant)?;

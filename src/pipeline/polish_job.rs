@@ -301,7 +301,7 @@ impl<'a> PolishJob<'a> {
         let machine = self.machine;
         let (candidate, proof) =
             DeliveryCandidate::prove_candidate(machine, self.weights, self.problems, realised, known)?;
-        let delivery = candidate.deliver_candidate(machine, self.problems, self.speeds, proof)?;
+        let delivery = candidate.deliver_candidate(machine, self.weights, self.problems, self.speeds, proof)?;
         let judged = Judged::of(machine, "mu", &delivery)?.measured_by(machine, &self.weights.tool_stiffness)?;
         Ok((judged, delivery, course))
     }

@@ -373,8 +373,7 @@ pub(super) fn polish_law(
         (Some(polished), _) => polished,
         (None, proof) => {
             let proof = proof.map_or_else(|| contest.dk.proof(machine), Ok)?;
-            let (problems, speeds) = (job.problems, job.speeds);
-            contest.dk.deliver_candidate(machine, problems, speeds, proof)?
+            contest.dk.deliver_candidate(machine, job.weights, job.problems, job.speeds, proof)?
         }
     };
     Ok((delivery, outcome))

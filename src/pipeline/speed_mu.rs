@@ -29,8 +29,10 @@ pub struct SpeedMu {
     pub frequency_hz: f64,
 }
 
-/// Speeds over the top speed.
-const SPEEDS: [f64; 6] = [0.0, 0.25, 0.5, 0.75, 1.0, 1.2];
+/// Speeds over the top speed on which candidates are compared; those of a delivery hold them.
+const COMPARED_SPEEDS: [f64; 6] = [0.0, 0.25, 0.5, 0.75, 1.0, 1.2];
+/// Twentieths of the top speed from rest to 1.2 times the top speed: speeds of a delivery.
+const LAST_TWENTIETH: usize = 24;
 /// Every so many lines the bound is optimised for its scaling, whatever its value.
 const STRIDE: usize = 12;
 /// Share of the distance of its neighbours to which the place of a peak is sought: what is missed falls with its
@@ -46,8 +48,18 @@ const LAST: f64 = 0.9995;
 const LINES: usize = 160;
 const LINES_A_SIDE: usize = 3;
 
-/// μ of the specification with a four-axis law, from rest to 20 % above the top speed; what is `known` at some of these
-/// speeds is not computed again.
+/// Speeds on which candidates are compared, rpm.
+pub(super) fn compared_speeds(machine: &Machine) -> Vec<f64> {
+    COMPARED_SPEEDS.map(|share| share * machine.spindle.max_rpm).to_vec()
+}
+
+/// Speeds on which the μ of a delivered controller is stated, rpm.
+pub(super) fn delivered_speeds(machine: &Machine) -> Vec<f64> {
+    (0..=LAST_TWENTIETH).map(|k| k as f64 * machine.spindle.max_rpm / 20.0).collect()
+}
+
+/// μ of the specification with a four-axis law at some speeds, rpm; what is `known` at some of these is not computed
+/// again.
 ///
 /// # Errors
 /// [`PipelineError`] when a plant, a weight or a bound fails.
@@ -56,16 +68,14 @@ pub fn mu_over_speed(
     weights: &Weights,
     modes: &[UncertainMode],
     law: &StateSpace<Discrete>,
+    speeds_rpm: &[f64],
     known: &[SpeedMu],
 ) -> Result<Vec<SpeedMu>, PipelineError> {
-    SPEEDS
+    speeds_rpm
         .par_iter()
-        .map(|share| {
-            let speed_rpm = share * machine.spindle.max_rpm;
-            match known.iter().find(|found| found.speed_rpm == speed_rpm) {
-                Some(found) => Ok(*found),
-                None => mu_at_speed(machine, weights, modes, law, speed_rpm),
-            }
+        .map(|&speed_rpm| match known.iter().find(|found| found.speed_rpm == speed_rpm) {
+            Some(found) => Ok(*found),
+            None => mu_at_speed(machine, weights, modes, law, speed_rpm),
         })
         .collect()
 }
