@@ -52,14 +52,12 @@ impl ChannelKind {
     }
 }
 
-/// Weight of a channel.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum ChannelWeight {
     Constant(f64),
     OverFrequency(Shape),
 }
 
-/// One channel.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Channel {
     pub kind: ChannelKind,

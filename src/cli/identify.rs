@@ -92,7 +92,6 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     Ok(if records.plausible() { Outcome::Done } else { Outcome::TargetMissed })
 }
 
-/// The answer.
 #[derive(Clone, Debug, Serialize)]
 struct Answer {
     plausibility: PlausibilitySummary,

@@ -25,7 +25,6 @@ pub(super) struct Arguments {
     speeds: Vec<f64>,
 }
 
-/// The answer.
 #[derive(Clone, Debug, Serialize)]
 struct ModesAnswer {
     spindle: String,

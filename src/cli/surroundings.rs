@@ -16,7 +16,6 @@ use std::path::Path;
 pub(super) struct Surroundings {
     tools: Vec<(String, Machine)>,
     controllers: Vec<(String, Controller)>,
-    /// Names of the records.
     pub(super) names: RecordNames,
     spindle: String,
     tool: String,

@@ -163,7 +163,6 @@ fn show_update(arguments: &Arguments, met: bool, fit: &Updated) -> CommandEnd {
         .next(format!("muspin diagnose --measurement {}", arguments.measurement))
 }
 
-/// The answer.
 #[derive(Clone, Debug, Serialize)]
 struct Answer {
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -19,7 +19,6 @@ const SMALLEST_SHARE: f64 = 1e-3;
 const PEAK_FROM: f64 = 1e-3;
 /// Lowest frequency compared, as a share of Nyquist: a millihertz at 20 kHz.
 const LOWEST_SHARE: f64 = 1e-7;
-/// Points in a decade.
 const POINTS_A_DECADE: i32 = 20;
 /// Half width of the narrowest resonance that is resolved: rounding of single precision moves a narrower one by its
 /// width.

@@ -8,7 +8,6 @@ use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::ops::Range;
 
-/// Products on one line of C.
 const PRODUCTS_PER_LINE: usize = 4;
 
 /// One row for C: indices into v = [x; y; t] and coefficients as C literals, what surrounds the sum, what follows it.

@@ -17,7 +17,6 @@ use std::ops::Range;
 
 /// Axes of the plant: front_x, front_y, rear_x, rear_y.
 pub const AXES: usize = 4;
-/// Names of the axes.
 pub(crate) const AXIS_NAMES: [&str; AXES] = ["front_x", "front_y", "rear_x", "rear_y"];
 /// Condition number of Ū above which a line is refused: rounding and the weakest noise would both be amplified a
 /// million times.

@@ -12,7 +12,6 @@ use super::{curve, uncertainty};
 const LENGTH: &str = "elements of a shaft are fractions of a millimetre to some decimetres long";
 const DIAMETER: &str = "shafts on magnetic bearings are a few millimetres to some decimetres thick";
 
-/// Keys of a material.
 pub(crate) const MATERIAL: &[Key] = &[
     required_key(
         "youngs_modulus_pa",
@@ -29,7 +28,6 @@ pub(crate) const MATERIAL: &[Key] = &[
     required_key("poisson_ratio", "", [[0.05, 0.46], [0.0, 1.0]], "metals lie between 0.2 and 0.45"),
 ];
 
-/// Keys of an element.
 pub(crate) const ELEMENT: &[Key] = &[
     required_key("length_m", "m", [[2e-4, 0.3], [1e-5, 5.0]], LENGTH),
     required_key("outer_diameter_m", "m", [[2e-4, 0.5], [5e-5, 3.0]], DIAMETER),
@@ -45,7 +43,6 @@ pub(crate) const ELEMENT: &[Key] = &[
     ),
 ];
 
-/// Keys of a disc.
 pub(crate) const DISC: &[Key] = &[
     required_key("position_m", "m", [[0.0, 3.0], [0.0, 10.0]], "shafts on magnetic bearings are shorter than 3 m"),
     required_key("mass_kg", "kg", [[1e-5, 200.0], [0.0, 1e4]], "discs of a spindle have grams to some kilograms"),

@@ -136,7 +136,6 @@ impl ProblemKind {
         }
     }
 
-    /// The names of the fields.
     pub(super) fn field_names(self) -> Vec<&'static str> {
         self.fields().into_iter().map(|(name, _, _)| name).collect()
     }

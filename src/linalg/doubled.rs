@@ -70,7 +70,6 @@ impl Doubled {
         }
     }
 
-    /// Transpose.
     pub(crate) fn transpose(&self) -> Self {
         Self { hi: self.hi.transpose().to_owned(), lo: self.lo.transpose().to_owned() }
     }

@@ -117,7 +117,6 @@ impl PidCertificate {
         loops
     }
 
-    /// What it is judged by.
     pub(crate) fn judge_figures(&self) -> JudgedFigures {
         JudgedFigures {
             stable: self.is_stable(),
@@ -222,7 +221,6 @@ impl PidFigures {
         Some(ShiftedRotor { speed_rad_s: check.speed_rpm * TAU / 60.0, factors: vec![] })
     }
 
-    /// What they are judged by.
     pub(super) fn judge_figures(&self) -> JudgedFigures {
         let peaks = self.rest.sensitivity.iter().chain(&self.fast.sensitivity);
         JudgedFigures {

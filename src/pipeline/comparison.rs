@@ -137,7 +137,6 @@ pub fn predict(machine: &Machine, controller: &Controller, speed_rpm: f64) -> Re
     })
 }
 
-/// A loop at one speed.
 pub(super) struct LoopAtSpeed {
     /// The full plant.
     pub(super) plant: Plant,

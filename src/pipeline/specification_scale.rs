@@ -49,7 +49,6 @@ const LARGEST: f64 = 1e5;
 const WIDTH: f64 = 4e-3;
 /// What a limit is loosened by to see whether it binds.
 const LOOSER: f64 = 1.1;
-/// A row of the specification.
 #[derive(Clone, Copy)]
 enum SpecificationRow {
     /// Displacement at a place: 0 tool, 1 front, 2 rear.

@@ -200,7 +200,6 @@ pub fn verdict(rows: &[BatchRow]) -> String {
     if unstable.is_empty() { words } else { format!("unstable: the design for {}; {words}", unstable.join(", ")) }
 }
 
-/// The batch in sentences.
 pub(crate) fn sentences(rows: &[BatchRow]) -> Vec<String> {
     let mut words = vec![];
     for row in rows {

@@ -9,7 +9,6 @@ use sha2::{Digest, Sha256};
 /// What the template has in the place of the policy.
 const PLACE: &str = "CONTENT-POLICY";
 
-/// The page with its policy.
 pub(super) fn with_policy(page: &str) -> String {
     let styles = [text_between(page, "<style>", "</style>"), REDUCED_MOTION].map(hash_source).join(" ");
     let script = page.rfind("<script>").map_or("", |at| text_between(&page[at..], "<script>", "</script>"));

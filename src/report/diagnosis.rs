@@ -17,7 +17,6 @@ use crate::spindle::effects::AXIS_NAMES as AXES;
 use crate::spindle::response::SIDE;
 use std::f64::consts::TAU;
 
-/// A figure with its name.
 type Named = (PictureName, Figure);
 
 /// Lines of the localisation map; the ports that explain least are left out.

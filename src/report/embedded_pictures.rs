@@ -13,7 +13,6 @@ use std::path::Path;
 /// Elements of muspin's pictures.
 const ELEMENTS: [&str; 12] =
     ["svg", "title", "desc", "metadata", "style", "g", "rect", "circle", "polygon", "polyline", "text", "animate"];
-/// Their attributes.
 const ATTRIBUTES: [&str; 34] = [
     "xmlns",
     "role",

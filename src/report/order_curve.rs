@@ -10,7 +10,6 @@ use serde::Serialize;
 /// N/m in N/µm.
 const PER_MICROMETRE: f64 = 1e-6;
 
-/// The curve in the summary.
 #[derive(Serialize)]
 pub(crate) struct OrderCurveSummary {
     /// Orders from that of the polished controller down.

@@ -25,7 +25,6 @@ pub struct TopicError {
 pub(crate) struct VerdictLine {
     /// Whether every target is met; `None` when the run had none.
     pub(crate) met: Option<bool>,
-    /// One sentence.
     pub(crate) sentence: String,
 }
 

@@ -155,7 +155,6 @@ fn add_loops(report: &mut Report, run: &Run) {
     }
 }
 
-/// The pictures of the model.
 fn add_model_pictures(report: &mut Report, run: &Run, curves: &Curves) -> Result<(), ReportError> {
     if let Some(updating) = &run.updating {
         let fits = [("updated", &updating.gauss_newton.fit)];

@@ -33,7 +33,6 @@ impl From<&SpeedProof> for SpeedProofSummary {
     }
 }
 
-/// The proof in a sentence.
 fn speed_sentence(proof: &SpeedProof) -> String {
     let (to, centres) = (proof.proven_to_rpm(), proof.intervals.len());
     if proof.is_complete() {
@@ -55,7 +54,6 @@ fn speed_sentence(proof: &SpeedProof) -> String {
     }
 }
 
-/// A centre of the proof.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[serde(default)]
 pub(super) struct ProofCentre {

@@ -11,7 +11,6 @@ use crate::pipeline::study::{AsWritten, OtherRoute};
 use crate::pipeline::tightening::Tightening;
 use serde::{Serialize, Serializer};
 
-/// The route in a word.
 pub(crate) fn route_word(route: Route) -> &'static str {
     match route {
         Route::Direct => "direct",
@@ -80,7 +79,6 @@ impl ArithmeticSummary {
 pub(crate) enum VariantSummary {
     /// A design.
     Found(Box<VariantFigures>),
-    /// A design that failed.
     Failed { design: String, stable: bool, failure: String },
 }
 
@@ -106,7 +104,6 @@ pub(crate) struct VariantFigures {
 }
 
 impl VariantSummary {
-    /// A design with its prediction at rest.
     pub(crate) fn of(name: &str, design: &Design, rest: &Prediction) -> Self {
         let (stiffness, sensitivity) = (StiffnessSummary::of(rest), SensitivitySummary::of(rest));
         let rounded = &design.delivery.rounded;

@@ -12,7 +12,6 @@ use serde::Serialize;
 #[derive(Clone, Debug, Serialize)]
 #[serde(untagged)]
 pub(crate) enum WorstSummary {
-    /// At a speed.
     Speed(Box<WorstAtSpeed>),
     /// Over every speed.
     Over(WorstOverSpeed),

@@ -370,7 +370,6 @@ impl Rotor {
     }
 }
 
-/// The node of a disc.
 fn place(node_z_m: &[f64], index: usize, disc: &Disc) -> Result<usize, RotorError> {
     disc.validate(index)?;
     let node = nearest(node_z_m, disc.position_m);

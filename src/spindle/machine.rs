@@ -19,7 +19,6 @@ pub enum Side {
 }
 
 impl Side {
-    /// Front, rear.
     pub(crate) const BOTH: [Self; 2] = [Self::Front, Self::Rear];
 
     /// The name in files.

@@ -58,7 +58,6 @@ impl Default for UpdateSettings {
     }
 }
 
-/// One measured peak.
 #[derive(Clone, Debug)]
 pub(super) struct MeasuredPeak {
     pub kind: PeakKind,

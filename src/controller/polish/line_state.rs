@@ -147,7 +147,6 @@ impl ClosedLines {
         Self(parts.map(part).collect())
     }
 
-    /// A line.
     pub(super) fn line(&self, line: usize) -> LineState<'_> {
         self.0[line / PART].line(line % PART)
     }
@@ -173,7 +172,6 @@ impl ClosedLines {
         PhaseCount::phases(self.0.iter().map(|part| &part.phases[pack]))
     }
 
-    /// A bound of the specification at a line.
     pub(super) fn specification_mut(&mut self, line: usize, number: usize) -> &mut Bound {
         let part = &mut self.0[line / PART];
         let each = part.specification.len() / part.gains.len().max(1);

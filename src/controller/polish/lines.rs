@@ -107,7 +107,6 @@ pub(super) fn beside_peaks(lines: &[LoopLine], value: impl Fn(usize) -> f64, flo
         .collect()
 }
 
-/// The lines with further ones.
 pub(super) fn with_further(lines: &[LoopLine], omega_rad_s: &[f64], period_s: f64) -> Vec<LoopLine> {
     let own = lines.iter().map(|l| l.omega_rad_s);
     ascending(own.chain(omega_rad_s.iter().copied()).collect(), period_s)

@@ -41,7 +41,6 @@ pub(crate) struct Evaluation {
 }
 
 impl Evaluation {
-    /// Largest value of a group.
     pub(crate) fn largest(&self, group: ValueGroup) -> f64 {
         self.largest[group as usize]
     }

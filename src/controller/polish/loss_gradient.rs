@@ -45,7 +45,6 @@ impl Loss {
         gradients
     }
 
-    /// A line with its K.
     fn at<'a>(&'a self, found: &'a Evaluation, line: usize) -> (&'a LoopLine, &'a Matrix2) {
         (&self.lines[line], found.lines.line(line).gain)
     }

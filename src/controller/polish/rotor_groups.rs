@@ -63,7 +63,6 @@ impl RotorGroups {
         self.list.last().map_or(0, |group| group.packs.end)
     }
 
-    /// The loops of these rotors at a line.
     pub(super) fn pack(&self, rotors: &[ServedRotor], line: usize) -> Vec<PackedLoops> {
         let packs = self.list.iter().flat_map(|group| {
             (0..group.packs.len()).map(|direction| {

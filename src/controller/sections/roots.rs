@@ -6,7 +6,6 @@ use crate::lti::zeros::{roots_off_zero, siso_zeros};
 use crate::lti::{Discrete, StateSpace, scale, structure};
 
 const STEP: &str = "second-order sections";
-/// An axis by its roots.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct AxisRoots {
     /// Leading coefficient in powers of z⁻¹.

@@ -25,7 +25,6 @@ pub(crate) enum Precision {
     Double,
 }
 
-/// The table of one axis.
 #[derive(Clone, Debug)]
 pub(crate) struct AxisTable {
     /// Sections in order of computation, in metres and amperes, every coefficient as it is held.

@@ -59,7 +59,6 @@ impl Candidate {
         (effects, at)
     }
 
-    /// The newest effect.
     pub(crate) fn newest(&self) -> Option<Effect> {
         let (h, theta) = (self.effects.last()?, self.fit.at.theta.last()?);
         Some(h.effect(theta))

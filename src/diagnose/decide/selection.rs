@@ -29,7 +29,6 @@ const BEAM: usize = 2;
 /// nearly all.
 const NEARLY: f64 = 0.11;
 
-/// What was chosen.
 pub(super) struct Chosen {
     /// The set, fitted.
     pub standing: Standing,

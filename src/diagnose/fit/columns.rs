@@ -11,7 +11,6 @@ use crate::spindle::response::{LineSlopes, Square};
 /// A line of the model that records are compared with.
 pub(super) struct PredictedLine<'a> {
     pub(super) line: &'a LineSlopes,
-    /// Columns of the Jacobian.
     pub(super) order: &'a [JacobianColumn],
     /// Nuisance parameters.
     pub(super) p: &'a [f64],

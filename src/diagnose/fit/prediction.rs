@@ -30,7 +30,6 @@ impl Linear {
         self.residual.len()
     }
 
-    /// The residuals.
     pub(super) fn residual(&self) -> &[f64] {
         &self.residual
     }
@@ -163,7 +162,6 @@ impl Problem<'_> {
 
 /// What a step with a new effect follows from, beside the linearisation without it.
 struct NewStep {
-    /// Model error.
     model_error: f64,
     /// χ² of the data.
     data: f64,

@@ -142,7 +142,6 @@ pub(super) fn matrix(m: usize, x: &[c64]) -> Vec<c64> {
 }
 
 impl PlaceResponse<'_> {
-    /// The place.
     pub(crate) fn place(&self) -> &Place {
         self.scene.place
     }

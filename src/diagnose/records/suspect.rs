@@ -63,7 +63,6 @@ impl Suspect {
         }
     }
 
-    /// The fault for a number.
     pub(crate) fn to_fault(self, number: f64) -> RecordFault {
         match self.family {
             Family::Speed => RecordFault::SpeedLabel { speed_rpm: (SPEED_UNIT_RPM * number).max(0.0) },

@@ -115,7 +115,6 @@ impl<'a> Trial<'a> {
         case.fit_until(&[], &case.origin(), Subset::ALL, model_error)
     }
 
-    /// The case with a catalogue.
     pub(crate) fn case<'b>(&'b self, catalogue: &'b [Hypothesis], progress: &'b (dyn Fn(&str) + Sync)) -> Case<'b> {
         Case { model: &self.model, evidence: &self.evidence, catalogue, progress }
     }

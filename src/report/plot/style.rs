@@ -130,7 +130,6 @@ pub enum Role {
 }
 
 impl Role {
-    /// Its look.
     pub(crate) fn look(self) -> Look {
         match self {
             Self::Nominal => Look::line(Color::Grey, Dash::Dashed),

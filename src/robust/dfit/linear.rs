@@ -20,7 +20,6 @@ use crate::robust::mu::lmi::SparseRow;
 /// N₀ and M₀ of the first programme.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Units {
-    /// Those of the start.
     Start,
     /// M₀ = 1, for a start with poles far from the data: its own M₀ spans so many decades that rounding decides.
     Flat,

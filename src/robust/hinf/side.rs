@@ -240,7 +240,6 @@ pub(crate) fn beyond_control(response: &Mat<c64>, m1: usize) -> (Mat<c64>, Mat<c
     (g - n * &x, x)
 }
 
-/// The control side of a normal form.
 pub(crate) fn control_side(p: &crate::robust::hinf::normal::NormalForm) -> RiccatiSide {
     RiccatiSide { a: p.a.clone(), b1: p.b1.clone(), b2: p.b2.clone(), c1: p.c1.clone(), d11: p.d11.clone() }
 }

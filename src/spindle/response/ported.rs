@@ -24,7 +24,6 @@ pub(crate) struct Ported {
 }
 
 impl Assembled {
-    /// The electronics at a line.
     pub(crate) fn electronics_line(&self, omega_rad_s: f64) -> ElectronicsLine {
         ElectronicsLine::new(&self.effective, omega_rad_s)
     }
