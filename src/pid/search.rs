@@ -111,6 +111,9 @@ pub(super) fn search(
     Ok(FoundPid { parameters: parameters.ok_or_else(|| infeasible(evaluations, 0))?, evaluations })
 }
 
+/// Unstable poles of a PID, whose integrators are counted apart.
+const STABLE_LAW: Option<i64> = Some(0);
+
 /// What a PID is searched on: the rotors, on plain lines and on those of a loop.
 struct PidGround<'a> {
     asked: &'a PidSearch,
@@ -118,8 +121,6 @@ struct PidGround<'a> {
     plain: Vec<LoopLine>,
     /// On the plain lines.
     rotors: Vec<ServedRotor>,
-    /// Of one plane of the plant at rest.
-    unstable_poles: i64,
     /// All plants, sampled: their loops have to be stable by their eigenvalues.
     sampled: SampledPlants,
 }
@@ -131,14 +132,7 @@ impl<'a> PidGround<'a> {
         let plain = lines(&plants, FROM_HZ, &[], APART);
         let plants = plants.with_shifts_at_top_speed(&shifts).with_further(machine, further)?;
         let sampled = SampledPlants::of(&plants, |_, _| true)?;
-        Ok(Self {
-            rotors: plants.on(&plain, &Known::NOTHING),
-            unstable_poles: unstable_poles(&plants)?,
-            asked,
-            plants,
-            plain,
-            sampled,
-        })
+        Ok(Self { rotors: plants.on(&plain, &Known::NOTHING), asked, plants, plain, sampled })
     }
 
     fn nyquist_rad_s(&self) -> f64 {
@@ -155,7 +149,7 @@ impl<'a> PidGround<'a> {
         let modes = self.plants.at_rest().flexible_rad_s();
         let bending = modes.first().copied().unwrap_or(0.1 * self.nyquist_rad_s());
         let rule = StartRule::new(machine, bending)?;
-        let screen = Screen::new(&self.plain, &self.rotors, self.unstable_poles);
+        let screen = Screen::new(&self.plain, &self.rotors);
         let given = given.iter().filter_map(|p| shape(*p));
         let mut all: Vec<Start> = given.map(|p| screen.start(p)).collect();
         let drawn = (self.asked.starts, self.asked.seed);
@@ -178,7 +172,7 @@ impl<'a> PidGround<'a> {
         let basins = self.asked.basins.max(1);
         let ranked = starts.into_par_iter().map(|(law, x)| {
             let mut loss = self.loss(self.plain.clone(), None);
-            let found = loss.activate(&law, &x, |_| self.unstable_poles);
+            let found = loss.activate(&law, &x, STABLE_LAW);
             (judge_evaluation(&loss, &found), law, x)
         });
         let mut ranked: Vec<Ranked> = ranked.collect();
@@ -186,7 +180,7 @@ impl<'a> PidGround<'a> {
         ranked.truncate(TRIED * basins);
         let first = ranked.into_par_iter().map(|(_, law, x)| {
             let loss = self.loss(self.plain.clone(), None);
-            first_descent(loss, law, x, self.asked.steps / 12, self.unstable_poles)
+            first_descent(loss, law, x, self.asked.steps / 12)
         });
         let first: Result<Vec<_>, VerificationError> = first.collect();
         let (tried, mut ranked): (Vec<usize>, Vec<_>) = first?.into_iter().unzip();
@@ -216,7 +210,7 @@ impl<'a> PidGround<'a> {
         let edge = [self.asked.limits.high_frequency_hz * TAU];
         let lines = sharp_lines(&self.plants, FROM_HZ, met, &edge, APART);
         let mut loss = self.loss(lines, earlier);
-        let mut found = loss.activate(law, x, |_| self.unstable_poles);
+        let mut found = loss.activate(law, x, STABLE_LAW);
         // Turns on lines can miss a sharp pole; eigenvalues do not.
         let by_turns = loss.active.clone();
         for (number, stable) in stable {
@@ -239,18 +233,17 @@ fn first_descent(
     law: PidLaw,
     mut x: Vec<f64>,
     steps: usize,
-    unstable_poles: i64,
 ) -> Result<(usize, Ranked), VerificationError> {
     // Rotors that are unstable at first may be stable after a few steps.
     let mut memory = Memory::default();
     let mut tried = 0;
     for part in 0..2 {
-        loss.activate(&law, &x, |_| unstable_poles);
+        loss.activate(&law, &x, STABLE_LAW);
         let effort = Effort { steps: steps + part, tolerance: FIRST };
         memory.begin();
         tried += descend(&mut loss, &law, &mut x, &effort, &mut memory)?;
     }
-    let found = loss.activate(&law, &x, |_| unstable_poles);
+    let found = loss.activate(&law, &x, STABLE_LAW);
     Ok((tried, (judge_evaluation(&loss, &found), law, x)))
 }
 
@@ -259,14 +252,6 @@ fn first_descent(
 /// in every search, searches take longer and the tools are no stiffer.
 fn shifts(shift: f64) -> [Vec<f64>; 2] {
     [1.0 + shift, 1.0 - shift].map(|factor| vec![factor; SHIFTED_MODES])
-}
-
-/// Unstable poles of one plane of the plant at rest.
-fn unstable_poles(plants: &Plants) -> Result<i64, VerificationError> {
-    let sampled = plants.at_rest().sample_plant()?;
-    let plane = x_plane(&sampled);
-    let poles = plane.poles().map_err(in_step("poles of the plant"))?;
-    Ok(poles.iter().filter(|z| z.norm() > 1.0).count() as i64)
 }
 
 /// Poles of the loops of some plants with a PID.

@@ -95,10 +95,8 @@ pub(super) struct Screen<'a> {
     lines: &'a [LoopLine],
     /// Packs, each of all lines.
     packs: Vec<Vec<ScreenedLoops>>,
-    /// Flat indices of the loops of each rotor.
-    sides: Vec<Range<usize>>,
-    /// Of one plane of the plant.
-    unstable_poles: i64,
+    /// Flat indices of the loops of each rotor, and its unstable poles.
+    rotors: Vec<(Range<usize>, i64)>,
 }
 
 /// Four loops at a line, as far as a diagonal K shows them.
@@ -129,12 +127,12 @@ impl ScreenedLoops {
 
 impl<'a> Screen<'a> {
     /// The nominal ones of some rotors on their lines.
-    pub(super) fn new(lines: &'a [LoopLine], rotors: &[ServedRotor], unstable_poles: i64) -> Self {
+    pub(super) fn new(lines: &'a [LoopLine], rotors: &[ServedRotor]) -> Self {
         let nominal = rotors.iter().filter(|rotor| rotor.role.is_nominal());
         let mut list: Vec<&Vec<LoopResponse>> = vec![];
         let mut sides = vec![];
         for rotor in nominal {
-            sides.push(list.len()..list.len() + rotor.directions.len());
+            sides.push((list.len()..list.len() + rotor.directions.len(), rotor.unstable_poles));
             list.extend(&rotor.directions);
         }
         let pack = |four: &[&Vec<LoopResponse>]| {
@@ -142,7 +140,7 @@ impl<'a> Screen<'a> {
             let lines = 0..lines.len();
             lines.map(|k| ScreenedLoops::new(&at(k))).collect()
         };
-        Self { lines, packs: list.chunks(WIDTH).map(pack).collect(), sides, unstable_poles }
+        Self { lines, packs: list.chunks(WIDTH).map(pack).collect(), rotors: sides }
     }
 
     /// Of both axes −C at each line.
@@ -173,10 +171,9 @@ impl<'a> Screen<'a> {
             phases.extend(PhaseCount::phases(count.iter()));
         }
         let mut unstable = 0;
-        for sides in &self.sides {
+        for (sides, unstable_poles) in &self.rotors {
             let turns = turns_of(phases[sides.clone()].iter().copied());
-            let right = if turns.is_finite() { turns as i64 } else { i64::MIN / 4 };
-            unstable += (self.unstable_poles - right).abs();
+            unstable += (unstable_poles - turns).abs();
         }
         // Only stable loops are ordered by their sensitivity.
         let sensitivity = match unstable {

@@ -79,7 +79,11 @@ impl ArithmeticSummary {
 pub(crate) enum VariantSummary {
     /// A design.
     Found(Box<VariantFigures>),
-    Failed { design: String, stable: bool, failure: String },
+    Failed {
+        design: String,
+        stable: bool,
+        failure: String,
+    },
 }
 
 /// Figures of a design beside others.

@@ -26,7 +26,7 @@ impl Loss {
     /// What closed loops come to over the rotors that count; of the values those less than a reach (logarithms) below
     /// their group's largest, of limits below zero if that is larger. Without a reach there are none.
     pub(super) fn gather_lines(&self, lines: ClosedLines, turns: Vec<i64>, reach: Option<f64>) -> Evaluation {
-        let counted = self.count_turns();
+        let counted = self.list_counted();
         let noise = noise(&lines, &counted);
         let soft = self.squares_over_floors(&lines, &counted);
         let mut squares = [0.0; LIMITS + 1];
@@ -84,7 +84,7 @@ impl Loss {
     }
 
     /// The rotors that count.
-    fn count_turns(&self) -> Vec<Counted> {
+    fn list_counted(&self) -> Vec<Counted> {
         let groups = self.groups.list.iter().enumerate();
         let places = groups.flat_map(|(group, own)| {
             let rotors = own.rotors.iter().enumerate();

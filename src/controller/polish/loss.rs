@@ -208,12 +208,14 @@ impl Loss {
         self.gather_lines(lines, turns, Some(reach))
     }
 
-    /// [`Self::evaluate`] over the rotors whose turns are `right`, given those of all; from here on these count.
-    pub(crate) fn activate(&mut self, law: &dyn LawStructure, x: &[f64], right: impl Fn(&[i64]) -> i64) -> Evaluation {
+    /// [`Self::evaluate`] over the rotors whose turns are those of a stable loop; from here on these count. The law
+    /// adds its unstable poles to those of each plant; where they are not known, the loop at rest counts as stable.
+    pub(crate) fn activate(&mut self, law: &dyn LawStructure, x: &[f64], unstable_law: Option<i64>) -> Evaluation {
         let lines = self.close_lines(law, x, 0.0);
         let turns = self.turns(&lines);
-        let right = right(&turns);
-        self.active = turns.iter().map(|turns| *turns == right).collect();
+        let beyond = |k: usize| turns[k] - self.rotors[k].unstable_poles;
+        let of_law = unstable_law.unwrap_or_else(|| beyond(0));
+        self.active = (0..turns.len()).map(|k| beyond(k) == of_law).collect();
         self.gather_lines(lines, turns, None)
     }
 
@@ -236,7 +238,7 @@ impl Loss {
         for group in &self.groups.list {
             let phases: Vec<_> = group.packs.clone().map(|pack| lines.phases(pack)).collect();
             for (l, rotor) in group.rotors.iter().enumerate() {
-                turns[*rotor] = turns_of(phases.iter().map(|four| four[l])) as i64;
+                turns[*rotor] = turns_of(phases.iter().map(|four| four[l]));
             }
         }
         turns

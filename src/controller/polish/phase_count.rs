@@ -62,13 +62,16 @@ impl PhaseCount {
     }
 }
 
-/// Turns of both directions of whirl, of which one may stand for both, by the phase that each gathers; NaN where one is
-/// not a number.
-pub(crate) fn turns_of(directions: impl ExactSizeIterator<Item = f64>) -> f64 {
+/// Turns of both directions of whirl, of which one may stand for both, by the phase that each gathers;
+/// [`NO_TURNS`] where one is not a number.
+pub(crate) fn turns_of(directions: impl ExactSizeIterator<Item = f64>) -> i64 {
     let share = 2.0 / directions.len() as f64;
     let phase: f64 = directions.sum();
-    (share * phase / TAU).round()
+    if phase.is_finite() { (share * phase / TAU).round() as i64 } else { NO_TURNS }
 }
+
+/// Further from every count of turns than these are from each other.
+const NO_TURNS: i64 = i64::MIN / 4;
 
 /// Angle of a number, which is not negative where its imaginary part is zero.
 fn phase(z: c64) -> f64 {

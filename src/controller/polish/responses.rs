@@ -68,6 +68,8 @@ impl RotorRole {
 #[derive(Clone, Debug)]
 pub(crate) struct ServedRotor {
     pub role: RotorRole,
+    /// Unstable poles of the plant in r = x + jy: turns of det(I − G K) of a stable loop, beside those of K.
+    pub unstable_poles: i64,
     /// Directions × lines.
     pub directions: Vec<Vec<LoopResponse>>,
 }
@@ -114,10 +116,38 @@ pub(crate) struct ShiftedRotor {
     pub factors: Vec<f64>,
 }
 
+/// A plant with its role.
+#[derive(Clone)]
+struct RotorPlant {
+    role: RotorRole,
+    plant: Plant,
+    /// As [`ServedRotor::unstable_poles`].
+    unstable_poles: i64,
+}
+
+impl RotorPlant {
+    fn new(role: RotorRole, plant: Plant) -> Result<Self, SpindleError> {
+        let poles = plant.sample_plant()?.poles()?;
+        // Both planes have them.
+        let unstable_poles = poles.iter().filter(|z| z.norm() > 1.0).count() as i64 / 2;
+        Ok(Self { role, plant, unstable_poles })
+    }
+
+    /// With modes shifted by the factors of each of the `shifts`, which leave them stable.
+    fn shift_modes(&self, shifts: &[Vec<f64>]) -> Vec<Self> {
+        let shifted = |factors: &Vec<f64>| Self {
+            role: RotorRole::Shifted,
+            plant: self.plant.with_scaled_modes(factors),
+            unstable_poles: self.unstable_poles,
+        };
+        shifts.iter().map(shifted).collect()
+    }
+}
+
 /// The plants of a polish before lines are chosen.
 pub(crate) struct Plants {
     period_s: f64,
-    list: Vec<(RotorRole, Plant)>,
+    list: Vec<RotorPlant>,
     /// Parts of their force that the magnets of further rotors give.
     weak: Vec<[f64; 2]>,
 }
@@ -131,23 +161,20 @@ impl Plants {
     pub(crate) fn new(machine: &Machine, over: f64, shifts: &[Vec<f64>]) -> Result<Self, SpindleError> {
         let machine = isotropic(machine);
         let top = machine.spindle.max_rpm * TAU / 60.0;
-        let at_speeds: Result<Vec<Plant>, SpindleError> = [0.0, top, over * top]
+        let roles = [(RotorRole::Rest, 0.0), (RotorRole::TopSpeed, top), (RotorRole::Overspeed, over * top)];
+        let at_speeds: Result<Vec<RotorPlant>, SpindleError> = roles
             .into_par_iter()
-            .map(|speed| Plant::new(&machine, speed, ModelDetail::Full))
+            .map(|(role, speed)| RotorPlant::new(role, Plant::new(&machine, speed, ModelDetail::Full)?))
             .collect();
-        let at_speeds = at_speeds?;
-        let mut list: Vec<(RotorRole, Plant)> =
-            [RotorRole::Rest, RotorRole::TopSpeed, RotorRole::Overspeed].into_iter().zip(at_speeds).collect();
-        let rest = list[0].1.clone();
-        list.extend(shift_modes(&rest, shifts));
+        let mut list = at_speeds?;
+        list.extend(list[0].shift_modes(shifts));
         Ok(Self { period_s: machine.spindle.electronics.sample_period_s(), list, weak: vec![] })
     }
 
     /// With the machine at its top speed once more for each of the `shifts`.
     #[must_use]
     pub(crate) fn with_shifts_at_top_speed(mut self, shifts: &[Vec<f64>]) -> Self {
-        let top = self.list[1].1.clone();
-        self.list.extend(shift_modes(&top, shifts));
+        self.list.extend(self.list[1].shift_modes(shifts));
         self
     }
 
@@ -166,19 +193,19 @@ impl Plants {
         for rotor in rotors {
             let plant = Plant::new(&machine, rotor.speed_rad_s, ModelDetail::Full)?;
             let plant = plant.with_scaled_modes(&rotor.factors);
-            self.list.push((RotorRole::Shifted, plant));
+            self.list.push(RotorPlant::new(RotorRole::Shifted, plant)?);
         }
         Ok(self)
     }
 
     /// The machine at rest.
     pub(crate) fn at_rest(&self) -> &Plant {
-        &self.list[0].1
+        &self.list[0].plant
     }
 
     /// All of them with their roles, in the order of the rotors of [`Self::on`].
     pub(crate) fn all(&self) -> impl Iterator<Item = (RotorRole, &Plant)> {
-        self.list.iter().map(|(role, plant)| (*role, plant))
+        self.list.iter().map(|own| (own.role, &own.plant))
     }
 
     /// Sample period, s.
@@ -193,7 +220,7 @@ impl Plants {
             .list
             .iter()
             .enumerate()
-            .map(|(number, (role, plant))| {
+            .map(|(number, RotorPlant { role, plant, unstable_poles })| {
                 let sides = if plant.mechanics().planes_are_decoupled() { 1 } else { 2 };
                 let plant = PlantLoop::new(plant);
                 let both: Vec<[LoopResponse; 2]> = lines
@@ -209,13 +236,14 @@ impl Plants {
                     .collect();
                 ServedRotor {
                     role: *role,
+                    unstable_poles: *unstable_poles,
                     directions: (0..sides).map(|k| both.iter().map(|b| b[k]).collect()).collect(),
                 }
             })
             .collect();
-        let rest = rotors.first().map(|r| r.directions.clone());
+        let rest = rotors.first().cloned();
         let weak = self.weak.iter().zip(rest.iter().cycle());
-        rotors.extend(weak.map(|(part, directions)| {
+        rotors.extend(weak.map(|(part, rest)| {
             let weaker = |g: &LoopResponse| LoopResponse {
                 loops: g.loops.map(|row| [row[0] * part[0], row[1] * part[1]]),
                 drive: [g.drive[0] * part[0], g.drive[1] * part[1]],
@@ -223,7 +251,8 @@ impl Plants {
             };
             ServedRotor {
                 role: if part[0].min(part[1]) < WEAKEST_BELOW { RotorRole::Weakest } else { RotorRole::Weak },
-                directions: directions.iter().map(|lines| lines.iter().map(weaker).collect()).collect(),
+                unstable_poles: rest.unstable_poles,
+                directions: rest.directions.iter().map(|lines| lines.iter().map(weaker).collect()).collect(),
             }
         }));
         rotors
@@ -250,7 +279,7 @@ impl Plants {
         };
         let ports = modes.iter().map(|m| m.number + 1).max().unwrap_or(0);
         let mut loops = vec![];
-        for (role, plant) in &self.list {
+        for RotorPlant { role, plant, .. } in &self.list {
             if *role == RotorRole::Shifted {
                 continue;
             }
@@ -274,11 +303,6 @@ impl Plants {
         }
         Ok(loops)
     }
-}
-
-/// A plant with modes shifted by the factors of each of the `shifts`.
-fn shift_modes(plant: &Plant, shifts: &[Vec<f64>]) -> impl Iterator<Item = (RotorRole, Plant)> {
-    shifts.iter().map(|factors| (RotorRole::Shifted, plant.with_scaled_modes(factors)))
 }
 
 /// Signs of shifted modes: all combinations of the first three, the others by products of those.

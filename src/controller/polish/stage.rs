@@ -332,7 +332,7 @@ impl<'a> Polisher<'a> {
         poles.extend(oscillating(own, self.plants.period_s()));
         let lines = sharp_lines(&self.plants, FROM_HZ, &poles, &self.peaks, apart);
         let mut loss = loss_on(&self.plants, &self.task, lines, Some(&self.loss))?;
-        let mut found = loss.activate(&self.law, &self.x, |turns| turns[0]);
+        let mut found = loss.activate(&self.law, &self.x, None);
         loss.rescale(&mut found);
         let beside = loss.beside_peaks(&found);
         if !beside.is_empty() {

@@ -5,13 +5,17 @@
 //! chooses and a transfer function that `band` compares with the axis.
 
 mod arrangement;
+#[cfg(feature = "cli")]
 mod band;
 mod roots;
+#[cfg(feature = "cli")]
 mod rounding;
 mod rows;
 mod section;
+#[cfg(feature = "cli")]
 mod table;
 
 pub use rows::second_order_sections;
 pub use section::SectionBiquad;
+#[cfg(feature = "cli")]
 pub(crate) use table::{AxisTable, Precision, axis_tables};
