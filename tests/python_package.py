@@ -17,6 +17,7 @@ try:
     import control
     import numpy as np
     import scipy.linalg
+    import scipy.signal
 
     import muspin
 except ImportError as missing:
@@ -155,6 +156,52 @@ for method, prewarp in (("zoh", None), ("tustin", None), ("bilinear", 3.0)):
     theirs = control.c2d(full, 0.05, method, prewarp_frequency=prewarp)
     z = np.exp(1j * np.linspace(0.01, 3.0, 50))
     check(max(np.linalg.norm(mine(p) - theirs(p), 2) for p in z) < 1e-9, f"c2d {method} {prewarp}")
+
+lag = control.tf([1.0, 3.0], [1.0, 0.4, 2.0, 1.0])
+for method, theirs in (("foh", "foh"), ("impulse", "impulse"), ("matched", None)):
+    mine = muspin.c2d(control.ss(lag), 0.05, method)
+    if theirs:
+        s = control.ss(lag)
+        a, b, c, d, _ = scipy.signal.cont2discrete((s.A, s.B, s.C, s.D), 0.05, theirs)
+        gaps = [abs((mine(p) - c @ np.linalg.solve(p * np.eye(3) - a, b) - d).item()) for p in np.exp(1j * np.linspace(0.01, 3.0, 50))]
+        check(max(gaps) < 1e-9, f"c2d {method}")
+    else:
+        check(np.allclose(np.sort_complex(mine.poles()), np.sort_complex(np.exp(0.05 * lag.poles()))), "c2d matched: poles")
+late = muspin.c2d(control.ss(lag), 0.05, "foh", input_delay=0.1)
+check(abs(late(1j) - muspin.c2d(control.ss(lag), 0.05, "foh")(1j) / 1j**2) < 1e-12, "c2d with a delay of two samples")
+try:
+    muspin.c2d(control.ss([[-1.0]], [[1.0]], [[1.0]], [[1.0]]), 0.1, "impulse")
+    check(False, "impulse invariance of a feedthrough")
+except ValueError as error:
+    check("feedthrough" in str(error), f"impulse: {error}")
+
+# Sampled problems, and what python-control solves with SLICOT.
+A, B, Q, R = np.array([[1.1, 0.3], [0.0, 0.8]]), np.array([[0.0], [1.0]]), np.diag([1.0, 2.0]), np.array([[0.5]])
+mine, theirs = muspin.dare(A, B, Q, R), control.dare(A, B, Q, R)
+for k, name in enumerate("XLG"):
+    check(np.allclose(np.sort_complex(np.ravel(mine[k])), np.sort_complex(np.ravel(theirs[k])), atol=1e-9), f"dare: {name}")
+plain = (np.array([[0.0, 200.0], [200.0, 0.0]]), np.array([[0.0, 0.0, 0.0], [200.0, 0.0, 200.0]]),
+         np.array([[1.0, 0.0], [0.0, 0.0], [1.0, 0.0]]), np.array([[0, 0, 0], [0, 0, 0.1], [0, 0.01, 0]]))
+found = muspin.h2syn(plain, 1, 1)
+check(abs(found.norm / found.norm_opt - 1) < 1e-8, "h2syn")
+if slycot is not None:
+    loop = control.ss(*plain).lft(control.h2syn(control.ss(*plain), 1, 1))
+    check(abs(muspin.h2norm((loop.A, loop.B, loop.C, 0 * loop.D)) / found.norm - 1) < 1e-8, "h2syn as SLICOT")
+    g, w1 = control.ss(control.tf([200.0], [0.025, 1.0025, 10.1, 1.0])), control.ss(control.tf([0.667, 10.0], [1.0, 0.001]))
+    check(abs(muspin.mixsyn(g, w1, 1.0).gam_opt / control.mixsyn(g, w1, control.ss([], [], [], [[1.0]]))[2][0] - 1) < 1e-4, "mixsyn")
+    dm = control.disk_margins(g, np.logspace(-3, 4, 2000), skew=0.0)[0]
+    try:
+        check(abs(muspin.diskmargin(g)["multiloop"][0]["alpha"] / dm - 1) < 2e-3, "diskmargin")
+    except ValueError as error:
+        check("unstable" in str(error), f"diskmargin: {error}")
+cost = muspin.lqg((A, B, np.array([[1.0, 0.0]]), np.zeros((1, 1)), 0.1), Q, R, np.eye(2), np.eye(1))
+check(cost.K.dt == 0.1 and abs(cost.norm / cost.norm_opt - 1) < 1e-8, "lqg")
+check(abs(muspin.ncfsyn(control.ss([[0.0]], [[1.0]], [[1.0]], [[0.0]])).emax - 0.5**0.5) < 1e-9, "ncfsyn of an integrator")
+sampled = control.c2d(control.ss(*plain), 1e-3, "tustin")
+one, other = muspin.hinfsyn(plain, 1, 1), muspin.hinfsyn(sampled, 1, 1)
+check(abs(one.gam_opt / other.gam_opt - 1) < 1e-5 and other.K.dt == 1e-3 and other.norm <= other.gam, "hinfsyn of a sampled plant")
+check(np.all(np.abs(other.CL.poles()) < 1), "hinfsyn of a sampled plant: stable")
+check(abs(muspin.h2norm(control.ss([[0.5]], [[1.0]], [[1.0]], [[0.0]], 1.0)) - (4 / 3) ** 0.5) < 1e-12, "h2norm of a sampled lag")
 
 # D-K iteration: the bound is that of the loop, and not above the norm without structure.
 omega0 = 200.0

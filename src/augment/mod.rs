@@ -6,6 +6,7 @@ pub(crate) mod exposure;
 pub mod generalized;
 pub mod hardware;
 mod machine_defaults;
+pub mod mixed_sensitivity;
 pub mod plane;
 pub mod root;
 pub mod second_order;

@@ -87,6 +87,14 @@ impl Example {
                     ("mu.json", include_str!("examples/mu.json")),
                     ("hinfnorm.json", include_str!("examples/hinfnorm.json")),
                     ("care.json", include_str!("examples/care.json")),
+                    ("dare.json", include_str!("examples/dare.json")),
+                    ("h2norm.json", include_str!("examples/h2norm.json")),
+                    ("h2syn.json", include_str!("examples/h2syn.json")),
+                    ("lqg.json", include_str!("examples/lqg.json")),
+                    ("ncfsyn.json", include_str!("examples/ncfsyn.json")),
+                    ("diskmargin.json", include_str!("examples/diskmargin.json")),
+                    ("augw.json", include_str!("examples/augw.json")),
+                    ("mixsyn.json", include_str!("examples/mixsyn.json")),
                 ];
                 for (name, text) in problems {
                     folder.add(name, text)?;

@@ -36,7 +36,7 @@ mod run;
 mod schema;
 mod shell;
 mod simulate;
-mod solve;
+pub(crate) mod solve;
 mod start;
 mod stdout;
 mod surroundings;
@@ -116,7 +116,7 @@ enum Command {
     Schema(schema::Arguments),
     /// Rebuild report.html of a results folder
     Report(report::Arguments),
-    /// Solve a problem of your own: care, hinfnorm, hinfsyn, mu, musys, dfit, dksyn, reduce, discretise
+    /// Solve a problem of your own: norms, Riccati equations, H∞, H2 and μ synthesis, margins, reduction, sampling
     Solve(solve::Arguments),
 }
 

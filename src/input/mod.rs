@@ -27,6 +27,7 @@ pub mod problem;
 pub mod problem_keys;
 mod problem_matrix;
 pub mod problem_schema;
+mod problem_system;
 pub(crate) mod quote;
 pub mod ross;
 pub(crate) mod ross_magnet;

@@ -5,11 +5,11 @@
 use super::error::InputError;
 use super::file as files;
 use super::json;
-use super::problem_matrix::{Entries, Fault, MOST_ENTRIES, ROW_OR_COLUMN, finite, kind, whole};
+use super::problem_matrix::{Entries, Fault, MOST_ENTRIES, finite, kind, whole};
 use super::shipped::utf8;
-use crate::augment::{Block, GeneralizedPlant};
+use crate::augment::Block;
 use crate::linalg::{Mat, c64};
-use crate::lti::{Continuous, StateSpace};
+use crate::lti::Discrete;
 use serde_json::{Map, Value};
 use std::path::{Path, PathBuf};
 
@@ -17,6 +17,8 @@ use std::path::{Path, PathBuf};
 pub struct ProblemFields {
     file: PathBuf,
     text: String,
+    /// Where the fields stand in the problem, with its dot; empty for its own.
+    place: String,
     fields: Map<String, Value>,
     /// What stands beside `data`.
     beside: Map<String, Value>,
@@ -60,12 +62,18 @@ impl ProblemFields {
                 ));
             }
         };
-        Ok(Self { file: file.to_path_buf(), text: text.to_owned(), fields, beside })
+        Ok(Self { file: file.to_path_buf(), text: text.to_owned(), place: String::new(), fields, beside })
     }
 
     /// The fields of the problem.
     pub(super) fn fields(&self) -> &Map<String, Value> {
         &self.fields
+    }
+
+    /// The fields of an object that is a field, read as those of a problem.
+    pub(super) fn part(&self, field: &str, fields: &Map<String, Value>) -> Self {
+        let (file, text) = (self.file.clone(), self.text.clone());
+        Self { file, text, place: format!("{}{field}.", self.place), fields: fields.clone(), beside: Map::new() }
     }
 
     /// What stands beside `data`.
@@ -85,7 +93,7 @@ impl ProblemFields {
 
     /// An error about a field of this file.
     pub(crate) fn failure(&self, field: &str, message: impl std::fmt::Display) -> InputError {
-        InputError::new(&self.file.display().to_string(), format!("{field}: {message}"))
+        InputError::new(&self.file.display().to_string(), format!("{}{field}: {message}", self.place))
     }
 
     /// True when the field is there and not `null`.
@@ -104,7 +112,7 @@ impl ProblemFields {
         })
     }
 
-    fn locate_fault(&self, fault: Fault) -> InputError {
+    pub(super) fn locate_fault(&self, fault: Fault) -> InputError {
         let error = self.failure(&fault.path, fault.message);
         match fault.hint {
             Some(hint) => error.with_hint(hint),
@@ -167,7 +175,7 @@ impl ProblemFields {
         list.iter().enumerate().map(entry).collect()
     }
 
-    fn entries(&self, field: &str) -> Result<Entries, InputError> {
+    pub(super) fn entries(&self, field: &str) -> Result<Entries, InputError> {
         Entries::of(self.value(field)?, field).map_err(|e| self.locate_fault(e))
     }
 
@@ -180,6 +188,18 @@ impl ProblemFields {
         entries
             .with_size(rows, cols)
             .ok_or_else(|| self.failure(field, format!("expected a {rows} x {cols} matrix, found {}", entries.words())))
+    }
+
+    /// A real matrix with a given number of rows; a list of numbers is a row of it, or its only column.
+    ///
+    /// # Errors
+    /// As [`Self::matrix_of`].
+    pub(crate) fn rows_of(&self, field: &str, rows: usize) -> Result<Mat<f64>, InputError> {
+        let entries = self.entries(field)?;
+        let fitting = entries.sizes().into_iter().find(|[r, _]| *r == rows);
+        fitting.and_then(|[r, cols]| entries.with_size(r, cols)).ok_or_else(|| {
+            self.failure(field, format!("expected a matrix with {rows} rows, found {}", entries.words()))
+        })
     }
 
     /// A square real matrix.
@@ -230,89 +250,27 @@ impl ProblemFields {
         Ok(Mat::from_fn(re.nrows(), re.ncols(), |i, j| c64::new(re[(i, j)], im[(i, j)])))
     }
 
-    /// Numbers of outputs and inputs of a system of `order` states: those of D, of which a list of numbers is a row
-    /// or a column as B and C say.
-    fn channels(&self, order: usize) -> Result<[usize; 2], InputError> {
-        let d = self.entries("D")?;
-        let sizes = d.sizes();
-        if let [one] = sizes[..] {
-            return Ok(one);
-        }
-        let (b, c) = (self.entries("B")?, self.entries("C")?);
-        let fits = |[p, m]: &&[usize; 2]| b.with_size(order, *m).is_some() && c.with_size(*p, order).is_some();
-        let mut fitting = sizes.iter().filter(fits);
-        match (fitting.next(), fitting.next()) {
-            (Some(one), None) => Ok(*one),
-            _ => Err(self
-                .failure("D", format!("{} is a row or a column, and B and C do not tell which", d.words()))
-                .with_hint(ROW_OR_COLUMN)),
-        }
-    }
-
-    /// The continuous system A, B, C, D.
+    /// The sample time `Ts` or `sample_time_s`; none in continuous time.
     ///
     /// # Errors
-    /// Missing fields and shapes that do not fit.
-    pub fn system(&self) -> Result<StateSpace<Continuous>, InputError> {
-        let a = self.square("A")?;
-        let n = a.nrows();
-        let [p, m] = self.channels(n)?;
-        let b = self.matrix_of("B", n, m)?;
-        let c = self.matrix_of("C", p, n)?;
-        let d = self.matrix_of("D", p, m)?;
-        for (field, expected) in [("n", n), ("m", m), ("p", p)] {
-            self.agrees(field, expected)?;
-        }
-        StateSpace::new(a, b, c, d, Continuous).map_err(|e| self.failure("A, B, C, D", e))
-    }
-
-    /// The generalized plant A, B = [B1 B2], C = [C1; C2], D with m1, m2, p1, p2, and its blocks if given.
-    ///
-    /// # Errors
-    /// Missing fields, shapes and block sizes that do not fit.
-    pub fn generalized_plant(&self) -> Result<GeneralizedPlant, InputError> {
-        let (m1, m2) = (self.count("m1")?, self.count("m2")?);
-        let (p1, p2) = (self.count("p1")?, self.count("p2")?);
-        for (field, value) in [("m2", m2), ("p2", p2)] {
-            if value == 0 {
-                return Err(self.failure(field, "must be at least 1"));
+    /// A sample time that is negative, or two that differ.
+    pub fn sample_time(&self) -> Result<Option<Discrete>, InputError> {
+        let mut found: Option<(&str, f64)> = None;
+        for field in ["Ts", "sample_time_s"].into_iter().filter(|field| self.has(field)) {
+            let period = self.number(field)?;
+            if period < 0.0 {
+                let rule = format!("must be positive, or 0 for continuous time, found {period}");
+                let hint = "a sample time that is not said (-1) gives no frequency; say it in s";
+                return Err(self.failure(field, rule).with_hint(hint));
+            }
+            match found {
+                Some((other, same)) if same != period => {
+                    return Err(self.failure(field, format!("is {period}, but {other} is {same}: give one")));
+                }
+                _ => found = Some((field, period)),
             }
         }
-        let lacks = [("m1", m1, "no disturbance inputs w"), ("p1", p1, "no error outputs z")];
-        let lacks: Vec<_> = lacks.into_iter().filter(|(_, size, _)| *size == 0).collect();
-        if let Some((field, _, _)) = lacks.first() {
-            let words: Vec<&str> = lacks.iter().map(|(_, _, words)| *words).collect();
-            return Err(self.failure(field, format!("the plant has {}", words.join(" and "))).with_hint(
-                "the gain from w to z is what is made small: add the disturbances before the controls in B and D, the \
-                 errors before the measurements in C and D, and count them in m1 and p1",
-            ));
-        }
-        let a = self.square("A")?;
-        let n = a.nrows();
-        self.agrees("n", n)?;
-        let b = self.matrix_of("B", n, m1 + m2)?;
-        let c = self.matrix_of("C", p1 + p2, n)?;
-        let d = self.matrix_of("D", p1 + p2, m1 + m2)?;
-        let blocks = if self.has("blocks") {
-            let blocks = self.blocks()?;
-            let rows: usize = blocks.iter().map(Block::rows).sum();
-            let cols: usize = blocks.iter().map(Block::cols).sum();
-            if (rows, cols) != (m1, p1) {
-                return Err(self.failure(
-                    "blocks",
-                    format!("rows and cols sum to {rows} and {cols}, expected m1 = {m1} and p1 = {p1}"),
-                ));
-            }
-            blocks
-        } else {
-            vec![]
-        };
-        Ok(GeneralizedPlant {
-            system: StateSpace::new(a, b, c, d, Continuous).map_err(|e| self.failure("A, B, C, D", e))?,
-            controls: m2,
-            measurements: p2,
-            blocks,
-        })
+        Ok(found.filter(|(_, period_s)| *period_s > 0.0).map(|(_, period_s)| Discrete { period_s }))
     }
 
     /// The uncertainty structure `blocks`.

@@ -14,25 +14,51 @@ struct Foreign {
     hint: &'static str,
 }
 
-const FOREIGN: [Foreign; 10] = [
+/// Kinds with a generalized plant.
+const PARTITIONED: [ProblemKind; 3] = [ProblemKind::Hinfsyn, ProblemKind::H2syn, ProblemKind::Dksyn];
+
+/// Kinds whose systems may be sampled, and the one that samples them.
+const WITH_SAMPLE_TIME: [ProblemKind; 14] = [
+    ProblemKind::H2norm,
+    ProblemKind::Hinfnorm,
+    ProblemKind::Hinfsyn,
+    ProblemKind::Augw,
+    ProblemKind::Mixsyn,
+    ProblemKind::H2syn,
+    ProblemKind::Lqg,
+    ProblemKind::Ncfsyn,
+    ProblemKind::Diskmargin,
+    ProblemKind::Musys,
+    ProblemKind::Dfit,
+    ProblemKind::Dksyn,
+    ProblemKind::Reduce,
+    ProblemKind::Discretise,
+];
+
+const FOREIGN: [Foreign; 11] = [
     Foreign {
         names: &["E"],
         kinds: &ProblemKind::ALL,
         is_neutral: is_identity,
-        hint: "descriptor systems E x' = A x + B u are not taken; multiply A and B by inv(E) if E is regular",
+        hint: "a descriptor belongs to a system: A, B, C, D, E",
     },
     Foreign {
         names: &["sample_time", "sampling_time", "dt", "fs", "sample_time_s"],
-        kinds: &[ProblemKind::Hinfnorm, ProblemKind::Discretise],
+        kinds: &WITH_SAMPLE_TIME,
         is_neutral: |_| false,
         hint: "the sample time in s is `Ts`; `solve discretise` takes a system in continuous time",
     },
     Foreign {
         names: &["Ts", "sample_time_s", "sample_time", "sampling_time", "dt", "fs"],
-        kinds: &ProblemKind::ALL,
+        kinds: &[ProblemKind::Care],
         is_neutral: |v| v.as_f64() == Some(0.0),
-        hint: "the matrices are read in continuous time; bring a sampled system there by \
-               z = (1 + s Ts/2)/(1 - s Ts/2), which keeps norms and mu",
+        hint: "the Riccati equation of sampled time is `solve dare`",
+    },
+    Foreign {
+        names: &["Ts", "sample_time_s", "sample_time", "sampling_time", "dt", "fs"],
+        kinds: &[ProblemKind::Dare, ProblemKind::Mu],
+        is_neutral: |_| true,
+        hint: "",
     },
     Foreign {
         names: &["InputDelay", "OutputDelay", "IODelay", "ioDelay", "InternalDelay", "delay", "delay_s"],
@@ -41,27 +67,26 @@ const FOREIGN: [Foreign; 10] = [
         hint: "delays are not taken; add a Pade approximation to the system",
     },
     Foreign {
-        names: &["B", "R", "S", "N"],
-        kinds: &[ProblemKind::Care],
+        names: &["G"],
+        kinds: &[ProblemKind::Dare],
         is_neutral: |_| false,
-        hint: "the equation is A'X + XA - XGX + Q = 0: give G = B inv(R) B', and with a cross term S: \
-               A - B inv(R) S' in place of A and Q - S inv(R) S' in place of Q",
+        hint: "give B and R in place of G = B inv(R) B'",
     },
     Foreign {
         names: &["nmeas", "ny", "nmeasurements", "measurements"],
-        kinds: &[ProblemKind::Hinfsyn, ProblemKind::Dksyn],
+        kinds: &PARTITIONED,
         is_neutral: |_| false,
         hint: "the number of measurements is `p2`, that of errors `p1`",
     },
     Foreign {
         names: &["ncon", "ncont", "nu", "ncontrols", "controls"],
-        kinds: &[ProblemKind::Hinfsyn, ProblemKind::Dksyn],
+        kinds: &PARTITIONED,
         is_neutral: |_| false,
         hint: "the number of controls is `m2`, that of disturbances `m1`",
     },
     Foreign {
         names: &["B1", "B2", "C1", "C2", "D11", "D12", "D21", "D22"],
-        kinds: &[ProblemKind::Hinfsyn, ProblemKind::Dksyn],
+        kinds: &PARTITIONED,
         is_neutral: |_| false,
         hint: "the plant is given as a whole: B = [B1 B2], C = [C1; C2], D = [D11 D12; D21 D22] with m1, m2, p1, p2",
     },

@@ -8,10 +8,26 @@ use serde_json::{Map, Value, json};
 pub enum ProblemKind {
     /// Riccati equation.
     Care,
+    /// Riccati equation of sampled time.
+    Dare,
+    /// H2 norm.
+    H2norm,
     /// H∞ norm.
     Hinfnorm,
     /// H∞ synthesis.
     Hinfsyn,
+    /// Generalized plant of mixed sensitivity.
+    Augw,
+    /// H∞ synthesis for mixed sensitivity.
+    Mixsyn,
+    /// H2 synthesis.
+    H2syn,
+    /// Linear-quadratic-Gaussian control.
+    Lqg,
+    /// Loop shaping.
+    Ncfsyn,
+    /// Disc margins.
+    Diskmargin,
     /// Structured singular value of a matrix.
     Mu,
     /// Peak of μ of a system.
@@ -59,7 +75,10 @@ pub(super) const NOTES: [&str; 26] = [
     "SamplingGrid",
 ];
 
-const SYSTEM: [Field; 7] = [
+const DESCRIPTOR: Field = ("E", "matrix?", "n x n, E x' = A x + B u, with an inverse; left out: the identity");
+
+const SYSTEM: [Field; 8] = [
+    DESCRIPTOR,
     ("A", "matrix", "n x n; 0 x 0 for a static gain"),
     ("B", "matrix", "n x m"),
     ("C", "matrix", "p x n"),
@@ -74,7 +93,26 @@ const SAMPLED: [Field; 2] = [
     ("sample_time_s", "number?", "the same, as controller files name it"),
 ];
 
-const PLANT: [Field; 9] = [
+/// A plant and what it is weighted with: gains, A with B, C, D, num with den, z with p and k.
+const WEIGHTED: [Field; 3] = [
+    ("G", "system", "the plant: a gain, or A, B, C, D, or num and den from the highest power, or z, p and k"),
+    ("W1", "system?", "weight of e; of one channel: the same in every channel"),
+    ("W2", "system?", "weight of u"),
+];
+
+/// The cost x'Qx + 2x'Su + u'Ru.
+const COST: [Field; 4] = [
+    ("Q", "matrix", "n x n, symmetric"),
+    ("R", "matrix?", "m x m, symmetric; left out: the identity"),
+    ("S", "matrix?", "n x m, cross term; left out: zero"),
+    ("N", "matrix?", "the same by its other name"),
+];
+
+const LEVEL: Field =
+    ("gamma", "number?", "level of the controller; left out: just above the optimum, which is searched for");
+
+const PLANT: [Field; 10] = [
+    DESCRIPTOR,
     ("A", "matrix", "n x n"),
     ("B", "matrix", "n x (m1 + m2), disturbances first, controls last"),
     ("C", "matrix", "(p1 + p2) x n, errors first, measurements last"),
@@ -92,12 +130,49 @@ const BLOCKS: Field =
 const PLANT_BLOCKS: Field =
     ("blocks", "blocks?", "structure of Δ, performance block last: Σ rows = m1, Σ cols = p1; left out: one full block");
 
+/// The noises of an LQG problem.
+const COVARIANCES: [Field; 3] = [
+    ("W", "matrix", "n x n, covariance (intensity) of the noise on the states"),
+    ("V", "matrix", "p x p, covariance (intensity) of the noise on the measurements"),
+    ("WV", "matrix?", "n x p, cross covariance; left out: zero"),
+];
+
+/// A plant with the weights that shape its loop.
+const SHAPED: [Field; 4] = [
+    ("G", "system", "the plant: a gain, or A, B, C, D, or num and den, or z, p and k"),
+    ("W1", "system?", "weight before the plant"),
+    ("W2", "system?", "weight behind the plant"),
+    ("gamma", "number?", "level of the controller; left out: 0.1 % above the optimum"),
+];
+
+/// How a loop is closed and judged.
+const LOOP: [Field; 2] = [
+    ("sign", "number?", "-1: A, B, C, D in negative feedback, 1: in positive; left out: -1"),
+    ("skew", "numbers?", "skews; left out: 1 (S), -1 (T) and 0 (S − T)"),
+];
+
+/// Magnitudes and what is fitted to them.
+const MAGNITUDES: [Field; 4] = [
+    ("omega", "numbers", "frequencies, rad/s, rising"),
+    ("magnitude", "numbers", "magnitudes there, positive"),
+    ("weight", "numbers?", "weights of the errors in the answer; left out: 1"),
+    ("orders", "counts", "orders to fit, at most 20"),
+];
+
 impl ProblemKind {
     /// All of them.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 17] = [
         Self::Care,
+        Self::Dare,
+        Self::H2norm,
         Self::Hinfnorm,
         Self::Hinfsyn,
+        Self::Augw,
+        Self::Mixsyn,
+        Self::H2syn,
+        Self::Lqg,
+        Self::Ncfsyn,
+        Self::Diskmargin,
         Self::Mu,
         Self::Musys,
         Self::Dfit,
@@ -110,8 +185,16 @@ impl ProblemKind {
     pub fn name(self) -> &'static str {
         match self {
             Self::Care => "care",
+            Self::Dare => "dare",
+            Self::H2norm => "h2norm",
             Self::Hinfnorm => "hinfnorm",
             Self::Hinfsyn => "hinfsyn",
+            Self::Augw => "augw",
+            Self::Mixsyn => "mixsyn",
+            Self::H2syn => "h2syn",
+            Self::Lqg => "lqg",
+            Self::Ncfsyn => "ncfsyn",
+            Self::Diskmargin => "diskmargin",
             Self::Mu => "mu",
             Self::Musys => "musys",
             Self::Dfit => "dfit",
@@ -124,15 +207,23 @@ impl ProblemKind {
     /// What it is, in words.
     pub(crate) fn title(self) -> &'static str {
         match self {
-            Self::Care => "Riccati equation A'X + XA − XGX + Q = 0",
+            Self::Care => "Riccati equation A'X + XA − XGX + Q = 0, or of A, B, Q, R, S",
+            Self::Dare => "Riccati equation A'XA − X − (A'XB + S)(R + B'XB)⁻¹(B'XA + S') + Q = 0",
+            Self::H2norm => "H2 norm of a stable system",
             Self::Hinfnorm => "H∞ norm of a stable system",
             Self::Hinfsyn => "H∞ synthesis for a generalized plant, u = K y",
+            Self::Augw => "Generalized plant of mixed sensitivity, e = w − G u",
+            Self::Mixsyn => "H∞ synthesis for mixed sensitivity, u = K e",
+            Self::H2syn => "H2 synthesis for a generalized plant, u = K y",
+            Self::Lqg => "Linear-quadratic-Gaussian control, u = K y",
+            Self::Ncfsyn => "Loop shaping by normalised coprime factors, u = K y",
+            Self::Diskmargin => "Disc margins of a loop, per channel and of all channels at once",
             Self::Mu => "Structured singular value of a complex matrix",
             Self::Musys => "Peak of μ of a stable system over all frequencies",
             Self::Dfit => "Stable minimum-phase systems that follow magnitudes",
             Self::Dksyn => "D-K iteration for a generalized plant, u = K y",
             Self::Reduce => "Reduction by balancing",
-            Self::Discretise => "Sampling by hold and by Tustin's rule",
+            Self::Discretise => "Sampling by holds, by Tustin's rule, by impulse and by matched roots",
         }
     }
 
@@ -140,44 +231,60 @@ impl ProblemKind {
         self.fields().into_iter().map(|(name, _, _)| name).collect()
     }
 
+    /// The forms that a problem may have, each with its fields.
+    fn forms(self) -> Vec<Vec<Field>> {
+        let fields = self.fields();
+        if self != Self::Care {
+            return vec![fields];
+        }
+        let form = |own: &str, others: &[&str]| {
+            let needed = |(name, shape, words): Field| (name, if name == own { "matrix" } else { shape }, words);
+            fields.iter().filter(|(name, _, _)| !others.contains(name)).map(|field| needed(*field)).collect()
+        };
+        vec![form("G", &["B", "R", "S", "N", "E"]), form("B", &["G"])]
+    }
+
     /// The fields: those of the kind, then those of its system.
     fn fields(self) -> Vec<Field> {
-        let (own, shared): (&[Field], &[Field]) = match self {
-            Self::Care => (
+        let parts: &[&[Field]] = match self {
+            Self::Care => &[
                 &[
                     ("A", "matrix", "n x n"),
-                    ("G", "matrix", "n x n, symmetric: B R⁻¹ B'"),
-                    ("Q", "matrix", "n x n, symmetric"),
+                    ("G", "matrix?", "n x n, symmetric: B R⁻¹ B'; or B with R"),
+                    ("B", "matrix?", "n x m, in place of G"),
+                    DESCRIPTOR,
                     ("n", "count?", "size of A, checked"),
                 ],
-                &[],
-            ),
-            Self::Hinfnorm => (&SAMPLED, &SYSTEM),
-            Self::Hinfsyn => (
+                &COST,
+            ],
+            Self::Dare => &[
                 &[
-                    ("gamma", "number?", "level of the central controller; left out: the optimum is searched for"),
-                    PLANT_BLOCKS,
+                    ("A", "matrix", "n x n"),
+                    ("B", "matrix", "n x m"),
+                    DESCRIPTOR,
+                    ("n", "count?", "size of A, checked"),
                 ],
-                &PLANT,
-            ),
-            Self::Mu => (&[("M", "complex", "Σ cols x Σ rows of the blocks"), BLOCKS], &[]),
-            Self::Musys => (
+                &COST,
+            ],
+            Self::H2norm | Self::Hinfnorm => &[&SAMPLED, &SYSTEM],
+            Self::Hinfsyn => &[&[LEVEL, PLANT_BLOCKS], &PLANT, &SAMPLED],
+            Self::Augw => &[&WEIGHTED, &[("W3", "system?", "weight of G u")], &SAMPLED],
+            Self::Mixsyn => &[&WEIGHTED, &[("W3", "system?", "weight of G u"), LEVEL], &SAMPLED],
+            Self::H2syn => &[&PLANT, &SAMPLED],
+            Self::Lqg => &[&COVARIANCES, &COST, &SYSTEM, &SAMPLED],
+            Self::Ncfsyn => &[&SHAPED, &SAMPLED],
+            Self::Diskmargin => &[&LOOP, &SYSTEM, &SAMPLED],
+            Self::Mu => &[&[("M", "complex", "Σ cols x Σ rows of the blocks"), BLOCKS]],
+            Self::Musys => &[
                 &[
                     BLOCKS,
                     ("w_range", "numbers?", "a range of interest, rad/s; the peak is over all frequencies anyhow"),
                 ],
                 &SYSTEM,
-            ),
-            Self::Dfit => (
-                &[
-                    ("omega", "numbers", "frequencies, rad/s, rising"),
-                    ("magnitude", "numbers", "magnitudes there, positive"),
-                    ("weight", "numbers?", "weights of the errors in the answer; left out: 1"),
-                    ("orders", "counts", "orders to fit, at most 20"),
-                ],
-                &[],
-            ),
-            Self::Dksyn => (
+                &SAMPLED,
+            ],
+            Self::Dfit => &[&MAGNITUDES, &SAMPLED],
+            Self::Dksyn => &[
                 &[
                     (
                         "omega",
@@ -188,57 +295,76 @@ impl ProblemKind {
                     PLANT_BLOCKS,
                 ],
                 &PLANT,
-            ),
-            Self::Reduce => (
+                &SAMPLED,
+            ],
+            Self::Reduce => &[
                 &[
                     ("orders", "counts?", "orders to reduce to; without them the answer has the Hankel values alone"),
                     ("max_error", "number?", "L∞ norm of the error: the smallest order within it is given, too"),
                     ("match_dc", "flag?", "true: singular perturbation alone, which keeps the DC gain"),
+                    ("Wi", "system?", "weight at the input: the error is that of Wo (G − Gr) Wi"),
+                    ("Wo", "system?", "weight at the output"),
+                    (
+                        "coprime",
+                        "flag?",
+                        "true: normalised coprime factors, which reduce poles that are not stable too",
+                    ),
                 ],
                 &SYSTEM,
-            ),
-            Self::Discretise => (
+                &SAMPLED,
+            ],
+            Self::Discretise => &[
                 &[
                     ("Ts", "number", "sample time, s, positive"),
                     ("w_prewarp", "number?", "frequency, rad/s, below π/Ts, at which Tustin's rule is exact"),
                     ("input_delay_s", "number?", "delay of all inputs, s; any for zoh, whole samples for other rules"),
                 ],
                 &SYSTEM,
-            ),
+            ],
         };
-        own.iter().chain(shared).copied().collect()
+        parts.concat()
     }
 }
 
-/// The JSON Schema (draft 2020-12) of a problem file: the fields in `data`, or at the top level.
+/// The JSON Schema (draft 2020-12) of a problem file: the fields in `data`, or at the top level, in each form.
 pub fn problem_schema(kind: ProblemKind) -> Value {
-    let (mut properties, mut required) = (Map::new(), vec![]);
-    for (name, shape, meaning) in kind.fields() {
-        properties.insert(name.to_owned(), describe_shape(shape, meaning));
-        if !shape.ends_with('?') {
-            required.push(name);
+    let places = kind.forms().into_iter().flat_map(|form| {
+        let mut inside = object(&form);
+        for name in NOTES {
+            inside["properties"][name] = json!({ "description": "A description; not read" });
         }
-    }
-    for name in NOTES {
-        properties.insert(name.to_owned(), json!({ "description": "A description; not read" }));
-    }
-    let fields = json!({
-        "type": "object", "required": required, "properties": properties, "additionalProperties": false,
+        let mut top = inside.clone();
+        // Without `data`: a file that has it is read from there alone.
+        top["properties"]["data"] = json!({ "enum": [] });
+        inside["description"] =
+            json!("The problem; what stands beside it (title, source, expected answer) is not read");
+        [json!({ "type": "object", "required": ["data"], "properties": { "data": inside } }), top]
     });
-    let mut inside = fields.clone();
-    inside["description"] = json!("The problem; what stands beside it (title, source, expected answer) is not read");
-    let mut top = fields;
-    // Without `data`: a file that has it is read from there alone.
-    top["properties"]["data"] = json!({ "enum": [] });
     json!({
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": format!("muspin solve {}", kind.name()),
         "description": kind.title(),
-        "anyOf": [
-            { "type": "object", "required": ["data"], "properties": { "data": inside } },
-            top,
-        ],
+        "anyOf": places.collect::<Vec<Value>>(),
     })
+}
+
+/// The schema of an object that has these fields and no others.
+fn object(fields: &[Field]) -> Value {
+    let required = fields.iter().filter(|(_, shape, _)| !shape.ends_with('?')).map(|(name, _, _)| *name);
+    let properties = fields.iter().map(|(name, shape, meaning)| ((*name).to_owned(), describe_shape(shape, meaning)));
+    json!({
+        "type": "object",
+        "required": required.collect::<Vec<&str>>(),
+        "properties": properties.collect::<Map<String, Value>>(),
+        "additionalProperties": false,
+    })
+}
+
+/// The schema of a system that is one field.
+fn system_field(gain: &Value) -> Value {
+    let transfer = [("num", "numbers", "from the highest power"), ("den", "numbers", "from the highest power")];
+    let roots = [("z", "roots?", "zeros"), ("p", "roots?", "poles"), ("k", "number", "gain")];
+    json!({ "anyOf": [gain, object(&SYSTEM), object(&transfer), object(&roots)] })
 }
 
 /// The schema of a field; one that may be left out may be `null` as well.
@@ -258,6 +384,8 @@ fn describe_shape(shape: &str, meaning: &str) -> Value {
         }
         "number" => number,
         "flag" => json!({ "type": "boolean" }),
+        "system" => system_field(&json!({ "anyOf": [rows, one_or_more(&number)] })),
+        "roots" => json!({ "anyOf": [one_or_more(&number), object(&[("re", "numbers", ""), ("im", "numbers", "")])] }),
         "count" => count(),
         "numbers" => one_or_more(&number),
         "counts" => one_or_more(&count()),

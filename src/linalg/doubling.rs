@@ -29,9 +29,18 @@ pub(crate) fn doubling(a: &Mat<f64>, g: &Mat<f64>, q: &Mat<f64>, shift: f64) -> 
     let driven = driven.to_owned();
     let [inverse, start] = pair.solve(&w, [&one, &read]);
     let twice = Scale(2.0 * shift);
-    let mut ak = &one + inverse.transpose() * twice;
-    let mut gk = symmetric(&(driven * inverse * twice));
-    let mut hk = symmetric(&(start * twice));
+    let ak = &one + inverse.transpose() * twice;
+    let gk = symmetric(&(driven * inverse * twice));
+    let hk = symmetric(&(start * twice));
+    double_until_settled(ak, gk, hk)
+}
+
+/// The stabilising solution of H = Q + AᵀH(I + GH)⁻¹A, the equation of sampled time, if the iteration from (A, G, Q)
+/// settles. The caller checks the residual.
+pub(crate) fn double_until_settled(mut ak: Mat<f64>, mut gk: Mat<f64>, mut hk: Mat<f64>) -> Option<Mat<f64>> {
+    let n = ak.nrows();
+    let one = Mat::<f64>::identity(n, n);
+    let mut pair = PairSolver::new(n);
     // Memory of the steps is allocated once: for small matrices that takes as long as the products.
     let [mut step, mut product] = [(); 2].map(|()| Mat::<f64>::zeros(n, n));
     let mut last = f64::NAN;

@@ -46,6 +46,12 @@ pub enum NumericError {
         /// The pole, rad/s.
         point: f64,
     },
+    /// A sampled system has a pole where the bilinear map has its own.
+    #[error(
+        "the bilinear map z = (1 + s T/2)/(1 - s T/2) does not exist: the system has a pole at z = -1, the Nyquist \
+         frequency; sample at another rate"
+    )]
+    PoleAtNyquist,
     /// The answer contradicts what it was computed from.
     #[error(
         "{what}: relative error {residual:.1e}; give the system in other coordinates, as modal blocks for instance"

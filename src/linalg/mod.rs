@@ -25,6 +25,7 @@ pub(crate) mod pade;
 pub(crate) mod planar;
 pub(crate) mod polynomial;
 pub(crate) mod real_eigenvalues;
+pub mod regulator;
 pub mod riccati;
 pub mod schur;
 pub(crate) mod simplex_search;

@@ -18,10 +18,10 @@ use thiserror::Error;
 /// Why there is no stabilising solution to return.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum RiccatiError {
-    /// G or Q is not symmetric.
+    /// G, Q or R is not symmetric.
     #[error("{which} is not symmetric: entries ({row}, {col}) and ({col}, {row}) differ")]
     NotSymmetric {
-        /// "G" or "Q".
+        /// "G", "Q" or "R".
         which: &'static str,
         /// Row.
         row: usize,
@@ -36,6 +36,15 @@ pub enum RiccatiError {
     AxisEigenvalue {
         /// Frequency, rad/s.
         omega_rad_s: f64,
+    },
+    /// The symplectic pencil of an equation in sampled time has eigenvalues on the unit circle.
+    #[error(
+        "the symplectic pencil has an eigenvalue on the unit circle (at an angle of about {angle_rad:.6e} rad): no \
+         stabilising solution exists"
+    )]
+    CircleEigenvalue {
+        /// Its angle, rad.
+        angle_rad: f64,
     },
     /// The stable invariant subspace exists but is no graph of a matrix, or the pair cannot be stabilised.
     #[error(
@@ -367,15 +376,18 @@ fn check(a: &Mat<f64>, g: &Mat<f64>, q: &Mat<f64>) -> Result<(), RiccatiError> {
             return Err(NumericError::NotFinite { what: "Riccati equation" }.into());
         }
     }
-    for (which, m) in [("G", g), ("Q", q)] {
-        // Data that was formed in f64 is symmetric up to rounding; more is a mistake of the user.
-        let tolerance = 1e-10 * m.norm_max();
-        for row in 0..n {
-            for col in 0..row {
-                if (m[(row, col)] - m[(col, row)]).abs() > tolerance {
-                    return Err(RiccatiError::NotSymmetric { which, row, col });
-                }
-            }
+    check_symmetry("G", g)?;
+    check_symmetry("Q", q)
+}
+
+/// Refuses a matrix that is not symmetric.
+pub(super) fn check_symmetry(which: &'static str, m: &Mat<f64>) -> Result<(), RiccatiError> {
+    // Data that was formed in f64 is symmetric up to rounding; more is a mistake of the user.
+    let tolerance = 1e-10 * m.norm_max();
+    let pairs = (0..m.nrows()).flat_map(|row| (0..row).map(move |col| (row, col)));
+    for (row, col) in pairs {
+        if (m[(row, col)] - m[(col, row)]).abs() > tolerance {
+            return Err(RiccatiError::NotSymmetric { which, row, col });
         }
     }
     Ok(())

@@ -26,6 +26,8 @@ pub struct Balancing {
     /// Wᵀ x are balanced coordinates, x = T·(them); n_s×k, k the numerical rank.
     left: Mat<f64>,
     right: Mat<f64>,
+    /// Weights of the error at the input and at the output.
+    weights: [Option<StateSpace<Continuous>>; 2],
 }
 
 /// Hankel singular values of the stable part, descending.
@@ -90,7 +92,8 @@ pub fn frequency_weighted_balance(
     };
     let (reach, observe) = rayon::join(reach, observe);
     let (reach, observe) = (reach?, observe?);
-    Ok(Balancing::from_factors(stable, kept, &Doubled::from_f64(&reach), &Doubled::from_f64(&observe)))
+    let found = Balancing::from_factors(stable, kept, &Doubled::from_f64(&reach), &Doubled::from_f64(&observe));
+    Ok(Balancing { weights: [input_weight.cloned(), output_weight.cloned()], ..found })
 }
 
 impl Balancing {
@@ -177,7 +180,7 @@ impl Balancing {
         let right = Mat::from_fn(n, rank, |i, j| (0..cols).map(|k| lr[(i, k)] * v[(k, j)]).sum::<f64>() / s[j].sqrt());
         let left =
             Mat::from_fn(n, rank, |i, j| (0..lo.ncols()).map(|k| lo[(i, k)] * u[(k, j)]).sum::<f64>() / s[j].sqrt());
-        Self { hankel: s.into_iter().take(n).collect(), stable, kept, left, right }
+        Self { hankel: s.into_iter().take(n).collect(), stable, kept, left, right, weights: [None, None] }
     }
 
     /// Number of poles that are not reduced: those not in the open left half plane.
@@ -201,7 +204,7 @@ impl Balancing {
         Ok(append_outputs(&self.residualised_part(self.stable_order(order)?)?, &self.kept))
     }
 
-    /// Both reductions with their L∞ errors: (method, system, error), better one first.
+    /// Both reductions with their L∞ errors, weighted ones where there are weights; the better one first.
     ///
     /// # Errors
     /// [`NumericError`] when `order` is too small or a norm fails.
@@ -214,7 +217,14 @@ impl Balancing {
             // The kept part cancels in the difference.
             let minus = part
                 .scale_outputs(&Mat::from_fn(part.outputs(), part.outputs(), |i, j| if i == j { -1.0 } else { 0.0 }));
-            let error = linf_norm(&add(&self.stable, &minus)?, 1e-9)?;
+            let mut difference = add(&self.stable, &minus)?;
+            if let Some(weight) = &self.weights[0] {
+                difference = series(weight, &difference)?;
+            }
+            if let Some(weight) = &self.weights[1] {
+                difference = series(&difference, weight)?;
+            }
+            let error = linf_norm(&difference, 1e-9)?;
             list.push(Reduction { method, system: append_outputs(&part, &self.kept), error_hinf: error.norm });
         }
         list.sort_by(|x, y| x.error_hinf.total_cmp(&y.error_hinf));
@@ -281,7 +291,7 @@ pub(crate) struct Reduction {
     pub method: &'static str,
     /// The reduced system, kept poles included.
     pub system: StateSpace<Continuous>,
-    /// L∞ norm of full minus reduced.
+    /// L∞ norm of full minus reduced, between the weights.
     pub error_hinf: f64,
 }
 

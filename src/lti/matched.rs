@@ -4,7 +4,7 @@
 
 use super::connect::series;
 use super::scale::balancing_of_dynamics;
-use super::state_space::{Continuous, Discrete, StateSpace};
+use super::state_space::{Continuous, Discrete, StateSpace, TimeBase};
 use super::zeros::{roots_off_zero, siso_zeros};
 use crate::linalg::{Mat, NumericError, c64};
 
@@ -60,8 +60,17 @@ fn exp_minus_one(x: c64) -> c64 {
     c64::new(grown * x.im.cos() - 2.0 * half * half, x.re.exp() * x.im.sin())
 }
 
-/// factor Π(z − zero)/Π(z − pole) as a chain of systems of order one and two; no more zeros than poles.
-fn chain(poles: &[c64], zeros: &[c64], factor: f64, time: Discrete) -> Result<StateSpace<Discrete>, NumericError> {
+/// factor Π(z − zero)/Π(z − pole) as a chain of systems of order one and two; no more zeros than poles, complex ones in
+/// exact conjugate pairs.
+///
+/// # Errors
+/// [`NumericError`] for roots that are not finite.
+pub(crate) fn chain<T: TimeBase>(
+    poles: &[c64],
+    zeros: &[c64],
+    factor: f64,
+    time: T,
+) -> Result<StateSpace<T>, NumericError> {
     let (poles, mut zeros) = (groups(poles), groups(zeros));
     let mut chain = StateSpace::gain(Mat::from_fn(1, 1, |_, _| factor), time);
     for poles in poles {
@@ -81,7 +90,7 @@ fn groups(roots: &[c64]) -> Vec<Vec<c64>> {
 }
 
 /// Π(z − zero)/Π(z − pole) in companion form, one or two poles.
-fn section(poles: &[c64], zeros: &[c64], time: Discrete) -> Result<StateSpace<Discrete>, NumericError> {
+fn section<T: TimeBase>(poles: &[c64], zeros: &[c64], time: T) -> Result<StateSpace<T>, NumericError> {
     // Coefficients after the leading one.
     let rest = |roots: &[c64]| match roots {
         [] => vec![],

@@ -3,6 +3,7 @@
 pub mod balance;
 pub mod connect;
 pub mod delay;
+pub mod energy_norm;
 pub mod held;
 pub(crate) mod level_set;
 pub(crate) mod line_maximum;

@@ -95,8 +95,7 @@ pub(crate) fn hinf_norm_with_poles(
     let unit = 2.0 / system.time.period_s;
     let mapped: Vec<c64> = poles.iter().map(|z| (z - 1.0) / (z + 1.0) * unit).collect();
     let mapped = linf_norm_with(&inverse_tustin(system)?, &mapped, rel_tol)?;
-    let period = system.time.period_s;
-    Ok(HinfNorm { peak_omega_rad_s: 2.0 / period * (0.5 * period * mapped.peak_omega_rad_s).atan(), ..mapped })
+    Ok(HinfNorm { peak_omega_rad_s: system.time.true_frequency(mapped.peak_omega_rad_s), ..mapped })
 }
 
 /// Whether the gain of a sampled system, which the caller knows to be stable, stays below `level` at every frequency.
@@ -135,9 +134,7 @@ pub(crate) fn stays_below(
             }
         }
     }
-    let period = system.time.period_s;
-    let omega = 2.0 / period * (0.5 * period * met.1).atan();
-    Ok((met.0 < level, omega, met.0))
+    Ok((met.0 < level, system.time.true_frequency(met.1), met.0))
 }
 
 /// Frequencies at which to look first: pole moduli and resonances, and a log grid three decades beyond them.

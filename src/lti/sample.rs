@@ -135,7 +135,7 @@ pub fn tustin_prewarped(
 /// Inverse of [`tustin`], in the same state coordinates: z = (1 + sT/2)/(1 − sT/2). Norm and Hankel values are kept.
 ///
 /// # Errors
-/// [`NumericError`] for a pole at z = −1.
+/// [`NumericError::PoleAtNyquist`] for a pole at z = −1.
 pub fn inverse_tustin(system: &StateSpace<Discrete>) -> Result<StateSpace<Continuous>, NumericError> {
     in_even_states(system, inverse_bilinear)
 }
@@ -145,7 +145,11 @@ fn inverse_bilinear(system: &StateSpace<Discrete>) -> Result<StateSpace<Continuo
     let k = 2.0 / system.time.period_s;
     let one = Mat::<f64>::identity(n, n);
     let plus = &system.a + &one;
-    let (pa, pb) = (solve(&plus, &(&system.a - &one))?, solve(&plus, &system.b)?);
+    let named = |error| match error {
+        NumericError::Singular { .. } => NumericError::PoleAtNyquist,
+        other => other,
+    };
+    let (pa, pb) = (solve(&plus, &(&system.a - &one)).map_err(named)?, solve(&plus, &system.b)?);
     let c = right_divide(&system.c, &plus)?;
     StateSpace::new(
         scale_matrix(&pa, k),

@@ -6,6 +6,8 @@ use crate::linalg::{Mat, NumericError, c64, eigenvalues, solve_complex};
 
 /// Where a system lives: continuous or sampled time.
 pub trait TimeBase: Copy + std::fmt::Debug + PartialEq + Send + Sync {
+    /// True for sampled time.
+    const IS_SAMPLED: bool;
     /// The point of the complex plane (s or z) that belongs to `omega_rad_s`.
     fn point(&self, omega_rad_s: f64) -> c64;
     /// Distance of a pole from the stability boundary, negative when stable:
@@ -30,6 +32,7 @@ pub struct Discrete {
 }
 
 impl TimeBase for Continuous {
+    const IS_SAMPLED: bool = false;
     fn point(&self, omega_rad_s: f64) -> c64 {
         c64::new(0.0, omega_rad_s)
     }
@@ -39,6 +42,7 @@ impl TimeBase for Continuous {
 }
 
 impl TimeBase for Discrete {
+    const IS_SAMPLED: bool = true;
     fn point(&self, omega_rad_s: f64) -> c64 {
         c64::from_polar(1.0, omega_rad_s * self.period_s)
     }
@@ -49,6 +53,16 @@ impl TimeBase for Discrete {
 }
 
 impl Discrete {
+    /// Frequency of the w plane, v = (2/Tₛ)tan(ωTₛ/2), that the bilinear map takes ω to, rad/s.
+    pub fn w_frequency(&self, omega_rad_s: f64) -> f64 {
+        2.0 / self.period_s * (0.5 * omega_rad_s * self.period_s).tan()
+    }
+
+    /// Frequency ω that belongs to one of the w plane, rad/s; π/Tₛ to infinity.
+    pub fn true_frequency(&self, w_plane_rad_s: f64) -> f64 {
+        2.0 / self.period_s * (0.5 * w_plane_rad_s * self.period_s).atan()
+    }
+
     /// The poles as points of the s plane, s = ln(z)/Tₛ, rad/s; those of pure delays left out.
     pub(crate) fn continuous_poles(&self, poles: Vec<c64>) -> Vec<c64> {
         poles
@@ -109,6 +123,11 @@ impl<T: TimeBase> StateSpace<T> {
     pub fn gain(d: Mat<f64>, time: T) -> Self {
         let (p, m) = (d.nrows(), d.ncols());
         Self { a: Mat::zeros(0, 0), b: Mat::zeros(0, m), c: Mat::zeros(p, 0), d, time }
+    }
+
+    /// The same matrices on another time base.
+    pub fn with_time<U: TimeBase>(self, time: U) -> StateSpace<U> {
+        StateSpace { a: self.a, b: self.b, c: self.c, d: self.d, time }
     }
 
     /// Number of states n.

@@ -5,11 +5,15 @@ use super::convert::{
     Matrices, Real, RealOut, SystemOut, array, complex, complex_array, continuous, matrix, system, to_value_error,
 };
 use crate::augment::{Block, GeneralizedPlant};
+use crate::cli::Failure;
+use crate::cli::solve::answer_problem;
+use crate::input::problem::ProblemFields;
+use crate::input::problem_schema::ProblemKind;
 use crate::linalg::riccati::care;
 use crate::lti::balance::Balancing;
 use crate::lti::connect::lower_lft;
 use crate::lti::norm::{hinf_norm, hinf_norm_discrete};
-use crate::lti::sample::{tustin, tustin_prewarped, zoh};
+use crate::lti::sample::{inverse_tustin, tustin};
 use crate::lti::{Discrete, StateSpace};
 use crate::robust::dk::{DkError, DkSettings, iterate};
 use crate::robust::hinf::regularise::{Regularisation, regularise_plant};
@@ -17,6 +21,7 @@ use crate::robust::riccati_cause::find_cause;
 use crate::robust::{HinfSettings, SynthesisError, mu, synthesise};
 use numpy::{Complex64, PyArray2, PyReadonlyArray2};
 use pyo3::prelude::*;
+use std::path::Path;
 
 /// Relative tolerance of norms.
 const NORM_TOLERANCE: f64 = 1e-10;
@@ -29,7 +34,9 @@ pub(super) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(musyn, module)?)?;
     module.add_function(wrap_pyfunction!(mussv, module)?)?;
     module.add_function(wrap_pyfunction!(balred, module)?)?;
-    module.add_function(wrap_pyfunction!(c2d, module)?)
+    module.add_function(wrap_pyfunction!(solve, module)?)?;
+    module.add_function(wrap_pyfunction!(to_w_plane, module)?)?;
+    module.add_function(wrap_pyfunction!(from_w_plane, module)?)
 }
 
 /// X, relative residual and growth rate of the stabilising solution of A'X + XA − XGX + Q = 0.
@@ -267,33 +274,30 @@ fn balred<'py>(
     Ok((system(python, &best.system), best.error_hinf, best.method.to_owned(), hankel))
 }
 
-/// The sampled system; `method` is zoh, tustin or tustin_prewarp with the frequency in rad/s.
+/// The answer of `muspin solve` to a problem, both as JSON.
 #[pyfunction]
-fn c2d<'py>(
-    python: Python<'py>,
-    p: Matrices<'py>,
-    period: f64,
-    method: String,
-    prewarp: f64,
-) -> PyResult<SystemOut<'py>> {
-    let s = continuous(&p)?;
-    if !(period.is_finite() && period > 0.0) {
-        return Err(to_value_error(format!("Ts = {period} must be a positive time in seconds")));
-    }
-    let limit = std::f64::consts::PI / period;
-    if method == "tustin_prewarp" && !(prewarp > 0.0 && prewarp < limit) {
-        return Err(to_value_error(format!(
-            "prewarp_frequency = {prewarp} must lie between 0 and pi/Ts = {limit} rad/s"
-        )));
-    }
-    let found = compute(python, move |_| {
-        let found = match method.as_str() {
-            "zoh" => zoh(&s, period),
-            "tustin" => tustin(&s, period),
-            "tustin_prewarp" => tustin_prewarped(&s, period, prewarp),
-            other => return Err(format!("method {other:?}: zoh, tustin or bilinear")),
-        };
-        found.map_err(|e| e.to_string())
-    })?;
-    Ok(system(python, &found))
+fn solve(python: Python<'_>, kind: &str, problem: String) -> PyResult<String> {
+    let Some(kind) = ProblemKind::ALL.into_iter().find(|k| k.name() == kind) else {
+        let names = ProblemKind::ALL.map(ProblemKind::name);
+        return Err(to_value_error(format!("kind {kind:?}: {}", names.join(", "))));
+    };
+    compute(python, move |_| {
+        let problem =
+            ProblemFields::parse(Path::new("problem"), &problem).map_err(Failure::from).map_err(|e| e.to_string())?;
+        let answer = answer_problem(&problem, kind).map_err(|e| e.to_string())?;
+        Ok(answer.text())
+    })
+}
+
+/// A sampled system in the w plane.
+#[pyfunction]
+fn to_w_plane<'py>(python: Python<'py>, p: Matrices<'py>, period: f64) -> PyResult<SystemOut<'py>> {
+    let sampled = continuous(&p)?.with_time(Discrete { period_s: period });
+    Ok(system(python, &inverse_tustin(&sampled).map_err(to_value_error)?))
+}
+
+/// A system of the w plane as a sampled one.
+#[pyfunction]
+fn from_w_plane<'py>(python: Python<'py>, p: Matrices<'py>, period: f64) -> PyResult<SystemOut<'py>> {
+    Ok(system(python, &tustin(&continuous(&p)?, period).map_err(to_value_error)?))
 }

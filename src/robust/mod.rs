@@ -1,10 +1,13 @@
 //! Synthesis and analysis: H∞, μ bounds, D-scales and their fits, the D-K loop.
 #![doc = include_str!("limits.md")]
 
+pub mod coprime;
 pub mod dfit;
+pub mod disc_margin;
 pub mod dk;
 pub(crate) mod error;
 mod frequency_floor;
+pub mod h2;
 pub mod hinf;
 pub mod minimax;
 pub mod mu;

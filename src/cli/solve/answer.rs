@@ -9,6 +9,7 @@ use serde_json::{Map, Value, json};
 pub(crate) struct Answer {
     fields: Map<String, Value>,
     remarks: Vec<String>,
+    notes: Vec<String>,
 }
 
 impl Answer {
@@ -42,6 +43,21 @@ impl Answer {
     /// What is to be said besides the numbers.
     pub(crate) fn remarks(&self) -> &[String] {
         &self.remarks
+    }
+
+    /// Adds sentences on what the answer lacks, as its field `notes` too.
+    pub(crate) fn with_notes(mut self, notes: Vec<String>) -> Self {
+        if notes.is_empty() {
+            return self;
+        }
+        self.notes.extend(notes);
+        let all = self.notes.clone();
+        self.with("notes", all)
+    }
+
+    /// What the answer lacks.
+    pub(crate) fn notes(&self) -> &[String] {
+        &self.notes
     }
 
     /// The object as text, one field a line.

@@ -52,8 +52,7 @@ pub(super) fn solve(problem: &ProblemFields) -> Result<Answer, Failure> {
         "input_delay_s is {samples} samples: only the zero-order hold is exact between samples; for the other rules \
          give a whole multiple of Ts"
     );
-    eprintln!("note: {note}");
-    Ok(answer.with("notes", vec![note]))
+    Ok(answer.with_notes(vec![note]))
 }
 
 /// The methods that exist for the system, and a sentence for each that does not; the first failure where none exists.
@@ -72,8 +71,5 @@ fn each_on_its_own(found: Vec<Sampled>) -> Result<Answer, Failure> {
     if !given && let Some((_, Err(error))) = found.into_iter().next() {
         return Err(error.into());
     }
-    for note in &notes {
-        eprintln!("note: {note}");
-    }
-    Ok(if notes.is_empty() { answer } else { answer.with("notes", notes) })
+    Ok(answer.with_notes(notes))
 }

@@ -2,19 +2,43 @@
 //! singular plant is enlarged by small channels, which the answer states.
 
 use super::answer::{number, system};
+use super::clock::{Clock, sampled_system};
 use super::{Answer, Failure, ProblemFields};
+use crate::augment::GeneralizedPlant;
+use crate::lti::TimeBase;
+use crate::robust::hinf::sampled::{SampledPlant, synthesise_sampled};
 use crate::robust::hinf::singular::{Perturbation, synthesise_perturbed};
-use crate::robust::{HinfSettings, Limit, SynthesisError};
+use crate::robust::{HinfSettings, HinfSolution, Limit, SynthesisError};
 use serde_json::Value;
 
 /// Solves the problem of the file; `gamma` in the file asks for the central controller at that level.
 pub(super) fn solve(problem: &ProblemFields) -> Result<Answer, Failure> {
-    let plant = problem.generalized_plant()?;
-    let mut settings = HinfSettings::default();
-    if problem.has("gamma") {
-        settings.gamma = Some(problem.number("gamma")?);
+    let level = if problem.has("gamma") { Some(problem.number("gamma")?) } else { None };
+    synthesise(problem.generalized_plant()?, Clock::of(problem)?, level)
+}
+
+/// Synthesis at a level, or at the optimum, for a plant of either time base.
+pub(super) fn synthesise(plant: GeneralizedPlant, clock: Clock, level: Option<f64>) -> Result<Answer, Failure> {
+    let settings = HinfSettings { gamma: level, ..HinfSettings::default() };
+    match clock.0 {
+        None => {
+            let (found, perturbation) = synthesise_perturbed(&plant, &settings)?;
+            Ok(certified(&found, system(&found.controller), (clock, level), perturbation))
+        }
+        Some(time) => {
+            let (found, perturbation) = synthesise_sampled(&SampledPlant::new(plant, time)?, &settings)?;
+            Ok(certified(&found, sampled_system(&found.controller), (clock, level), perturbation))
+        }
     }
-    let (found, perturbation) = synthesise_perturbed(&plant, &settings)?;
+}
+
+/// The controller with its levels and its certificate.
+fn certified<T: TimeBase>(
+    found: &HinfSolution<T>,
+    controller: Answer,
+    (clock, level): (Clock, Option<f64>),
+    perturbation: Option<Perturbation>,
+) -> Answer {
     let c = &found.certificate;
     let mut certificate = Answer::new();
     if let Some(limit) = c.limit {
@@ -36,23 +60,23 @@ pub(super) fn solve(problem: &ProblemFields) -> Result<Answer, Failure> {
         .with_number("y_residual", c.y_residual)
         .with_number("x_min_relative", c.x_min)
         .with_number("y_min_relative", c.y_min)
-        .with_number("coupling", c.coupling)
-        .with_number("closed_loop_max_real", c.growth_rate)
-        .with("riccati_pairs", c.pairs);
-    let answer =
-        if settings.gamma.is_none() { Answer::new().with_number("gamma_opt", found.gamma_opt) } else { Answer::new() };
+        .with_number("coupling", c.coupling);
+    let certificate = clock.with_stability(certificate, c.growth_rate).with("riccati_pairs", c.pairs);
+    let answer = if level.is_none() { Answer::new().with_number("gamma_opt", found.gamma_opt) } else { Answer::new() };
     let answer = answer
         .with_number("gamma", found.gamma)
         .with_number("closed_loop_norm", found.closed_loop_norm)
-        .with("controller", system(&found.controller))
+        .with("controller", controller)
         .with("certificate", certificate);
-    Ok(match perturbation {
+    match perturbation {
         None => answer,
-        Some(p) => {
-            let words = remark(&p);
-            answer.with("regularisation", regularisation(&p)).with_remark(words)
-        }
-    })
+        Some(p) => with_regularisation(answer, &p),
+    }
+}
+
+/// The answer with what was added to a singular plant.
+pub(super) fn with_regularisation(answer: Answer, p: &Perturbation) -> Answer {
+    answer.with("regularisation", regularisation(p)).with_remark(remark(p))
 }
 
 /// What was added to a singular plant, and what it changes.

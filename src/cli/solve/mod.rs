@@ -3,13 +3,19 @@
 
 mod answer;
 mod care;
+mod clock;
 mod dfit;
 mod discretise;
+mod diskmargin;
 mod dksyn;
+mod h2norm;
+mod h2syn;
 mod hinfnorm;
 mod hinfsyn;
+mod mixsyn;
 mod mu;
 mod musys;
+mod ncfsyn;
 mod reduce;
 
 use super::console::{CommandEnd, Console};
@@ -17,7 +23,7 @@ use super::{Failure, Outcome};
 use crate::input::problem::ProblemFields;
 use crate::input::problem_keys::check_keys;
 use crate::input::problem_schema::ProblemKind;
-use answer::Answer;
+pub(crate) use answer::Answer;
 use clap::builder::PossibleValue;
 use std::path::PathBuf;
 
@@ -41,21 +47,45 @@ impl clap::ValueEnum for ProblemKind {
     }
 }
 
+/// The answer to a problem.
+///
+/// # Errors
+/// [`Failure`] with the reason why there is none.
+pub(crate) fn answer_problem(problem: &ProblemFields, kind: ProblemKind) -> Result<Answer, Failure> {
+    check_keys(problem, kind)?;
+    let answer = match kind {
+        ProblemKind::Care => care::solve(problem),
+        ProblemKind::Dare => care::solve_sampled(problem),
+        ProblemKind::H2norm => h2norm::solve(problem),
+        ProblemKind::Hinfnorm => hinfnorm::solve(problem),
+        ProblemKind::Hinfsyn => hinfsyn::solve(problem),
+        ProblemKind::Augw => mixsyn::augment(problem),
+        ProblemKind::Mixsyn => mixsyn::solve(problem),
+        ProblemKind::H2syn => h2syn::solve(problem),
+        ProblemKind::Lqg => h2syn::solve_lqg(problem),
+        ProblemKind::Ncfsyn => ncfsyn::solve(problem),
+        ProblemKind::Diskmargin => diskmargin::solve(problem),
+        ProblemKind::Mu => mu::solve(problem),
+        ProblemKind::Musys => musys::solve(problem),
+        ProblemKind::Dfit => dfit::solve(problem),
+        ProblemKind::Dksyn => dksyn::solve(problem),
+        ProblemKind::Reduce => reduce::solve(problem),
+        ProblemKind::Discretise => discretise::solve(problem),
+    }?;
+    let states = problem.has("A").then(|| problem.square("A")).transpose()?.map_or(0, |a| a.nrows());
+    // Where A and B were divided by a descriptor, how well that could be done.
+    Ok(match problem.descriptor(states)? {
+        Some((_, condition)) => answer.with_number("descriptor_rcond", condition),
+        None => answer,
+    })
+}
+
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
-    let problem = ProblemFields::read(&arguments.file)?;
-    check_keys(&problem, arguments.kind)?;
-    let answer: Answer = match arguments.kind {
-        ProblemKind::Care => care::solve(&problem),
-        ProblemKind::Hinfnorm => hinfnorm::solve(&problem),
-        ProblemKind::Hinfsyn => hinfsyn::solve(&problem),
-        ProblemKind::Mu => mu::solve(&problem),
-        ProblemKind::Musys => musys::solve(&problem),
-        ProblemKind::Dfit => dfit::solve(&problem),
-        ProblemKind::Dksyn => dksyn::solve(&problem),
-        ProblemKind::Reduce => reduce::solve(&problem),
-        ProblemKind::Discretise => discretise::solve(&problem),
-    }?;
+    let answer = answer_problem(&ProblemFields::read(&arguments.file)?, arguments.kind)?;
+    for note in answer.notes() {
+        eprintln!("note: {note}");
+    }
     let text = answer.text();
     console.json(&text, || {
         let mut words = format!("{}: the matrices are in --json", arguments.file.display());

@@ -1,33 +1,48 @@
 //! `muspin solve reduce`: A, B, C, D, orders (or max_error) → Hankel values, and per order the better of balanced
 //! truncation and singular perturbation, or the latter alone, with the exact L∞ norm of its error.
 
-use super::answer::{number, system};
+use super::answer::number;
+use super::clock::Clock;
 use super::{Answer, Failure, ProblemFields};
 use crate::linalg::NumericError;
-use crate::lti::balance::{Balancing, Reduction};
+use crate::lti::balance::{Balancing, Reduction, frequency_weighted_balance};
+use crate::lti::{Continuous, StateSpace};
+use crate::robust::coprime::CoprimeFactors;
 use serde_json::{Map, Value};
 
 /// Solves the problem of the file.
 pub(super) fn solve(problem: &ProblemFields) -> Result<Answer, Failure> {
-    let full = problem.system()?;
+    let clock = Clock::of(problem)?;
+    let full = clock.plane_system(problem)?;
+    if problem.has("coprime") && problem.flag("coprime")? {
+        return reduce_factors(problem, clock, &full);
+    }
     let keeps_dc = problem.has("match_dc") && problem.flag("match_dc")?;
     let within = problem.has("max_error");
     let asked = if problem.has("orders") { problem.counts("orders")? } else { vec![] };
-    let balancing = Balancing::with_check(&full)?;
+    let weight = |field: &str| read_weight(problem, field, clock);
+    let (input, output) = (weight("Wi")?, weight("Wo")?);
+    let balancing = if input.is_some() || output.is_some() {
+        frequency_weighted_balance(&full, input.as_ref(), output.as_ref())
+            .map_err(|error| problem.failure("Wi, Wo", error))?
+    } else {
+        Balancing::with_check(&full)?
+    };
     let mut answers = Answer::new();
-    let with = |answers: Answer, order: usize, best: &Reduction| {
-        let found = system(&best.system).with_number("error_hinf", best.error_hinf).with("method", best.method);
-        answers.with(&order.to_string(), found)
+    let with = |answers: Answer, order: usize, best: &Reduction| -> Result<Answer, NumericError> {
+        let found = clock.answer(&best.system)?;
+        let found = found.with_number("error_hinf", best.error_hinf).with("method", best.method);
+        Ok(answers.with(&order.to_string(), found))
     };
     let mut left_out: Vec<(usize, usize, String)> = vec![];
     for (k, order) in asked.iter().enumerate() {
         let reason = if *order > full.order() {
             format!("the system has {} states", full.order())
         } else if *order < balancing.kept_states() {
-            format!("{} poles are not in the open left half plane and are kept", balancing.kept_states())
+            format!("{} poles are not stable and are kept", balancing.kept_states())
         } else {
             if let Some(best) = best_of(&balancing, *order, keeps_dc)? {
-                answers = with(answers, *order, &best);
+                answers = with(answers, *order, &best)?;
             }
             continue;
         };
@@ -47,7 +62,7 @@ pub(super) fn solve(problem: &ProblemFields) -> Result<Answer, Failure> {
             return Err(problem.failure("max_error", format!("must be positive, found {allowed}")).into());
         }
         if let Some((order, best)) = smallest_within(&balancing, full.order(), allowed, keeps_dc)? {
-            answers = with(answers, order, &best);
+            answers = with(answers, order, &best)?;
             answer = answer.with("order_within_max_error", order);
         }
     }
@@ -60,6 +75,39 @@ pub(super) fn solve(problem: &ProblemFields) -> Result<Answer, Failure> {
     }
     let values: Vec<Value> = balancing.hankel.iter().map(|h| number(*h)).collect();
     Ok(answer.with("hsv", values).with("kept_unstable", balancing.kept_states()).with("orders", answers))
+}
+
+/// Reduction of the coprime factors, unstable poles included.
+fn reduce_factors(problem: &ProblemFields, clock: Clock, full: &StateSpace<Continuous>) -> Result<Answer, Failure> {
+    if let Some(field) = ["max_error", "match_dc", "Wi", "Wo"].into_iter().find(|field| problem.has(field)) {
+        return Err(problem.failure(field, "does not go with `coprime`").into());
+    }
+    let factors = CoprimeFactors::new(full)?;
+    let mut answers = Answer::new();
+    let asked = if problem.has("orders") { problem.counts("orders")? } else { vec![] };
+    for (k, order) in asked.into_iter().enumerate() {
+        if order > full.order() {
+            let rule = format!("is {order}, but the system has {} states", full.order());
+            return Err(problem.failure(&format!("orders[{k}]"), rule).into());
+        }
+        let (system, error) = factors.reduce(order)?;
+        answers = answers.with(&order.to_string(), clock.answer(&system)?.with_number("error_factors", error));
+    }
+    let values: Vec<Value> = factors.balancing.hankel.iter().map(|h| number(*h)).collect();
+    Ok(Answer::new().with("hsv", values).with("kept_unstable", 0).with("orders", answers))
+}
+
+/// A weight of the error, which must be stable.
+fn read_weight(problem: &ProblemFields, field: &str, clock: Clock) -> Result<Option<StateSpace<Continuous>>, Failure> {
+    if !problem.has(field) {
+        return Ok(None);
+    }
+    let weight = clock.in_plane(problem.system_in(field)?)?;
+    let growth_rate = weight.growth_rate()?;
+    if growth_rate >= 0.0 {
+        return Err(problem.failure(field, "has a pole that is not stable").into());
+    }
+    Ok(Some(weight))
 }
 
 /// The better reduction to `order` states, or the one that keeps the DC gain.

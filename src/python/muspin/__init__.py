@@ -21,9 +21,10 @@ from . import _native
 from ._native import __version__
 
 __all__ = [
-    "BalredResult", "CareResult", "HinfnormResult", "HinfsynResult", "MussvResult", "MusynResult", "REGULARISATION",
+    "BalredResult", "CareResult", "DareResult", "H2synResult", "HinfnormResult", "HinfsynResult", "MussvResult", "MusynResult", "NcfsynResult", "REGULARISATION",
     "Regularisation", "Spindle", "System", "SystemLike",
-    "balred", "c2d", "care", "hinfnorm", "hinfsyn", "mussv", "musyn",
+    "augw", "balred", "c2d", "care", "dare", "diskmargin", "h2norm", "h2syn", "hinfnorm", "hinfsyn", "lqg", "mixsyn", "mussv", "musyn",
+    "ncfsyn", "solve",
 ]
 
 
@@ -193,6 +194,19 @@ def _continuous(sys: SystemLike, what: str) -> _Matrices:
     return parts
 
 
+def _in_plane(parts: _Matrices, dt: float) -> _Matrices:
+    """The system in the plane of the solvers: s = (2/dt)(z - 1)/(z + 1) of a sampled one, where norms and mu are the same."""
+    return parts if dt == 0.0 else _native.to_w_plane(parts, dt)
+
+
+def _from_plane(parts: _Matrices, dt: float) -> _Matrices:
+    return parts if dt == 0.0 else _native.from_w_plane(parts, dt)
+
+
+def _true_frequency(omega: float, dt: float) -> float:
+    return omega if dt == 0.0 else 2.0 / dt * float(np.arctan(0.5 * dt * omega))
+
+
 def _system(parts: _Matrices, dt: float = 0.0) -> Any:
     try:
         from control import StateSpace  # type: ignore[import-untyped,import-not-found,unused-ignore]
@@ -245,7 +259,7 @@ def hinfsyn(
 
     Parameters
     ----------
-    P : system in continuous time
+    P : system in continuous time or sampled
     nmeas, ncon : int
     gamma : float, optional
         Level of the central controller; the optimum is searched for unless it is given.
@@ -264,13 +278,18 @@ def hinfsyn(
     ValueError
         An assumption fails or no level is feasible; the message names it and says what to do.
     """
-    plant = _continuous(P, "hinfsyn")
+    plant, dt = _matrices(P)
     nmeas, ncon = _count(nmeas, "nmeas"), _count(ncon, "ncon")
     level = None if gamma is None else float(gamma)
-    k, gam, best, (norm, omega), posed, certificate, added = _native.hinfsyn(plant, nmeas, ncon, level, _share(regularise))
+    share, image = _share(regularise), _in_plane(plant, dt)
+    k, gam, best, (norm, omega), posed, certificate, added = _native.hinfsyn(image, nmeas, ncon, level, share)
+    k = _from_plane(k, dt)
     loop = _closed(plant, k, nmeas, ncon)
+    if dt != 0.0:
+        norm, omega, _ = _native.hinfnorm(loop, dt)
+        gam = max(gam, norm)
     size = Regularisation(*map(tuple, added))
-    return HinfsynResult(_system(k), _system(loop), gam, best, norm, omega, dict(certificate), size, posed)
+    return HinfsynResult(_system(k, dt), _system(loop, dt), gam, best, norm, omega, dict(certificate), size, posed)
 
 
 def _blocks(structure: ArrayLike) -> list[tuple[str, int, int]]:
@@ -306,12 +325,14 @@ def musyn(
     has disturbances and as many columns as it has errors. ``regularise`` as in :func:`hinfsyn`; the performance block grows by
     what is added, and ``mu`` bounds the plant as given. Returns a :class:`MusynResult`; takes seconds to minutes.
     """
-    plant = _continuous(P, "musyn")
+    plant, dt = _matrices(P)
     nmeas, ncon = _count(nmeas, "nmeas"), _count(ncon, "ncon")
     most = None if max_iterations is None else _count(max_iterations, "max_iterations")
-    k, upper, lower, omega, steps, added = _native.musyn(plant, (nmeas, ncon), _blocks(blocks), most, _share(regularise))
-    loop = _system(_closed(plant, k, nmeas, ncon))
-    return MusynResult(_system(k), upper, lower, omega, steps, loop, Regularisation(*map(tuple, added)))
+    channels, share = (nmeas, ncon), _share(regularise)
+    k, upper, lower, omega, steps, added = _native.musyn(_in_plane(plant, dt), channels, _blocks(blocks), most, share)
+    k, omega = _from_plane(k, dt), _true_frequency(omega, dt)
+    loop = _system(_closed(plant, k, nmeas, ncon), dt)
+    return MusynResult(_system(k, dt), upper, lower, omega, steps, loop, Regularisation(*map(tuple, added)))
 
 
 def mussv(M: ArrayLike, blocks: ArrayLike) -> MussvResult:
@@ -381,30 +402,204 @@ def balred(
     """
     if method not in _METHODS:
         raise ValueError(f"method {method!r}: 'truncate' or 'matchdc'")
-    plant = _continuous(sys, "balred")
+    given, dt = _matrices(sys)
+    plant = _in_plane(given, dt)
 
     def one(order: Any) -> BalredResult:
         if int(order) != order or order < 0:
             raise ValueError(f"orders: {order!r} must be a whole number of at least 0")
         parts, error, used, hsv = _native.balred(plant, int(order), _METHODS[method])
-        return BalredResult(_system(parts), error, used, np.array(hsv))
+        return BalredResult(_system(_from_plane(parts, dt), dt), error, used, np.array(hsv))
 
     return [one(order) for order in orders] if isinstance(orders, (list, tuple, np.ndarray)) else one(orders)
 
 
-def c2d(sys: SystemLike, Ts: float, method: str = "zoh", prewarp_frequency: float | None = None) -> Any:
-    """Sampled system for the sample time ``Ts`` in seconds; ``method`` is 'zoh', 'tustin' or 'bilinear' (the same).
+_RULES = ("zoh", "foh", "tustin", "impulse", "matched")
 
-    With ``prewarp_frequency`` in rad/s Tustin's rule keeps the response there exactly.
+
+def c2d(
+    sys: SystemLike, Ts: float, method: str = "zoh", prewarp_frequency: float | None = None, input_delay: float = 0.0
+) -> Any:
+    """Sampled system for the sample time ``Ts`` in seconds.
+
+    ``method`` is 'zoh', 'foh' (input straight from sample to sample), 'tustin' or 'bilinear' (the same), 'impulse' (no
+    feedthrough) or 'matched' (one input and output). With ``prewarp_frequency`` in rad/s Tustin's rule keeps the response there
+    exactly. ``input_delay`` in seconds is exact for 'zoh'; other rules take whole samples.
     """
     plant = _continuous(sys, "c2d")
-    method = "tustin" if method == "bilinear" else method
+    rule = "tustin" if method == "bilinear" else method
+    if rule not in _RULES:
+        raise ValueError(f"method {method!r}: {', '.join(_RULES)} or bilinear")
+    given: dict[str, Any] = {"Ts": float(Ts), "input_delay_s": float(input_delay)}
     if prewarp_frequency is not None:
-        if method != "tustin":
+        if rule != "tustin":
             raise ValueError("prewarp_frequency belongs to the method 'tustin'")
-        method = "tustin_prewarp"
-    prewarp = 0.0 if prewarp_frequency is None else float(prewarp_frequency)
-    return _system(_native.c2d(plant, float(Ts), str(method), prewarp), float(Ts))
+        rule, given["w_prewarp"] = "tustin_prewarp", float(prewarp_frequency)
+    found = solve("discretise", **_data(plant), **given)
+    if rule not in found:
+        raise ValueError("; ".join(note for note in found["notes"] if rule in note or "input_delay_s" in note))
+    return _found(found[rule], float(Ts))
+
+
+def solve(kind: str, **data: Any) -> dict[str, Any]:
+    """The answer of ``muspin solve kind`` to the fields ``data``: numbers, arrays, and dictionaries of them.
+
+    ``muspin schema solve-KIND`` lists the fields. Raises ValueError with the reason where there is no answer.
+    """
+
+    def plain(value: Any) -> Any:
+        if isinstance(value, dict):
+            return {key: plain(part) for key, part in value.items()}
+        if isinstance(value, (list, tuple)):
+            return [plain(part) for part in value]
+        return value.tolist() if isinstance(value, (np.ndarray, np.generic)) else value
+
+    given = {key: plain(value) for key, value in data.items() if value is not None}
+    answer: dict[str, Any] = json.loads(_native.solve(str(kind), json.dumps(given)))
+    return answer
+
+
+def _data(parts: _Matrices) -> dict[str, Any]:
+    return dict(zip("ABCD", parts))
+
+
+def _found(answer: dict[str, Any], dt: float = 0.0) -> Any:
+    """A system of an answer."""
+    d = np.array(answer["D"], dtype=float)
+    n = len(answer["A"])
+    a, b, c = (np.array(answer[key], dtype=float) for key in "ABC")
+    return _system((a.reshape(n, n), b.reshape(n, d.shape[1]), c.reshape(d.shape[0], n), d), dt)
+
+
+class DareResult(NamedTuple):
+    """Result of :func:`dare`."""
+
+    X: NDArray[Any]
+    L: NDArray[Any]
+    """Closed-loop poles."""
+    G: NDArray[Any]
+    """Gain."""
+    residual: float
+    """Relative residual, in doubled precision."""
+
+
+def dare(
+    A: ArrayLike, B: ArrayLike, Q: ArrayLike, R: ArrayLike | None = None, S: ArrayLike | None = None, E: ArrayLike | None = None
+) -> DareResult:
+    """Stabilising solution of A'XA - E'XE - (A'XB + S)(R + B'XB)^-1(B'XA + S') + Q = 0, arguments as python-control has them."""
+    given = {name: _array(value, name) for name, value in zip("ABQRSE", (A, B, Q, R, S, E)) if value is not None}
+    found = solve("dare", **given)
+    poles = np.array(found["closed_loop_poles"]["re"]) + 1j * np.array(found["closed_loop_poles"]["im"])
+    return DareResult(np.array(found["X"]), poles, np.array(found["F"]), found["residual"])
+
+
+def h2norm(sys: SystemLike) -> float:
+    """H2 norm of a stable system, continuous (without feedthrough) or sampled."""
+    parts, dt = _matrices(sys)
+    return float(solve("h2norm", **_data(parts), Ts=dt)["norm"])
+
+
+class H2synResult(NamedTuple):
+    """Result of :func:`h2syn` and :func:`lqg`."""
+
+    K: Any
+    """Controller, u = K y."""
+    norm: float
+    """H2 norm of the loop, by its gramian."""
+    norm_opt: float
+    """The same by the Riccati equations."""
+    F: NDArray[Any]
+    """u = -F x of the measured state."""
+    L: NDArray[Any]
+    """Gain of the predicting observer."""
+
+
+def _h2(found: dict[str, Any], dt: float) -> H2synResult:
+    gains = (np.array(found[key], dtype=float) for key in "FL")
+    return H2synResult(_found(found["controller"], dt), found["norm"], found["norm_opt"], *gains)
+
+
+def h2syn(P: SystemLike, nmeas: int, ncon: int) -> H2synResult:
+    """H2 synthesis for the generalized plant ``P`` with ``nmeas`` measurements and ``ncon`` controls last; also sampled."""
+    parts, dt = _matrices(P)
+    p2, m2 = _count(nmeas, "nmeas"), _count(ncon, "ncon")
+    sizes = {"m1": parts[3].shape[1] - m2, "m2": m2, "p1": parts[3].shape[0] - p2, "p2": p2}
+    if min(sizes.values()) < 1:
+        raise ValueError("nmeas and ncon leave no errors or no disturbances of the plant")
+    return _h2(solve("h2syn", **_data(parts), **sizes, Ts=dt), dt)
+
+
+def lqg(
+    sys: SystemLike, Q: ArrayLike, R: ArrayLike, W: ArrayLike, V: ArrayLike, S: ArrayLike | None = None, WV: ArrayLike | None = None
+) -> H2synResult:
+    """LQG: cost x'Qx + 2x'Su + u'Ru, noise of covariance W on the states, V on the measurements, WV across; also sampled."""
+    parts, dt = _matrices(sys)
+    weights = {name: _array(value, name) for name, value in zip(("Q", "R", "W", "V"), (Q, R, W, V))}
+    cross = {name: _array(value, name) for name, value in (("S", S), ("WV", WV)) if value is not None}
+    return _h2(solve("lqg", **_data(parts), **weights, **cross, Ts=dt), dt)
+
+
+class NcfsynResult(NamedTuple):
+    """Result of :func:`ncfsyn`."""
+
+    K: Any
+    """Controller W1 Kinf W2, u = K y."""
+    gam: float
+    """Level of the controller."""
+    emax: float
+    """Margin of the shaped plant, 1/gam of the optimum."""
+    norm: float
+    """Verified norm of the loop."""
+
+
+def _weights(plant: SystemLike, **weights: SystemLike | None) -> tuple[dict[str, Any], float]:
+    """G and weights as fields of a problem, and their sample time; a number or a matrix is a gain."""
+    parts, dt = _matrices(plant)
+    given: dict[str, Any] = {"G": _data(parts)}
+    for name, weight in weights.items():
+        if weight is None:
+            continue
+        if hasattr(weight, "A") or isinstance(weight, (tuple, list)):
+            own, base = _matrices(weight)
+            if base != dt and own[0].size > 0:
+                raise ValueError(f"{name} has dt = {base}, the plant {dt}")
+            given[name] = _data(own)
+        else:
+            given[name] = _array(weight, name)
+    return given, dt
+
+
+def ncfsyn(G: SystemLike, W1: SystemLike | None = None, W2: SystemLike | None = None) -> NcfsynResult:
+    """Loop shaping by normalised coprime factors (Glover-McFarlane) of W2 G W1; positive feedback, u = K y; also sampled."""
+    given, dt = _weights(G, W1=W1, W2=W2)
+    found = solve("ncfsyn", **given, Ts=dt)
+    return NcfsynResult(_found(found["controller"], dt), found["gamma"], found["margin"], found["closed_loop_norm"])
+
+
+def diskmargin(L: SystemLike, skew: float | Sequence[float] = 0.0, sign: int = -1) -> dict[str, Any]:
+    """Disc margins of the loop ``L`` in negative feedback (``sign`` 1: positive), per channel and of all at once; also sampled.
+
+    Returns ``channels`` (for each a list over the skews) and ``multiloop``, dictionaries with alpha, gain_margin, phase_margin_deg.
+    """
+    parts, dt = _matrices(L)
+    return solve("diskmargin", **_data(parts), Ts=dt, skew=[float(s) for s in np.atleast_1d(skew)], sign=int(sign))
+
+
+def augw(
+    G: SystemLike, W1: SystemLike | None = None, W2: SystemLike | None = None, W3: SystemLike | None = None
+) -> Any:
+    """Generalized plant of mixed sensitivity, (w, u) to (W1 e, W2 u, W3 G u, e) with e = w - G u; also sampled."""
+    given, dt = _weights(G, W1=W1, W2=W2, W3=W3)
+    return _found(solve("augw", **given, Ts=dt), dt)
+
+
+def mixsyn(
+    G: SystemLike, W1: SystemLike | None = None, W2: SystemLike | None = None, W3: SystemLike | None = None
+) -> HinfsynResult:
+    """H-infinity synthesis of mixed sensitivity: :func:`hinfsyn` of :func:`augw`."""
+    plant = augw(G, W1, W2, W3)
+    (_, _, _, d), _ = _matrices(G)
+    return hinfsyn(plant, d.shape[0], d.shape[1])
 
 
 class Spindle:

@@ -9,6 +9,7 @@
 //! Real and repeated parameters enter the synthesis as full complex blocks: the peak is an upper bound for them.
 
 pub(crate) mod descent;
+pub mod posed;
 pub(crate) mod record;
 pub mod scale;
 

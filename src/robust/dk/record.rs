@@ -2,7 +2,7 @@
 
 use super::scale::DScales;
 use crate::linalg::NumericError;
-use crate::lti::{Continuous, StateSpace};
+use crate::lti::{Continuous, StateSpace, TimeBase};
 use crate::robust::error::SynthesisError;
 use crate::robust::structure::MuError;
 use thiserror::Error;
@@ -98,9 +98,9 @@ pub struct DkStep {
 
 /// The best controller met, with its certificate.
 #[derive(Clone, Debug)]
-pub struct DkOutcome {
+pub struct DkOutcome<T: TimeBase = Continuous> {
     /// u = K y.
-    pub controller: StateSpace<Continuous>,
+    pub controller: StateSpace<T>,
     /// No frequency has a larger μ bound (certified).
     pub mu_peak: f64,
     /// Lower bound of μ at the peak.

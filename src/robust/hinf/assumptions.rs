@@ -14,17 +14,22 @@ const RANK: f64 = 1e-12;
 /// # Errors
 /// [`NumericError`] when eigenvalues fail.
 pub(crate) fn unreachable_mode(a: &Mat<f64>, b: &Mat<f64>) -> Result<Option<c64>, NumericError> {
-    Ok(unreachable_modes(a, b)?.into_iter().next())
+    // Modes on the axis come out of the QR iteration at rounding level on either side.
+    let least = -1e-13 * a.norm_l2();
+    Ok(unreachable_modes(a, b, |value| value.re >= least)?.into_iter().next())
 }
 
-/// All of them.
+/// All of the eigenvalues that matter.
 ///
 /// # Errors
 /// [`NumericError`] when eigenvalues fail.
-pub(crate) fn unreachable_modes(a: &Mat<f64>, b: &Mat<f64>) -> Result<Vec<c64>, NumericError> {
+pub(crate) fn unreachable_modes(
+    a: &Mat<f64>,
+    b: &Mat<f64>,
+    matters: impl Fn(&c64) -> bool,
+) -> Result<Vec<c64>, NumericError> {
     let (n, size) = (a.nrows(), a.norm_l2());
-    // Modes on the axis come out of the QR iteration at rounding level on either side.
-    let modes = eigenvalues(a)?.into_iter().filter(|value| value.re >= -1e-13 * size);
+    let modes = eigenvalues(a)?.into_iter().filter(matters);
     let is_unreached = |value: &c64| {
         let value = *value;
         let pencil = Mat::from_fn(n, n + b.ncols(), |i, j| match j.checked_sub(n) {

@@ -18,6 +18,7 @@ mod near;
 pub(crate) mod normal;
 pub mod regularise;
 mod riccati_pair;
+pub mod sampled;
 mod search;
 pub(crate) mod settings;
 pub(crate) mod side;
@@ -28,7 +29,7 @@ use crate::augment::GeneralizedPlant;
 use crate::linalg::riccati::RiccatiEffort;
 use crate::lti::connect::lower_lft;
 use crate::lti::norm::{NormError, hinf_norm_and_growth};
-use crate::lti::{Continuous, StateSpace};
+use crate::lti::{Continuous, StateSpace, TimeBase};
 use crate::robust::error::{Condition, SynthesisError};
 use controller::central;
 use couplings::BindingLevel;
@@ -64,9 +65,9 @@ pub struct Certificate {
 
 /// Controller with its levels.
 #[derive(Clone, Debug)]
-pub struct HinfSolution {
+pub struct HinfSolution<T: TimeBase = Continuous> {
     /// u = K y.
-    pub controller: StateSpace<Continuous>,
+    pub controller: StateSpace<T>,
     /// Level of the controller: that of its Riccati equations, or the verified norm where rounding put it above.
     pub gamma: f64,
     /// Optimal level (the feasible end of its tolerance); the level given, when one was given.

@@ -83,7 +83,8 @@ pub fn regularise_plant(plant: &GeneralizedPlant, share: f64) -> Option<(General
     Some((enlarged, added))
 }
 
-fn enlarge(plant: &GeneralizedPlant, added: &Regularisation) -> GeneralizedPlant {
+/// The plant with these channels.
+pub(in crate::robust) fn enlarge(plant: &GeneralizedPlant, added: &Regularisation) -> GeneralizedPlant {
     let s = &plant.system;
     let (m1, p1, n) = (plant.disturbances(), plant.errors(), s.order());
     let (noises, costs) = (added.d21.len(), added.d12.len());

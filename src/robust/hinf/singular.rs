@@ -20,7 +20,7 @@ const SHARES: [f64; 7] = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8];
 /// controllers are delivered.
 const SETTLED: f64 = 1e-3;
 /// Relative tolerance of the norm of the given plant.
-const NORM_TOL: f64 = 1e-9;
+pub(super) const NORM_TOL: f64 = 1e-9;
 
 /// What was added to a singular problem, and what it changes.
 #[derive(Clone, Debug, PartialEq)]
@@ -82,7 +82,7 @@ pub fn synthesise_perturbed(
 }
 
 /// Whether a small channel can help.
-fn is_singular(error: &SynthesisError) -> bool {
+pub(in crate::robust) fn is_singular(error: &SynthesisError) -> bool {
     use SynthesisError as E;
     matches!(
         error,

@@ -11,4 +11,7 @@ mod regularise;
 pub mod solve_cases;
 mod solve_hinfsyn;
 pub mod solve_keys;
+mod solve_peers;
+mod solve_sampled;
+mod solve_shaping;
 mod solve_singular;
