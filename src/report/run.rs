@@ -168,7 +168,7 @@ fn add_model_pictures(report: &mut Report, run: &Run, curves: &Curves) -> Result
     report.figures(open_loop(&models, &marked))?;
     // Updating draws the shapes before and after itself.
     if run.updating.is_none() {
-        let figure = shapes(names[0], &run.machine, &run.rotors[1]);
+        let figure = shapes(names[0].0, names[0].1, &run.machine, &run.rotors[1]);
         report.figures([(Picture::ModeShapes, figure)])?;
     }
     Ok(())

@@ -42,7 +42,8 @@ pub(crate) fn open_loop(
 }
 
 /// Shapes of the first three flexible modes of a machine over its outline.
-pub(crate) fn shapes((name, role): (&str, Role), machine: &Machine, FreeRotor { rotor, modes }: &FreeRotor) -> Figure {
+pub(crate) fn shapes(name: &str, role: Role, machine: &Machine, free: &FreeRotor) -> Figure {
+    let FreeRotor { rotor, modes } = free;
     let nodes = rotor.node_positions_m();
     let outline: Vec<OutlinePiece> = rotor
         .sections()

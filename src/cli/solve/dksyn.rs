@@ -30,18 +30,18 @@ pub(super) fn solve(problem: &ProblemFields) -> Result<Answer, Failure> {
     match clock.0 {
         None => {
             let (found, perturbation) = iterate_perturbed(&plant, &settings, &mut |_| {})?;
-            Ok(certified(&found, system(&found.controller), perturbation))
+            Ok(certify_answer(&found, system(&found.controller), perturbation))
         }
         Some(time) => {
             let plant = SampledPlant::new(plant, time)?;
             let (found, perturbation) = iterate_sampled(&plant, &settings, &mut |_| {})?;
-            Ok(certified(&found, sampled_system(&found.controller), perturbation))
+            Ok(certify_answer(&found, sampled_system(&found.controller), perturbation))
         }
     }
 }
 
 /// The best controller with its peak and the steps.
-fn certified<T: TimeBase>(found: &DkOutcome<T>, controller: Answer, perturbation: Option<Perturbation>) -> Answer {
+fn certify_answer<T: TimeBase>(found: &DkOutcome<T>, controller: Answer, perturbation: Option<Perturbation>) -> Answer {
     let iterations: Vec<Value> = found
         .steps
         .iter()

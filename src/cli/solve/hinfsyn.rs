@@ -23,20 +23,21 @@ pub(super) fn synthesise(plant: GeneralizedPlant, clock: Clock, level: Option<f6
     match clock.0 {
         None => {
             let (found, perturbation) = synthesise_perturbed(&plant, &settings)?;
-            Ok(certified(&found, system(&found.controller), (clock, level), perturbation))
+            Ok(certify_answer(&found, system(&found.controller), clock, level, perturbation))
         }
         Some(time) => {
             let (found, perturbation) = synthesise_sampled(&SampledPlant::new(plant, time)?, &settings)?;
-            Ok(certified(&found, sampled_system(&found.controller), (clock, level), perturbation))
+            Ok(certify_answer(&found, sampled_system(&found.controller), clock, level, perturbation))
         }
     }
 }
 
 /// The controller with its levels and its certificate.
-fn certified<T: TimeBase>(
+fn certify_answer<T: TimeBase>(
     found: &HinfSolution<T>,
     controller: Answer,
-    (clock, level): (Clock, Option<f64>),
+    clock: Clock,
+    level: Option<f64>,
     perturbation: Option<Perturbation>,
 ) -> Answer {
     let c = &found.certificate;

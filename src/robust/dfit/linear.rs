@@ -45,7 +45,8 @@ const FLOOR: f64 = 1e-6;
 /// Fit of a given order that starts from another one of this order; `None` when no programme improves on it.
 pub(crate) fn fit(data: &Magnitudes, start: &Factors, units: Units) -> Option<Factors> {
     let problem = FitProgramme::new(data, start.order())?;
-    let mut state = BestFractions::new(problem.values_of(data, start, units), &problem.squared);
+    let (n, m) = problem.values_of(data, start, units);
+    let mut state = BestFractions::new(n, m, &problem.squared);
     for (a, b) in problem.least_squares(&state.m) {
         state.take(&problem, &a, &b);
     }
@@ -105,7 +106,7 @@ struct BestFractions {
 }
 
 impl BestFractions {
-    fn new((n, m): (Vec<f64>, Vec<f64>), squared: &[f64]) -> Self {
+    fn new(n: Vec<f64>, m: Vec<f64>, squared: &[f64]) -> Self {
         Self { above: ln_level(&n, &m, squared), n, m, best: None }
     }
 

@@ -1,6 +1,6 @@
 //! Synthesis for sampled plants in the w plane, s = (2/T)(z − 1)/(z + 1). The map takes the unit circle to the
-//! imaginary axis and keeps gains on it, stability and structure: the level of the mapped problem is that of the sampled
-//! one. The controller is mapped back exactly, and its loop is closed and measured in z.
+//! imaginary axis and keeps gains on it, stability and structure: the level of the mapped problem is that of the
+//! sampled one. The controller is mapped back exactly, and its loop is closed and measured in z.
 
 use super::singular::{NORM_TOL, Perturbation, synthesise_perturbed};
 use super::{CLOSE, HinfSettings, HinfSolution, Limit};
