@@ -15,8 +15,8 @@ fn flexible_hz(machine: &Machine) -> Vec<f64> {
 #[test]
 fn a_run_fills_its_weights_from_the_machine_that_was_updated() {
     let mut nominal = load_machine("reference", "paper-tool").unwrap();
-    // So slow that the corner of the current weight is 1.1 times the last mode, not 0.15 of the sample rate.
-    nominal.spindle.electronics.sample_rate_hz = 6.0 * flexible_hz(&nominal)[2];
+    // So slow that the corner of the current weight is 1.1 times the last mode without the tool, not 0.15 of the rate.
+    nominal.spindle.electronics.sample_rate_hz = 8.0 * flexible_hz(&nominal)[2];
     let mut truth = nominal.clone();
     truth.spindle.sections.iter_mut().for_each(|s| s.modulus_scale *= 0.9);
     let resonances = flexible_hz(&truth).into_iter().map(|hz| Some(Target::read_off(hz))).collect();
