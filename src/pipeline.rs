@@ -19,6 +19,7 @@ pub(crate) mod loop_stability;
 pub mod model_curves;
 pub mod order_curve;
 pub(crate) mod overspeed;
+pub(crate) mod pid_loop;
 mod polish_job;
 pub mod polishing;
 pub mod posing;

@@ -9,6 +9,7 @@ use super::{Failure, Outcome};
 use crate::input::file::Watch;
 use crate::input::hammer::{HammerKeys, load_hammer, load_mode_shapes};
 use crate::input::kind::FileKind;
+use crate::input::pid::load_pid;
 use crate::input::quote::printable;
 use crate::input::sweep::load_sweep;
 use crate::input::{
@@ -22,10 +23,11 @@ use std::path::Path;
 /// Arguments of `muspin check`.
 #[derive(clap::Args, Debug)]
 pub(super) struct Arguments {
-    /// Files: spindles, tools, weights, controllers, records, universal files, measurement folders
+    /// Files: spindles, tools, weights, controllers, PIDs, records, universal files, measurement folders
     #[arg(required = true)]
     files: Vec<String>,
-    /// Spindle whose materials and regions tools are checked against; the first spindle among the files wins
+    /// Spindle whose materials, regions and sample rate tools and PIDs are checked against; the first spindle among the
+    /// files wins
     #[arg(long, default_value = "reference")]
     spindle: String,
 }
@@ -128,6 +130,9 @@ fn one(file: &str, kind: FileKind, with_tool: bool, partner: Partner<'_>, watch:
         }
         FileKind::Mat => {
             load_controller(file)?;
+        }
+        FileKind::Pid => {
+            load_pid(file, partner.1.clone()?.electronics.sample_rate_hz)?;
         }
     }
     Ok(true)

@@ -8,6 +8,7 @@ use super::machine::Remarks;
 use super::output::{REPORT, claim};
 use super::progress::Progress;
 use super::reading::load_measurement;
+use super::speeds::SpeedList;
 use super::timings::Timings;
 use super::{Failure, Outcome};
 use crate::augment::weights::Weights;
@@ -40,9 +41,10 @@ pub(super) struct Arguments {
     /// Measurement folder whose hammer tests are shown beside the predictions
     #[arg(long)]
     measurement: Option<String>,
-    /// Speeds in rpm, separated by commas; default: standstill and the top speed
-    #[arg(long, value_delimiter = ',')]
-    speeds: Vec<f64>,
+    /// Speeds in rpm: a list `0,10000`, a range start:step:end `0:1000:5000`, or both; default: standstill and the top
+    /// speed
+    #[arg(long, alias = "speed")]
+    speeds: Option<SpeedList>,
     #[command(flatten)]
     pid: PidArguments,
     /// Uncertainty of the natural frequencies for the worst case in percent, mode by mode; default: that of the weights
@@ -73,9 +75,10 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     let (machine, mut controllers, used, remarks) = read_inputs(arguments)?;
     let weights = weights.on(&machine)?;
     let (material, cut) = cut(arguments)?;
+    let ends_rpm = [0.0, machine.spindle.max_rpm];
     let ground = Ground {
         machine: &machine,
-        speeds_rpm: &speeds(arguments, machine.spindle.max_rpm)?,
+        speeds_rpm: arguments.speeds.as_ref().map_or(&ends_rpm, |speeds| &speeds.0),
         mode_uncertainty: &mode_uncertainty(arguments, &weights)?,
         material: &material,
         cut: &cut,
@@ -218,14 +221,6 @@ fn keys(controllers: &[(Role, Controller, KnownFigures)]) -> Vec<String> {
         names.push(if repeats == 0 { base } else { format!("{base}_{}", repeats + 1) });
     }
     names
-}
-
-fn speeds(arguments: &Arguments, top_rpm: f64) -> Result<Vec<f64>, Failure> {
-    if let Some(bad) = arguments.speeds.iter().find(|s| !(s.is_finite() && **s >= 0.0)) {
-        return Err(Failure::new(format!("--speeds: {bad} must be zero or a positive number"))
-            .with_hint("speeds are in rpm, for example --speeds 0,25000,50000"));
-    }
-    Ok(if arguments.speeds.is_empty() { vec![0.0, top_rpm] } else { arguments.speeds.clone() })
 }
 
 fn show_comparison(sentence: &str, ended: Outcome, list: &[(Role, Compared)], out: &str) -> CommandEnd {

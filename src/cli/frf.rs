@@ -5,6 +5,7 @@
 use super::console::{CommandEnd, Console};
 use super::controlled_machine::MachineArguments;
 use super::machine::Remarks;
+use super::speeds::parse_one_speed;
 use super::{Failure, Outcome, stdout};
 use crate::lti::response::even_in_logarithm;
 use crate::pipeline::loop_stability::{growth_rate_at, unstable_words};
@@ -21,7 +22,7 @@ pub(super) struct Arguments {
     #[command(flatten)]
     machine: MachineArguments,
     /// Speed, rpm
-    #[arg(long, default_value_t = 0.0)]
+    #[arg(long = "speeds", alias = "speed", value_name = "SPEED", default_value = "0", value_parser = parse_one_speed)]
     speed: f64,
     /// First frequency, Hz
     #[arg(long, default_value_t = 1.0)]
@@ -88,10 +89,6 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
 
 fn frequencies_hz(arguments: &Arguments) -> Result<Vec<f64>, Failure> {
     let (from, to, points) = (arguments.from, arguments.to, arguments.points);
-    if !(arguments.speed.is_finite() && arguments.speed >= 0.0) {
-        let rule = format!("--speed: {} must be zero or a positive number", arguments.speed);
-        return Err(Failure::new(rule).with_hint("the speed is in rpm"));
-    }
     if !(from.is_finite() && from > 0.0 && to.is_finite() && to >= from) {
         return Err(Failure::new(format!("--from {from} --to {to}: no frequency range"))
             .with_hint("frequencies are in Hz, 0 < from ≤ to"));

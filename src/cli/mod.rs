@@ -27,6 +27,7 @@ mod interrupt;
 mod machine;
 mod modes;
 mod output;
+mod pid;
 mod plausibility;
 mod reading;
 mod rehearse;
@@ -37,6 +38,7 @@ mod schema;
 mod shell;
 mod simulate;
 pub(crate) mod solve;
+mod speeds;
 mod start;
 mod stdout;
 mod surroundings;
@@ -61,11 +63,19 @@ pub(crate) enum Outcome {
     TargetMissed,
 }
 
+/// What to begin with.
+const WAYS_IN: &str = "Three ways in:
+  muspin run                the example: from the reference spindle to firmware tables, in results/reference
+  muspin init my-spindle    your own drawing: files to fill in that run as they are
+  muspin modes --spindle my-spindle/spindle.yaml --tool my-spindle/tool.yaml
+                            your own rotor: its natural frequencies; nothing is written";
+
 #[derive(Parser)]
 #[command(
     name = "muspin",
     version = version::text(),
-    about = "From spindle drawing and measured sweeps to a magnetic-bearing controller that firmware can load"
+    about = "From spindle drawing and measured sweeps to a magnetic-bearing controller that firmware can load",
+    after_help = WAYS_IN
 )]
 struct Cli {
     #[command(flatten)]
@@ -88,6 +98,8 @@ enum Command {
     Update(update::Arguments),
     /// D-K iteration, reduction, discretisation, export
     Design(design::Arguments),
+    /// A PID, tuned or with given numbers: stability over speed, margins, stiffness, controller file
+    Pid(pid::Arguments),
     /// Dynamic stiffness of controllers and measurements side by side
     Compare(compare::Arguments),
     /// Time response with force law, limits and clearance
@@ -161,13 +173,14 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
 
 fn carry_out(command: Option<Command>, console: &Console) -> Result<Outcome, Failure> {
     match command {
-        None => run::run(&run::Arguments::default(), console),
+        None => shell::help(),
         Some(Command::Run(a)) => run::run(&a, console),
         Some(Command::Modes(a)) => modes::run(&a, console),
         Some(Command::Frf(a)) => frf::run(&a, console),
         Some(Command::Identify(a)) => identify::run(&a, console),
         Some(Command::Update(a)) => update::run(&a, console),
         Some(Command::Design(a)) => design::run(&a, console),
+        Some(Command::Pid(a)) => pid::run(&a, console),
         Some(Command::Compare(a)) => compare::run(&a, console),
         Some(Command::Simulate(a)) => simulate::run(&a, console),
         Some(Command::Export(a)) => export::run(&a, console),

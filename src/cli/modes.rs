@@ -3,6 +3,7 @@
 
 use super::console::{CommandEnd, Console};
 use super::machine::load_machine;
+use super::speeds::SpeedList;
 use super::{Failure, Outcome};
 use crate::report::summary::json;
 use serde::Serialize;
@@ -20,9 +21,9 @@ pub(super) struct Arguments {
     /// Tool file, or the name of a shipped one
     #[arg(long, default_value = "paper-tool")]
     tool: String,
-    /// Speeds in rpm, separated by commas
-    #[arg(long, value_delimiter = ',', default_value = "0")]
-    speeds: Vec<f64>,
+    /// Speeds in rpm: a list `0,10000`, a range start:step:end `0:1000:5000`, or both
+    #[arg(long, alias = "speed", default_value = "0")]
+    speeds: SpeedList,
 }
 
 #[derive(Clone, Debug, Serialize)]
@@ -49,16 +50,10 @@ struct SpeedModes {
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     let machine = load_machine(&arguments.spindle, &arguments.tool)?;
-    for rpm in &arguments.speeds {
-        if !(rpm.is_finite() && *rpm >= 0.0) {
-            return Err(Failure::new(format!("--speeds: {rpm} must be zero or a positive number"))
-                .with_hint("speeds are in rpm, for example --speeds 0,10000,50000"));
-        }
-    }
     let rotor = machine.rotor()?;
     let properties = rotor.mass_properties();
     let mut speeds = vec![];
-    for rpm in &arguments.speeds {
+    for rpm in &arguments.speeds.0 {
         let found = machine.whirl(rpm * TAU / 60.0, TO_HZ)?;
         let list = |pick: fn(&crate::rotor::WhirlMode) -> f64| -> Vec<f64> { found.modes.iter().map(pick).collect() };
         speeds.push(SpeedModes {

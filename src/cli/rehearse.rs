@@ -5,6 +5,7 @@ use super::console::{CommandEnd, Console};
 use super::machine::load_machine;
 use super::output::claim;
 use super::progress::Progress;
+use super::speeds::SpeedList;
 use super::{Failure, Outcome};
 use crate::controller::Controller;
 use crate::export::json::controller_json;
@@ -40,9 +41,9 @@ pub(super) struct Arguments {
     /// the machine that the records come from, a PID tuned on it
     #[arg(long)]
     controller: Option<String>,
-    /// Speeds of the sweeps in rpm, separated by commas
-    #[arg(long, value_delimiter = ',', default_value = "0")]
-    speeds: Vec<f64>,
+    /// Speeds of the sweeps in rpm: a list `0,10000`, a range start:step:end `0:1000:5000`, or both
+    #[arg(long, alias = "speed", default_value = "0")]
+    speeds: SpeedList,
     /// First line, Hz; default: a fiftieth of the first bending mode, at most 20
     #[arg(long)]
     from: Option<f64>,
@@ -76,7 +77,7 @@ const MOST_REPEATS: usize = 100;
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     check_numbers(arguments)?;
     let model = load_machine(&arguments.spindle, &arguments.tool)?;
-    check_speeds(&arguments.speeds, model.spindle.max_rpm)?;
+    check_speeds(&arguments.speeds.0, model.spindle.max_rpm)?;
     let truth = load_machine(
         arguments.truth.as_deref().unwrap_or(&arguments.spindle),
         arguments.true_tool.as_deref().unwrap_or(&arguments.tool),
@@ -86,7 +87,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     claim(&arguments.out, &["measurement.yaml"], read.map(String::as_str))?;
     let controller = match &arguments.controller {
         Some(file) => load_controller(file)?,
-        None => levitating(&model, &truth, &arguments.speeds, console)?,
+        None => levitating(&model, &truth, &arguments.speeds.0, console)?,
     };
     let mut rehearsal = Rehearsal::usual(&truth)?;
     set_lines(&mut rehearsal, arguments, &truth)?;
@@ -94,7 +95,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     rehearsal.seed = arguments.seed;
     rehearsal.injection_a = arguments.injection.unwrap_or(rehearsal.injection_a);
     let mut folder = ResultsFolder::new();
-    let records = records(&mut folder, "", &truth, &controller, &rehearsal, &arguments.speeds)?;
+    let records = records(&mut folder, "", &truth, &controller, &rehearsal, &arguments.speeds.0)?;
     folder.add("measurement.yaml", rehearsed_list(&records))?;
     folder.add("spindle.yaml", spindle_yaml(&model.spindle))?;
     folder.add("tool.yaml", tool_yaml(&model.tool))?;

@@ -51,21 +51,6 @@ pub(super) struct Arguments {
     timings: Timings,
 }
 
-impl Default for Arguments {
-    fn default() -> Self {
-        Self {
-            spindle: None,
-            tool: None,
-            weights: "benchmark".into(),
-            measurement: None,
-            quick: false,
-            out: "results/reference".into(),
-            from: EarlierArgument::default(),
-            timings: Timings::default(),
-        }
-    }
-}
-
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     let weights = load_weights(&arguments.weights)?;

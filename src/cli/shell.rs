@@ -1,4 +1,4 @@
-//! `muspin completions SHELL` and `muspin man`: what packages install beside the program.
+//! `muspin` alone, `muspin completions SHELL` and `muspin man`: the help, and what packages install beside the program.
 
 use super::{Cli, Failure, Outcome, stdout};
 use clap::CommandFactory;
@@ -17,6 +17,13 @@ pub(super) fn completions(arguments: &Completions) -> Result<Outcome, Failure> {
     let mut text = vec![];
     generate(arguments.shell, &mut Cli::command(), "muspin", &mut text);
     stdout::data(|out| out.write_all(&text))?;
+    Ok(Outcome::Done)
+}
+
+/// Prints the help of the program, with the ways in.
+pub(super) fn help() -> Result<Outcome, Failure> {
+    let text = Cli::command().render_help().to_string();
+    stdout::data(|out| out.write_all(text.as_bytes()))?;
     Ok(Outcome::Done)
 }
 

@@ -5,6 +5,7 @@ use super::console::{CommandEnd, Console};
 use super::controlled_machine::MachineArguments;
 use super::export::ready;
 use super::output::{REPORT, claim};
+use super::speeds::parse_one_speed;
 use super::{Failure, Outcome};
 use crate::controller::ControlLaw;
 use crate::controller::anti_windup::firmware_rows;
@@ -31,7 +32,7 @@ pub(super) struct Arguments {
     #[arg(long, value_enum)]
     case: CaseArgument,
     /// Speed, rpm (unbalance and contact: largest speed unless given; otherwise 0)
-    #[arg(long)]
+    #[arg(long = "speeds", alias = "speed", value_name = "SPEED", value_parser = parse_one_speed)]
     speed: Option<f64>,
     /// Balance grade in mm/s, for unbalance
     #[arg(long, default_value_t = 0.4)]
@@ -186,9 +187,6 @@ fn scenario(arguments: &Arguments, machine: &Machine) -> Result<(&'static str, S
         _ => 0.0,
     };
     let speed = arguments.speed.unwrap_or(usual);
-    if !(0.0..=1e6).contains(&speed) {
-        return Err(Failure::new(format!("--speed: {speed} must be between 0 and 1e6 rpm")));
-    }
     let goal = match arguments.case {
         CaseArgument::Impulse | CaseArgument::Contact => Goal::Recovers,
         CaseArgument::Step | CaseArgument::Unbalance => Goal::StaysClear,

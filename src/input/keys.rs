@@ -370,3 +370,46 @@ pub(crate) fn other_units(unit: &str) -> &'static [(&'static str, f64)] {
         _ => &[],
     }
 }
+
+/// A PID file.
+pub const PID: &[KeyGroup] = &[
+    group("", &[words("name"), Key { required: false, ..words("coordinates") }]),
+    group("front", CHANNEL),
+    group("rear", CHANNEL),
+    group("translation", CHANNEL),
+    group("tilt", CHANNEL),
+    group("front.notches[]", NOTCH),
+    group("rear.notches[]", NOTCH),
+    group("translation.notches[]", NOTCH),
+    group("tilt.notches[]", NOTCH),
+    group("front.lead", LEAD),
+    group("rear.lead", LEAD),
+    group("translation.lead", LEAD),
+    group("tilt.lead", LEAD),
+];
+
+const CORNER: [Range; 2] = [[1.0, 1e5], [1e-3, 1e7]];
+const CORNER_WHY: &str = "controllers act between some hertz and half their sample rate";
+
+const CHANNEL: &[Key] = &[
+    open("stiffness_n_per_m", "N/m", [[1e3, 1e9], [0.0, 1e11]], "magnets hold with 10⁴ to 10⁸ N/m"),
+    open("gain_a_per_m", "A/m", [[1e2, 1e7], [0.0, 1e9]], "a micrometre asks for a milliampere to an ampere"),
+    open("integral_a_per_m_s", "A/(m s)", [[1e1, 1e9], [0.0, 1e12]], "the integral acts within seconds"),
+    required_key(
+        "damping_a_s_per_m",
+        "A s/m",
+        [[1e-2, 1e5], [0.0, 1e8]],
+        "derivative times are a tenth of a millisecond up",
+    ),
+    required_key("derivative_rolloff_hz", "Hz", CORNER, CORNER_WHY),
+    open("rolloff_hz", "Hz", CORNER, CORNER_WHY),
+];
+
+const LEAD: &[Key] =
+    &[required_key("zero_hz", "Hz", CORNER, CORNER_WHY), required_key("pole_hz", "Hz", CORNER, CORNER_WHY)];
+
+const NOTCH: &[Key] = &[
+    required_key("frequency_hz", "Hz", CORNER, CORNER_WHY),
+    required_key("depth", "", [[0.05, 1.0], [0.0, 1.0]], "0.9 leaves a tenth of the gain"),
+    required_key("width", "", [[1e-3, 2.0], [0.0, 10.0]], "bandwidth over frequency"),
+];

@@ -35,6 +35,8 @@ pub enum FileKind {
     Universal,
     /// MATLAB file with a controller.
     Mat,
+    /// YAML of the numbers of a PID.
+    Pid,
 }
 
 /// Top-level keys that only one kind has.
@@ -64,6 +66,7 @@ impl FileKind {
             Self::ModeShapes => "mode shapes",
             Self::Universal => "universal file",
             Self::Mat => "MATLAB file",
+            Self::Pid => "PID",
         }
     }
 
@@ -97,11 +100,16 @@ impl FileKind {
         }
         let text = shipped::text(source, "input", &[])?;
         let value = yaml::value(source, &text)?;
+        let is_channel = |name: &&str| value.get(*name).is_some_and(|own| own.get("damping_a_s_per_m").is_some());
+        if ["front", "rear", "translation", "tilt"].iter().any(is_channel) {
+            return Ok(Self::Pid);
+        }
         let told = TELLING.iter().find(|(key, _)| value.get(key).is_some());
         told.map(|(_, kind)| *kind).ok_or_else(|| {
             InputError::new(source, "is not a file that muspin knows").with_hint(
                 "a spindle has `rotor:`, a tool `tool_plane_m:`, weights `mode_uncertainty:`, frequencies \
-                 `resonances_hz:`; a controller is JSON, a record CSV or a universal file, a measurement a folder",
+                 `resonances_hz:`, a PID `damping_a_s_per_m:` in its channels; a controller is JSON, a record CSV or a \
+                 universal file, a measurement a folder",
             )
         })
     }
@@ -127,10 +135,11 @@ impl FileKind {
     /// # Errors
     /// [`InputError`] when the file cannot be read any more.
     pub fn warnings(self, source: &str) -> Result<Vec<Warning>, InputError> {
-        let (groups, shipped) = match self {
+        let (groups, shipped): (_, &[Shipped]) = match self {
             Self::Spindle => (keys::SPINDLE, SPINDLES),
             Self::Tool => (keys::TOOL, TOOLS),
             Self::Weights => (keys::WEIGHTS, WEIGHTS),
+            Self::Pid => (keys::PID, &[]),
             Self::Measurement if !Path::new(source).is_dir() => (keys::FREQUENCIES, FREQUENCIES),
             _ => return Ok(vec![]),
         };

@@ -21,6 +21,7 @@ mod list_limits;
 pub mod mat;
 pub mod measurement;
 pub mod name;
+pub mod pid;
 pub mod plausible;
 mod positive;
 pub mod problem;

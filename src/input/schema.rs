@@ -5,8 +5,9 @@
 //! alone.
 
 use super::controller::ControllerFile;
-use super::keys::{FREQUENCIES, Key, KeyGroup, MEASUREMENT, SPINDLE, TOOL, WEIGHTS};
+use super::keys::{FREQUENCIES, Key, KeyGroup, MEASUREMENT, PID, SPINDLE, TOOL, WEIGHTS};
 use super::measurement::{FrequenciesFile, MeasurementFile};
+use super::pid::PidFile;
 use super::spindle::SpindleFile;
 use super::tool::ToolFile;
 use super::weights::WeightsFile;
@@ -29,12 +30,14 @@ pub enum SchemaKind {
     Frequencies,
     /// Controller JSON.
     Controller,
+    /// YAML of the numbers of a PID.
+    Pid,
 }
 
 impl SchemaKind {
     /// All of them, in the order of the formats page.
-    pub const ALL: [Self; 6] =
-        [Self::Spindle, Self::Tool, Self::Weights, Self::Measurement, Self::Frequencies, Self::Controller];
+    pub const ALL: [Self; 7] =
+        [Self::Spindle, Self::Tool, Self::Weights, Self::Measurement, Self::Frequencies, Self::Controller, Self::Pid];
 
     /// Its name on the command line and in file names.
     pub(crate) fn name(self) -> &'static str {
@@ -45,6 +48,7 @@ impl SchemaKind {
             Self::Measurement => "measurement",
             Self::Frequencies => "frequencies",
             Self::Controller => "controller",
+            Self::Pid => "pid",
         }
     }
 
@@ -56,6 +60,7 @@ impl SchemaKind {
             Self::Measurement => MEASUREMENT,
             Self::Frequencies => FREQUENCIES,
             Self::Controller => &[],
+            Self::Pid => PID,
         }
     }
 }
@@ -70,6 +75,7 @@ pub fn schema(kind: SchemaKind) -> Value {
         SchemaKind::Measurement => derive_schema::<MeasurementFile>(),
         SchemaKind::Frequencies => derive_schema::<FrequenciesFile>(),
         SchemaKind::Controller => derive_schema::<ControllerFile>(),
+        SchemaKind::Pid => derive_schema::<PidFile>(),
     };
     // The table has keys of effects too; their alternatives come from the table of effects, with its own rules of sign.
     for group in kind.groups().iter().filter(|g| g.at != "effects[]") {

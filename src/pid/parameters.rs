@@ -8,7 +8,7 @@
 use crate::controller::polish::structure::LoopLine;
 use crate::controller::{ControlLaw, Controller, ControllerError, in_step};
 use crate::linalg::lanes::{Lanes, Reals, WIDTH, reals};
-use crate::linalg::{Mat, c64};
+use crate::linalg::{Mat, NumericError, c64};
 use crate::lti::connect::{append, series};
 use crate::lti::sample::tustin;
 use crate::lti::{Continuous, StateSpace};
@@ -29,6 +29,27 @@ pub struct Biquad {
     pub pole_rad_s: f64,
     /// Pole damping ζ_p.
     pub pole_damping: f64,
+}
+
+impl Biquad {
+    /// The section as a system.
+    pub(super) fn system(&self) -> Result<StateSpace<Continuous>, NumericError> {
+        let (p, z) = (self.pole_rad_s, self.zero_rad_s);
+        let direct = (p / z).powi(2);
+        let c = [1.0 - direct, 2.0 * (self.zero_damping * p / z - self.pole_damping * direct)];
+        second_order(p, self.pole_damping, c, direct)
+    }
+}
+
+/// LP₂ with its corner in rad/s.
+pub(super) fn roll_off(corner_rad_s: f64) -> Result<StateSpace<Continuous>, NumericError> {
+    second_order(corner_rad_s, LOWPASS_DAMPING, [1.0, 0.0], 0.0)
+}
+
+/// States in units of the pole frequency: A = w [[0, 1], [−1, −2ζ]].
+fn second_order(w: f64, zeta: f64, c: [f64; 2], d: f64) -> Result<StateSpace<Continuous>, NumericError> {
+    let m = |r, c, values: &[f64]| Mat::from_fn(r, c, |i, j| values[i * c + j]);
+    StateSpace::new(m(2, 2, &[0.0, w, -w, -2.0 * zeta * w]), m(2, 1, &[0.0, w]), m(1, 2, &c), m(1, 1, &[d]), Continuous)
 }
 
 /// Parameters of the axes of one bearing.
@@ -157,27 +178,10 @@ impl AxisParameters {
             m(1, 1, &[1.0 + self.derivative_s * wd]),
             Continuous,
         );
-        // States in units of the pole frequency: A = w [[0, 1], [−1, −2ζ]].
-        let second = |w: f64, zeta: f64, c: [f64; 2], d: f64| {
-            StateSpace::new(
-                m(2, 2, &[0.0, w, -w, -2.0 * zeta * w]),
-                m(2, 1, &[0.0, w]),
-                m(1, 2, &c),
-                m(1, 1, &[d]),
-                Continuous,
-            )
-        };
-        let lowpass = second(self.lowpass_rad_s, LOWPASS_DAMPING, [1.0, 0.0], 0.0);
-        let biquad = |b: &Biquad| {
-            let (p, z) = (b.pole_rad_s, b.zero_rad_s);
-            let direct = (p / z).powi(2);
-            let c = [1.0 - direct, 2.0 * (b.zero_damping * p / z - b.pole_damping * direct)];
-            second(p, b.pole_damping, c, direct)
-        };
         let build = || {
-            let mut chain = series(&pid?, &lowpass?)?;
+            let mut chain = series(&pid?, &roll_off(self.lowpass_rad_s)?)?;
             for b in &self.biquads {
-                chain = series(&chain, &biquad(b)?)?;
+                chain = series(&chain, &b.system()?)?;
             }
             Ok(chain.scale_outputs(&m(1, 1, &[self.gain_a_per_m])))
         };

@@ -285,8 +285,8 @@ fn infeasible(tried: usize, unstable: i64) -> ControllerError {
     ControllerError::Infeasible {
         step: "PID",
         reason: format!(
-            "of {tried} settings drawn from the rigid-body and bending dynamics none levitates the rotor at rest and \
-             at top speed; the best leaves {unstable} unstable poles"
+            "of {tried} settings drawn from the rigid-body and bending dynamics the best leaves {unstable} unstable \
+             poles at rest or at top speed; that is a search, no proof that no PID is stable there"
         ),
         advice: "check delay, bandwidths and sensor planes of the spindle",
     }

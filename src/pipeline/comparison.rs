@@ -61,6 +61,11 @@ impl Prediction {
         self.is_stable().then(|| self.sensitivity.zone())
     }
 
+    /// Largest sensitivity over the axes, dB.
+    pub(crate) fn sensitivity_peak_db(&self) -> f64 {
+        20.0 * (0..4).map(|axis| self.sensitivity.peak(axis).0).fold(0.0, f64::max).log10()
+    }
+
     /// Letter of the zone, or that the loop is unstable.
     pub(crate) fn zone_word(&self) -> &'static str {
         self.zone().map_or("none, unstable", Zone::letter)

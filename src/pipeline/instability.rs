@@ -4,9 +4,12 @@ use super::PipelineError;
 use super::delivery::Delivery;
 use super::loop_stability::{loop_poles, unstable_words};
 use super::problems::Problems;
+use crate::augment::assembly::UncertainMode;
 use crate::augment::plane::isotropic;
 use crate::augment::split::gyroscopic_split;
-use crate::controller::verification::SpeedCheck;
+use crate::controller::Controller;
+use crate::controller::speed_proof::SpeedProof;
+use crate::controller::verification::{SpeedCheck, Verification};
 use crate::spindle::{Machine, ModelDetail, Plant, SpindleError};
 use std::f64::consts::TAU;
 
@@ -61,17 +64,40 @@ impl Instability {
         delivery: &Delivery,
     ) -> Result<Option<Self>, PipelineError> {
         let checks = delivery.verification.speeds.iter().chain(&delivery.overspeed.speeds).copied();
-        let centres = delivery.speed_proof.intervals.iter();
-        let centres =
-            centres.map(|at| SpeedCheck { speed_rpm: at.centre_rpm, growth_rate_per_s: at.growth_rate_per_s });
-        let growing = checks.chain(centres).filter(|at| at.growth_rate_per_s.is_nan() || at.growth_rate_per_s >= 0.0);
+        let checks = checks.chain(centres(&delivery.speed_proof));
+        let covered = (problems.split.len(), problems.covered_modes.as_slice());
+        Self::worst(machine, &delivery.controller, checks, covered)
+    }
+
+    /// Of a verified controller that no synthesis made.
+    ///
+    /// # Errors
+    /// As [`Self::of`].
+    pub(super) fn of_verified(
+        machine: &Machine,
+        controller: &Controller,
+        verification: &Verification,
+    ) -> Result<Option<Self>, PipelineError> {
+        let checks = verification.speeds.iter().copied();
+        let checks = checks.chain(verification.proof.iter().flat_map(centres));
+        Self::worst(machine, controller, checks, (machine.spindle.flexible_modes, &[]))
+    }
+
+    /// The speed of fastest growth, next to so many flexible modes, some of them covered.
+    fn worst(
+        machine: &Machine,
+        controller: &Controller,
+        checks: impl Iterator<Item = SpeedCheck>,
+        covered: (usize, &[UncertainMode]),
+    ) -> Result<Option<Self>, PipelineError> {
+        let growing = checks.filter(|at| at.growth_rate_per_s.is_nan() || at.growth_rate_per_s >= 0.0);
         let worst = growing.max_by(|a, b| a.growth_rate_per_s.total_cmp(&b.growth_rate_per_s));
         let Some(SpeedCheck { speed_rpm, growth_rate_per_s }) = worst else { return Ok(None) };
         let plant = Plant::new(machine, speed_rpm * TAU / 60.0, ModelDetail::Full)?;
-        let poles = loop_poles(&plant, &delivery.controller)?.poles_rad_s;
+        let poles = loop_poles(&plant, controller)?.poles_rad_s;
         let fastest = poles.iter().max_by(|a, b| a.re.total_cmp(&b.re));
         let frequency_hz = fastest.map_or(0.0, |pole| pole.im.abs() / TAU);
-        let mode = GrowingMode::near(machine, problems, frequency_hz, speed_rpm)?;
+        let mode = GrowingMode::near(machine, covered, frequency_hz, speed_rpm)?;
         Ok(Some(Self { growth_rate_per_s, speed_rpm, frequency_hz, mode }))
     }
 
@@ -80,44 +106,63 @@ impl Instability {
         unstable_words(self.growth_rate_per_s, self.speed_rpm)
     }
 
-    /// That the loop is unstable, where, and which mode is behind it, in two sentences.
+    /// That the loop is unstable, where, which mode is behind it, and what the synthesis covered of that, in two
+    /// sentences.
     pub(crate) fn words(&self) -> String {
+        let covered = match &self.mode {
+            GrowingMode::Flexible(mode) => {
+                format!(", and the synthesis covered a shift of {:.1} % of it", 100.0 * mode.covered)
+            }
+            GrowingMode::Nutation { .. } => "; the synthesis at rest covered nothing of it".to_owned(),
+            GrowingMode::RigidBody => "; the synthesis at rest covered no gyroscopics of it".to_owned(),
+        };
+        format!("{}{covered}.", self.mode_words())
+    }
+
+    /// That the loop is unstable, where, and which mode is behind it, in two sentences without the last stop.
+    pub(crate) fn mode_words(&self) -> String {
         let (first, at) = (self.first_words(), format!("at {:.0} rpm", self.speed_rpm));
         let cause = match &self.mode {
             GrowingMode::Flexible(mode) => {
                 let [backward, forward] = mode.at_speed_hz;
                 format!(
                     "; flexible mode {} next to it has {:.1} Hz at rest and splits to {backward:.1} and {forward:.1} \
-                     Hz {at}, and the synthesis covered a shift of {:.1} % of it",
-                    mode.number,
-                    mode.at_rest_hz,
-                    100.0 * mode.covered
+                     Hz {at}",
+                    mode.number, mode.at_rest_hz,
                 )
             }
             GrowingMode::Nutation { free_hz } => format!(
                 ": the nutation of the rigid rotor, which has no frequency at rest and that of {free_hz:.1} Hz {at} \
-                 when free; the synthesis at rest covered nothing of it"
+                 when free"
             ),
-            GrowingMode::RigidBody => {
-                ": a motion of the rigid rotor on its magnets; the synthesis at rest covered no gyroscopics of it"
-                    .to_owned()
-            }
+            GrowingMode::RigidBody => ": a motion of the rigid rotor on its magnets".to_owned(),
         };
-        format!("{first}. What grows has {:.1} Hz{cause}.", self.frequency_hz)
+        format!("{first}. What grows has {:.1} Hz{cause}", self.frequency_hz)
     }
+}
+
+/// The speeds of a proof.
+fn centres(proof: &SpeedProof) -> impl Iterator<Item = SpeedCheck> {
+    let each = proof.intervals.iter();
+    each.map(|at| SpeedCheck { speed_rpm: at.centre_rpm, growth_rate_per_s: at.growth_rate_per_s })
 }
 
 impl GrowingMode {
     /// The motion of the free rotor next to a frequency in Hz at a speed in rpm.
-    fn near(machine: &Machine, problems: &Problems, frequency_hz: f64, speed_rpm: f64) -> Result<Self, SpindleError> {
+    fn near(
+        machine: &Machine,
+        (modes, covered): (usize, &[UncertainMode]),
+        frequency_hz: f64,
+        speed_rpm: f64,
+    ) -> Result<Self, SpindleError> {
         let machine = isotropic(machine);
         let speed_rad_s = speed_rpm * TAU / 60.0;
-        let split = gyroscopic_split(&machine, speed_rad_s, problems.split.len())?;
+        let split = gyroscopic_split(&machine, speed_rad_s, modes)?;
         let modes = split.iter().enumerate().map(|(k, split)| SplitMode {
             number: k + 1,
             at_rest_hz: split.omega_rad_s / TAU,
             at_speed_hz: [split.backward_rad_s / TAU, split.forward_rad_s / TAU],
-            covered: problems.covered_modes.iter().find(|own| own.number == k).map_or(0.0, |own| own.relative),
+            covered: covered.iter().find(|own| own.number == k).map_or(0.0, |own| own.relative),
         });
         let nearest = modes.min_by(|a, b| a.apart_from(frequency_hz).total_cmp(&b.apart_from(frequency_hz)));
         let first_hz = split.first().map_or(f64::INFINITY, |own| own.backward_rad_s.min(own.omega_rad_s) / TAU);

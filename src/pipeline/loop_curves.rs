@@ -1,13 +1,21 @@
-//! Classical curves of a loop: response of the controller, characteristic loci, whirl frequencies and unbalance
-//! response over speed.
+//! Classical curves of a loop: response of the controller, characteristic loci, loop gain, step at the tool, stiffness
+//! of sampled plants, whirl frequencies, and unbalance response over speed with its amplification factors.
 
 use super::PipelineError;
-use super::comparison::Prediction;
+use super::comparison::{LoopAtSpeed, Prediction, below_nyquist, closed_loop, discrete};
 use super::overspeed::OVERSPEED;
 use crate::controller::Controller;
+use crate::controller::verification::growth_rate_of;
+use crate::lti::{Discrete, FrequencyGrid, StateSpace};
+use crate::predict::amplification::{CriticalSpeed, find_critical_speeds};
+use crate::predict::closed_loop::compliance;
+use crate::predict::loop_gain::LoopGain;
 use crate::predict::loop_shape::{LoopShape, unbalance_response};
+use crate::predict::tool_step::ToolStep;
 use crate::rotor::modes::PlanarModes;
-use crate::spindle::{Machine, ModelDetail, Plant, SpindleError};
+use crate::spindle::{Machine, Plant, SpindleError};
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
@@ -36,6 +44,8 @@ pub struct UnbalanceCurve {
     pub speed_rpm: Vec<f64>,
     /// At tool, front and rear actuator, m per kg m.
     pub displacement: Vec<[f64; 3]>,
+    /// Maxima of each.
+    pub maxima: [Vec<CriticalSpeed>; 3],
 }
 
 /// Curves of a loop.
@@ -52,28 +62,120 @@ pub struct LoopCurves {
 pub struct StableLoop {
     /// Controller and open loop at rest.
     pub shape: LoopShape,
+    /// Loop gain of each channel at rest, to the end of the sampled frequencies.
+    pub gain: LoopGain,
+    /// Displacement after a step of force at the tool, at rest.
+    pub step: ToolStep,
+    /// Stiffness at rest with rotors from within the uncertainty.
+    pub sampled_plants: DrawnPlants,
     /// Response to an unbalance.
     pub unbalance: UnbalanceCurve,
 }
 
+/// Dynamic stiffness of the tool in x with rotors whose natural frequencies are drawn from their ranges.
+#[derive(Clone, Debug)]
+pub struct DrawnPlants {
+    /// Lines, Hz.
+    pub frequency_hz: Vec<f64>,
+    /// |F/x| with each rotor whose loop is stable, N/m.
+    pub stiffness_n_per_m: Vec<Vec<f64>>,
+    /// Rotors whose loop is unstable.
+    pub unstable: usize,
+}
+
+/// Rotors drawn.
+const SAMPLED_PLANTS: usize = 30;
+/// Seed of the draws.
+const SAMPLE_SEED: u64 = 1;
+/// Lines of their stiffness over the band, and across the range of each mode and a twentieth of its frequency beyond,
+/// by which a loop moves it.
+const SAMPLE_LINES: usize = 120;
+const LINES_A_MODE: usize = 24;
+const BEYOND: f64 = 0.05;
+
 impl LoopCurves {
-    /// The curves of a controller with its prediction at rest.
+    /// The curves of a controller with its prediction at rest; natural frequencies are uncertain by these shares.
     ///
     /// # Errors
     /// [`PipelineError`] when a plant or an eigenvalue iteration fails.
-    pub fn of(machine: &Machine, controller: &Controller, rest: &Prediction) -> Result<Self, PipelineError> {
+    pub fn of(
+        machine: &Machine,
+        controller: &Controller,
+        rest: &Prediction,
+        mode_uncertainty: &[f64],
+    ) -> Result<Self, PipelineError> {
         let whirl = whirl_lines(machine)?;
         if !rest.is_stable() {
             return Ok(Self { whirl, stable: None });
         }
-        let plant = Plant::new(machine, 0.0, ModelDetail::Full)?;
+        let band_hz = (machine.spindle.stiffness_band_hz.0, f64::INFINITY);
+        let LoopAtSpeed { plant, grid, .. } = closed_loop(machine, controller, 0.0, band_hz)?;
+        let gain = LoopGain::new(&plant, &*controller.responder(), &grid);
         let lines = lines_hz(&plant, &rest.sensitivity.frequency_hz);
         let shape = LoopShape::new(&plant, &*controller.responder(), &lines).map_err(SpindleError::from)?;
         let top_rpm = machine.spindle.max_rpm;
         let speeds = (1..=UNBALANCE_SPEEDS).map(|k| OVERSPEED * top_rpm * k as f64);
         let speed_rpm: Vec<f64> = speeds.map(|v| v / UNBALANCE_SPEEDS as f64).collect();
+        let law = discrete(controller, machine.spindle.electronics.sample_period_s())?;
+        let step = ToolStep::of(&plant.sample_plant()?, &law).map_err(PipelineError::numeric("step at the tool"))?;
+        let sampled_plants = DrawnPlants::draw(machine, &plant, (controller, &law), mode_uncertainty)?;
+        let unbalance = UnbalanceCurve::of(machine, controller, speed_rpm)?;
+        Ok(Self { whirl, stable: Some(StableLoop { shape, gain, step, sampled_plants, unbalance }) })
+    }
+}
+
+impl UnbalanceCurve {
+    fn of(machine: &Machine, controller: &Controller, speed_rpm: Vec<f64>) -> Result<Self, SpindleError> {
         let displacement = unbalance_response(machine, controller, &speed_rpm)?;
-        Ok(Self { whirl, stable: Some(StableLoop { shape, unbalance: UnbalanceCurve { speed_rpm, displacement } }) })
+        let maxima = |place: usize| {
+            let values: Vec<f64> = displacement.iter().map(|at| at[place]).collect();
+            find_critical_speeds(&speed_rpm, &values, &|rpm| {
+                Ok::<_, SpindleError>(
+                    unbalance_response(machine, controller, &[rpm])?.first().map_or(f64::NAN, |at| at[place]),
+                )
+            })
+        };
+        let maxima = [maxima(0)?, maxima(1)?, maxima(2)?];
+        Ok(Self { speed_rpm, displacement, maxima })
+    }
+}
+
+impl DrawnPlants {
+    /// With rotors around a plant, evenly spread over the ranges of its natural frequencies.
+    fn draw(
+        machine: &Machine,
+        plant: &Plant,
+        (controller, law): (&Controller, &StateSpace<Discrete>),
+        mode_uncertainty: &[f64],
+    ) -> Result<Self, PipelineError> {
+        let modes = plant.flexible_rad_s().iter().zip(mode_uncertainty);
+        let across = modes.clone().flat_map(|(omega, r)| {
+            let share = move |k: usize| (r + BEYOND) * (2.0 * k as f64 / (LINES_A_MODE - 1) as f64 - 1.0);
+            (0..LINES_A_MODE).map(move |k| omega * (1.0 + share(k)))
+        });
+        let (from_hz, to_hz) = machine.spindle.stiffness_band_hz;
+        let to_hz = below_nyquist(machine, to_hz);
+        let band = from_hz * TAU..=to_hz * TAU;
+        let plain = FrequencyGrid::log_hz(from_hz, to_hz, SAMPLE_LINES);
+        let lines = plain.omega_rad_s().iter().copied().chain(across).filter(|omega| band.contains(omega));
+        let grid = FrequencyGrid::from_rad_s(lines);
+        let mut random = ChaCha8Rng::seed_from_u64(SAMPLE_SEED);
+        let mut draw = |r: &f64| 1.0 + r * (2.0 * random.random::<f64>() - 1.0);
+        let factors: Vec<Vec<f64>> =
+            (0..SAMPLED_PLANTS).map(|_| modes.clone().map(|(_, r)| draw(r)).collect()).collect();
+        let responder = controller.responder();
+        let stiffness = |factors: &Vec<f64>| {
+            let drawn = plant.with_scaled_modes(factors);
+            let growth = growth_rate_of(&drawn, &drawn.sample_plant()?, law);
+            let stable = growth.map_err(PipelineError::numeric("loop with a sampled plant"))? < 0.0;
+            let lines = grid.omega_rad_s().iter();
+            let values = lines.map(|w| compliance(&drawn, &*responder, *w)[(0, 0)].norm().recip());
+            Ok::<_, PipelineError>(stable.then(|| values.collect::<Vec<f64>>()))
+        };
+        let drawn: Result<Vec<Option<Vec<f64>>>, PipelineError> = factors.par_iter().map(stiffness).collect();
+        let stiffness_n_per_m: Vec<Vec<f64>> = drawn?.into_iter().flatten().collect();
+        let unstable = SAMPLED_PLANTS - stiffness_n_per_m.len();
+        Ok(Self { frequency_hz: grid.hz(), stiffness_n_per_m, unstable })
     }
 }
 

@@ -176,12 +176,12 @@ pub fn run(task: &Task<'_>, listen: &mut Listener<'_>) -> Result<Run, PipelineEr
     if task.extent == Extent::Everything {
         let pid = run.pid().map(|p| &p.controller);
         run.contact = Some(contact(&run.machine, &run.design.delivery.realisation, pid)?);
-        run.curves = Some(curves(&run)?);
+        run.curves = Some(curves(&run, &task.weights.mode_uncertainty)?);
     }
     Ok(run)
 }
 
-fn curves(run: &Run) -> Result<Curves, PipelineError> {
+fn curves(run: &Run, mode_uncertainty: &[f64]) -> Result<Curves, PipelineError> {
     let used = OpenLoopCurves::of(&run.machine)?;
     let controller = &run.design.delivery.controller;
     Ok(Curves {
@@ -189,7 +189,7 @@ fn curves(run: &Run) -> Result<Curves, PipelineError> {
             Some(_) => vec![OpenLoopCurves::of(&run.nominal)?, used],
             None => vec![used],
         },
-        closed_loop: LoopCurves::of(&run.machine, controller, &run.delivered[0])?,
+        closed_loop: LoopCurves::of(&run.machine, controller, &run.delivered[0], mode_uncertainty)?,
     })
 }
 

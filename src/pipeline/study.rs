@@ -131,7 +131,7 @@ pub(crate) fn study(
     let unpolished = predict_unpolished(machine, &found)?;
     let (arithmetic, curves) = rayon::join(
         || by_arithmetic(machine, &found),
-        || LoopCurves::of(machine, &found.delivery.controller, &delivered[0]),
+        || LoopCurves::of(machine, &found.delivery.controller, &delivered[0], &weights.mode_uncertainty),
     );
     let (arithmetic, curves) = (arithmetic?, curves?);
     Ok(Study {

@@ -1,8 +1,10 @@
 //! Closed loop, dynamic stiffness, sensitivity zones, worst case, time response.
 
+pub mod amplification;
 pub mod chatter;
 pub mod closed_loop;
 pub mod dips;
+pub mod loop_gain;
 pub mod loop_shape;
 pub mod modes;
 pub mod recovery;
@@ -12,5 +14,6 @@ pub mod stiffness;
 pub mod time;
 pub mod time_cases;
 pub mod time_force;
+pub mod tool_step;
 pub mod worst_case;
 mod worst_search;

@@ -209,8 +209,8 @@ pub(crate) fn sentences(rows: &[BatchRow]) -> Vec<String> {
         .iter()
         .filter(|r| r.figures.is_some() && r.instability.is_none() && !r.met())
         .map(|r| match r.tightening() {
-            Some(0.0) => format!("{} (at no size of its tool specification)", r.tool),
-            Some(t) => format!("{} (up to {t:.2} times its tool specification)", r.tool),
+            Some(0.0) => format!("{} (not met however large its limits at the tool are)", r.tool),
+            Some(t) => format!("{} (met with limits at the tool {:.2} times as wide)", r.tool, 1.0 / t),
             None => r.tool.clone(),
         })
         .collect();

@@ -5,7 +5,7 @@ use super::comparison::{
 };
 use super::comparison_figures::{NamedWorst, worst_figures};
 use super::pictures::Picture;
-use super::pid_summary::{CertificateSummary, NoPid, PidSummary};
+use super::pid_summary::{CertificateSummary, NoPid, OF_DELIVERED, PidSummary};
 use super::plot::machining::chatter_lobes;
 use super::plot::{Curve, Role};
 use super::prediction_summary::damping_ratios;
@@ -66,7 +66,7 @@ pub(crate) fn add_own(summary: &mut Summary, own: OwnControllers) -> Vec<(Role, 
     let mut controllers = vec![(Role::Mu, own.design.delivery.controller, of_mu)];
     match tuned {
         Ok((pid, _)) => {
-            summary.set("pid", PidSummary::of(&pid, &effort));
+            summary.set("pid", PidSummary::of(&pid, &effort, OF_DELIVERED));
             controllers.push((Role::Pid, pid.controller, of_pid));
         }
         Err(reason) => {
@@ -148,7 +148,7 @@ fn add_one(summary: &mut Summary, each: &Compared, flexible_hz: &[f64], top_hz: 
 
 /// `stability.<controller>`.
 #[derive(Clone, Debug, Serialize)]
-struct StabilitySummary {
+pub(crate) struct StabilitySummary {
     stable: bool,
     #[serde(skip_serializing_if = "Option::is_none")]
     proof: Option<SpeedProofSummary>,

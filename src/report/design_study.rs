@@ -55,7 +55,7 @@ pub(crate) fn design_report(machine: &Machine, study: &Study, route: Route) -> R
     let top_rpm = machine.spindle.max_rpm;
     let drawn = robustness(found).into_iter();
     report.figures(drawn.chain(predictions(&runs, &limits, top_rpm / 60.0)))?;
-    report.loop_of(&study.curves, [rest, speed], top_rpm)?;
+    report.loop_of("mu", &study.curves, [rest, speed], top_rpm)?;
     report.controller(machine, found, None)?;
     Ok(report)
 }

@@ -90,6 +90,7 @@ pub fn report(summary: &Value, pictures: &[(String, String)]) -> Result<String, 
         met => verdict.met,
         verdict => verdict.sentence,
         plain_words => read.sentences(),
+        outcome => summary.get("outcome").and_then(|rows| readable::flatten_value(rows, &[]).1.pop()),
         tiles => tiles(&read),
         sections => sections,
         certificates => certificates(summary),
@@ -153,7 +154,7 @@ fn is_long(rows: &[ReadableFigure], grids: &[Grid]) -> bool {
 }
 
 /// Keys of the summary that are shown elsewhere on the page.
-const SHOWN: [&str; 6] = ["run", "spindle", "tool", "weights", "verdict", "plain_words"];
+const SHOWN: [&str; 7] = ["run", "spindle", "tool", "weights", "verdict", "outcome", "plain_words"];
 
 /// Whatever no stage claims.
 fn further(summary: &Value, pictures: Vec<Picture>) -> Option<HtmlSection> {

@@ -1,15 +1,18 @@
-//! The pictures that control engineers know: Bode diagram of the controller, Nyquist diagram, closed-loop poles,
-//! Campbell diagram, unbalance response over speed.
+//! The pictures that control engineers know: Bode diagrams of controller and loop gain, Nyquist diagram, closed-loop
+//! poles, step at the tool, stiffness of sampled plants, Campbell diagram, unbalance response over speed.
 
 use super::pictures::Picture;
-use super::plot::figure::{Axis, Figure, Mark, Panel, Series};
-use super::plot::loops::{ResponseCurve, bode, nyquist};
+use super::plot::figure::{Axis, Figure, Level, Mark, Panel, Series};
+use super::plot::loops::{ResponseCurve, bode, dynamic_stiffness, nyquist};
 use super::plot::shaft::{CampbellLine, campbell};
-use super::plot::{Color, Dash, Look, Marker, Role};
+use super::plot::{Color, Curve, Dash, Look, Marker, Role};
 use super::summary::finite;
+use crate::export::json::AXIS_NAMES;
 use crate::pipeline::comparison::Prediction;
-use crate::pipeline::loop_curves::{LoopCurves, UnbalanceCurve, WhirlLine};
-use crate::predict::loop_shape::{DiscMargin, LoopShape};
+use crate::pipeline::loop_curves::{DrawnPlants, LoopCurves, StableLoop, UnbalanceCurve, WhirlLine};
+use crate::predict::loop_gain::LoopGain;
+use crate::predict::loop_shape::LoopShape;
+use crate::predict::tool_step::{SETTLED, ToolStep};
 use serde::Serialize;
 use std::f64::consts::TAU;
 
@@ -26,8 +29,11 @@ pub(crate) fn loop_figures(curves: &LoopCurves, runs: [&Prediction; 2], top_rpm:
         return figures;
     };
     figures.push((Picture::ControllerBode, controller_bode(&stable.shape)));
+    figures.push((Picture::LoopGain, loop_gain(&stable.gain)));
     figures.push((Picture::Nyquist, loci(&stable.shape)));
     figures.push((Picture::Poles, poles(runs)));
+    figures.push((Picture::StiffnessSampled, sampled_stiffness(&stable.sampled_plants, runs[0])));
+    figures.push((Picture::ToolStep, tool_step(&stable.step)));
     let unbalance = unbalance(&stable.unbalance, top_rpm);
     figures.push((Picture::UnbalanceSpeed, unbalance));
     figures
@@ -51,6 +57,31 @@ fn controller_bode(shape: &LoopShape) -> Figure {
         })
         .collect();
     bode("Controller with its hold", "|current / displacement|", "A/m", &curves, &[])
+}
+
+fn loop_gain(gain: &LoopGain) -> Figure {
+    let bearings = [(0, "front", Role::Mu), (2, "rear", Role::Pid)];
+    let curves = bearings.map(|(channel, name, role)| ResponseCurve {
+        name,
+        role,
+        frequency_hz: &gain.frequency_hz,
+        response: &gain.channels[channel],
+    });
+    let mut figure = bode("Loop gain at rest, one channel opened", "|L|", "", &curves, &[]);
+    if let Some(magnitude) = figure.panels.first_mut() {
+        magnitude.levels.push(Level { value: 1.0, label: "1".to_owned(), dash: Dash::Dashed });
+    }
+    for panel in &mut figure.panels {
+        let crossovers = bearings.map(|(channel, _, role)| (gain.margin(channel).crossover_hz, role.look().color));
+        panel.marks.extend(crossovers.into_iter().filter(|(hz, _)| hz.is_finite()).map(|(value, color)| Mark {
+            value,
+            label: String::new(),
+            color,
+            dash: Dash::Dotted,
+            legend: "highest crossover".to_owned(),
+        }));
+    }
+    figure
 }
 
 fn loci(shape: &LoopShape) -> Figure {
@@ -77,18 +108,166 @@ pub(crate) struct MarginSummary {
     smallest_gain_factor: Option<f64>,
     largest_gain_factor: Option<f64>,
     phase_deg: Option<f64>,
+    channels: Vec<ChannelSummary>,
 }
 
-impl From<&DiscMargin> for MarginSummary {
-    fn from(margin: &DiscMargin) -> Self {
+/// Margins of one channel, the others as they are.
+#[derive(Clone, Debug, Serialize)]
+struct ChannelSummary {
+    channel: &'static str,
+    smallest_gain_factor: Option<f64>,
+    largest_gain_factor: Option<f64>,
+    phase_margin_deg: Option<f64>,
+    at_hz: Option<f64>,
+    highest_crossover_hz: Option<f64>,
+}
+
+impl From<&StableLoop> for MarginSummary {
+    fn from(stable: &StableLoop) -> Self {
+        let margin = stable.shape.disc_margin();
         let [low, high] = margin.gain();
+        let channels = AXIS_NAMES.into_iter().enumerate().map(|(k, channel)| {
+            let own = stable.gain.margin(k);
+            ChannelSummary {
+                channel,
+                smallest_gain_factor: finite(own.smallest_gain_factor),
+                largest_gain_factor: finite(own.largest_gain_factor),
+                phase_margin_deg: finite(own.phase_deg),
+                at_hz: finite(own.phase_hz),
+                highest_crossover_hz: finite(own.crossover_hz),
+            }
+        });
         Self {
             disc_radius: finite(margin.radius),
             frequency_hz: finite(margin.frequency_hz),
             smallest_gain_factor: finite(low),
             largest_gain_factor: finite(high),
             phase_deg: finite(margin.phase_deg()),
+            channels: channels.collect(),
         }
+    }
+}
+
+/// The curve of the model in front of those of the sampled plants.
+fn sampled_stiffness(sampled: &DrawnPlants, rest: &Prediction) -> Figure {
+    let own = &rest.stiffness[0];
+    let model = Curve { name: "model", role: Role::Mu, x: &own.frequency_hz, y: &own.magnitude_n_per_m };
+    let behind = |y| Curve { name: "sampled plants", role: Role::Nominal, x: &sampled.frequency_hz, y };
+    let curves = sampled.stiffness_n_per_m.iter().map(|y| behind(y.as_slice())).chain([model]).collect();
+    let drawn = sampled.stiffness_n_per_m.len();
+    let title = match sampled.unstable {
+        0 => format!("Dynamic stiffness at rest of {drawn} sampled plants"),
+        unstable => format!("Dynamic stiffness at rest of {drawn} sampled plants; {unstable} more are unstable"),
+    };
+    let mut figure = dynamic_stiffness(&title, &[("", curves)], &[]);
+    figure.description =
+        "Magnitude of force over displacement at the tool plane over frequency, for the model and for \
+                          rotors whose natural frequencies are drawn from their ranges."
+            .to_owned();
+    let cloud = figure.panels.iter_mut().flat_map(|panel| panel.series.iter_mut().take(drawn));
+    for (k, series) in cloud.enumerate() {
+        series.look = Look::line(Color::Grey, Dash::Solid).with_width(0.6);
+        series.in_legend = k == 0;
+    }
+    figure
+}
+
+/// `simulation.step`: displacement of the tool after a step of force.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct ToolStepSummary {
+    final_m_per_n: Option<f64>,
+    overshoot_percent: Option<f64>,
+    settling_s: Option<f64>,
+    settled_within_percent: f64,
+}
+
+impl From<&ToolStep> for ToolStepSummary {
+    fn from(step: &ToolStep) -> Self {
+        Self {
+            final_m_per_n: finite(step.final_m_per_n),
+            overshoot_percent: finite(100.0 * step.overshoot),
+            settling_s: finite(step.settling_s),
+            settled_within_percent: 100.0 * SETTLED,
+        }
+    }
+}
+
+/// Most points of the step that are drawn.
+const STEP_POINTS: usize = 1500;
+
+fn tool_step(step: &ToolStep) -> Figure {
+    let axis = Axis::linear("Displacement of the tool for 1 N", "µm");
+    let mut panel = Panel::new("", Axis::linear("Time", "ms"), axis);
+    panel.height_px = 320;
+    let settled = step.time_s.iter().position(|t| *t >= step.settling_s).unwrap_or(step.time_s.len());
+    let shown = (2 * settled).clamp(STEP_POINTS.min(step.time_s.len()), step.time_s.len());
+    let every = shown.div_ceil(STEP_POINTS);
+    let x: Vec<f64> = step.time_s.iter().take(shown).step_by(every).map(|t| 1e3 * t).collect();
+    let y: Vec<f64> = step.displacement_m_per_n.iter().take(shown).step_by(every).map(|d| 1e6 * d).collect();
+    panel.series.push(Series::curve("displacement", &x, &y, Role::Mu.look()));
+    let end = 1e6 * step.final_m_per_n;
+    for (value, label) in [(end, "final"), ((1.0 + SETTLED) * end, ""), ((1.0 - SETTLED) * end, "")] {
+        panel.levels.push(Level { value, label: label.to_owned(), dash: Dash::Dashed });
+    }
+    let settles = match step.settling_s {
+        s if s.is_finite() => format!("settles to 2 % in {:.1} ms", 1e3 * s),
+        _ => "does not settle to 2 % in the time computed".to_owned(),
+    };
+    Figure::new(
+        &format!("Step of force at the tool: overshoot {:.0} %, {settles}", 100.0 * step.overshoot),
+        "Displacement of the tool after a constant force begins to act on it at rest, linear loop.",
+        vec![panel],
+    )
+}
+
+/// `simulation.unbalance`: maxima of the unbalance response and their amplification factors (API 617).
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct UnbalanceSummary {
+    sentence: String,
+    maxima: Vec<MaximumSummary>,
+}
+
+#[derive(Clone, Debug, Serialize)]
+struct MaximumSummary {
+    at: &'static str,
+    speed_rpm: Option<f64>,
+    amplification_factor: Option<f64>,
+    half_power_from_rpm: Option<f64>,
+    half_power_to_rpm: Option<f64>,
+    separation_asked_percent: Option<f64>,
+    acceptable: bool,
+}
+
+/// Places of the unbalance response.
+const PLACES: [&str; 3] = ["tool", "front bearing", "rear bearing"];
+
+impl UnbalanceSummary {
+    pub(crate) fn of(curve: &UnbalanceCurve, top_rpm: f64) -> Self {
+        let all = PLACES.into_iter().zip(&curve.maxima).flat_map(|(at, own)| own.iter().map(move |m| (at, m)));
+        let maxima: Vec<MaximumSummary> = all
+            .map(|(at, maximum)| MaximumSummary {
+                at,
+                speed_rpm: finite(maximum.speed_rpm),
+                amplification_factor: finite(maximum.amplification),
+                half_power_from_rpm: finite(maximum.half_power_rpm[0]),
+                half_power_to_rpm: finite(maximum.half_power_rpm[1]),
+                separation_asked_percent: finite(100.0 * maximum.separation_asked()),
+                acceptable: maximum.is_acceptable(top_rpm),
+            })
+            .collect();
+        let largest = curve.maxima.iter().flatten().map(|m| m.amplification).fold(0.0, f64::max);
+        let to_rpm = curve.speed_rpm.last().copied().unwrap_or_default();
+        let found = match maxima.iter().filter(|m| !m.acceptable).count() {
+            _ if maxima.is_empty() => "the response has no maximum and so no amplification factor".to_owned(),
+            0 => format!("largest amplification factor {largest:.1}; every maximum is well damped or far enough away"),
+            close => format!(
+                "largest amplification factor {largest:.1}; {close} maxima are neither well damped nor far enough from \
+                 the speeds of operation"
+            ),
+        };
+        let sentence =
+            format!("Unbalance at the tool, amplification factors of API 617 from rest to {to_rpm:.0} rpm: {found}.");
+        Self { sentence, maxima }
     }
 }
 
@@ -118,12 +297,8 @@ fn unbalance(curve: &UnbalanceCurve, top_rpm: f64) -> Figure {
     let mut panel =
         Panel::new("", Axis::linear("Speed", "rpm"), Axis::log("Displacement for 1 g mm at the tool", "µm"));
     panel.marks.push(Mark::top_speed(top_rpm));
-    let looks = [
-        ("tool", Color::Blue, Dash::Solid),
-        ("front bearing", Color::Vermillion, Dash::Dashed),
-        ("rear bearing", Color::Green, Dash::DashDot),
-    ];
-    for (k, (name, color, dash)) in looks.into_iter().enumerate() {
+    let looks = [(Color::Blue, Dash::Solid), (Color::Vermillion, Dash::Dashed), (Color::Green, Dash::DashDot)];
+    for (k, (name, (color, dash))) in PLACES.into_iter().zip(looks).enumerate() {
         let size = curve.displacement.iter();
         let y: Vec<f64> = size.map(|d| d[k] * GRAM_MILLIMETRE * 1e6).collect();
         panel.series.push(Series::curve(name, &curve.speed_rpm, &y, Look::line(color, dash)));

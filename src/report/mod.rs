@@ -23,6 +23,7 @@ pub mod manifest;
 pub(crate) mod order_curve;
 mod page_summary;
 pub mod pictures;
+pub(crate) mod pid;
 pub(crate) mod pid_summary;
 mod place;
 pub mod plot;

@@ -6,8 +6,10 @@ use crate::pid::certificate::{PeakSensitivity, PidCertificate, TunedPid, ZONE_B_
 use crate::pid::settings::TuneSettings;
 use serde::Serialize;
 
-/// `pid`: the tuned PID's figures beside their limits, which [`crate::pipeline::comparison::rival_settings`] took from
-/// the delivered controller.
+/// Amplifier limits that [`crate::pipeline::comparison::rival_settings`] took from the delivered controller.
+pub(crate) const OF_DELIVERED: &str = "the figures of the delivered controller";
+
+/// `pid`: the tuned PID's figures beside their limits.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct PidSummary {
     #[serde(flatten)]
@@ -80,8 +82,8 @@ struct ShiftedModes {
 }
 
 impl PidSummary {
-    /// Of a tuned PID and the settings of its search.
-    pub(crate) fn of(pid: &TunedPid, settings: &TuneSettings) -> Self {
+    /// Of a tuned PID, the settings of its search, and where its amplifier limits come from.
+    pub(crate) fn of(pid: &TunedPid, settings: &TuneSettings, amplifier_limits: &'static str) -> Self {
         let c = &pid.certificate;
         Self {
             certificate: CertificateSummary::from(c),
@@ -92,7 +94,7 @@ impl PidSummary {
                 high_frequency_gain_a_per_m: finite(settings.high_frequency_gain_a_per_m),
                 high_frequency_from_hz: finite(c.high_frequency_hz),
                 high_frequency_norm: "largest singular value of the controller",
-                amplifier_limits: "the figures of the delivered controller",
+                amplifier_limits,
                 mode_shift: finite(settings.mode_shift),
             },
         }

@@ -71,6 +71,11 @@ fn split(key: &str) -> (String, Option<&'static Unit>) {
 
 /// A key in words, with the symbols engineers use.
 pub(crate) fn words(key: &str) -> String {
+    match key {
+        "nelder_mead" => return "by the search of Nelder and Mead".to_owned(),
+        "determined_combinations" => return "combinations of moduli that the measurement determines".to_owned(),
+        _ => {}
+    }
     let parts: Vec<&str> = key
         .split('_')
         .map(|w| match w {

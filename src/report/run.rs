@@ -4,7 +4,7 @@ use super::contact::add_contact;
 use super::design_summary::DesignSummary;
 use super::identification::IdentificationSummary;
 use super::pictures::Picture;
-use super::pid_summary::{NoPid, PidSummary};
+use super::pid_summary::{NoPid, OF_DELIVERED, PidSummary};
 use super::plot::Role;
 use super::plot::loops::{MarkedFrequency, MarkedPeak};
 use super::prediction_summary::damping_ratios;
@@ -57,12 +57,13 @@ pub(crate) fn run_report(
     if let Some(curves) = &run.curves {
         add_pictures(&mut report, run, curves)?;
     }
-    let mut words = plain_words(run);
+    let words = plain_words(run);
+    let mut sentences = vec![words.clone()];
     if let Some(contact) = &run.contact {
-        let sentence = add_contact(&mut report, &run.machine, contact)?;
-        words = format!("{words} {sentence}");
+        sentences.push(add_contact(&mut report, &run.machine, contact)?);
     }
-    report.summary.set("plain_words", &words);
+    report.summary.set("outcome", OutcomeRow::all(run));
+    report.summary.set("plain_words", sentences);
     Ok((report, words))
 }
 
@@ -140,7 +141,7 @@ fn add_loops(report: &mut Report, run: &Run) {
     if let Some(rivals) = &run.rivals {
         match &rivals.tuned {
             Ok((found, _)) => {
-                let pid = PidSummary::of(found, &rivals.effort);
+                let pid = PidSummary::of(found, &rivals.effort, OF_DELIVERED);
                 report.summary.set("pid", pid);
             }
             Err(reason) => {
@@ -186,7 +187,7 @@ fn add_pictures(report: &mut Report, run: &Run, curves: &Curves) -> Result<(), R
     let drawn = robustness(&run.design).into_iter();
     report.figures(drawn.chain(predictions(&shown, &[], top_hz)))?;
     let top_rpm = run.machine.spindle.max_rpm;
-    report.loop_of(&curves.closed_loop, run.delivered.each_ref(), top_rpm)
+    report.loop_of("mu", &curves.closed_loop, run.delivered.each_ref(), top_rpm)
 }
 
 fn marks(targets: &Targets) -> [Vec<MarkedFrequency>; 2] {
@@ -207,56 +208,73 @@ fn not_found_words(reason: &str) -> String {
     format!("No PID was found ({reason}); its figures are absent.")
 }
 
-/// The outcome in a few sentences.
-fn plain_words(run: &Run) -> String {
-    let (design, mu) = (&run.design, &run.delivered[0]);
-    let proven_rpm = design.delivery.speed_proof.proven_to_rpm();
-    let stable = if design.is_stable() {
-        format!("stable at every speed up to {proven_rpm:.0} rpm, proven between the speeds computed as well")
-    } else {
-        format!("NOT proven stable at every speed (up to {proven_rpm:.0} rpm only)")
-    };
-    let words = format!(
-        "{} with {}: the sampled controller with rounded coefficients (order {}) has μ {} for the specification as \
-         written at rest, {} at most from rest to {:.0} rpm, is {stable}, zone {}. {}",
-        run.machine.spindle.name,
-        run.machine.tool.name,
-        2 * design.delivery.rounded.order,
-        design.delivery.rounded.specification.words(),
-        mu_words(design.largest_mu()),
-        OVERSPEED * run.machine.spindle.max_rpm,
-        mu.zone_word(),
-        stiffness_sentence(run),
-    );
-    let words = match &design.specification_scale {
-        Some(scale) => format!("{words} {}", scale.sentence()),
-        None => words,
-    };
-    let words = if design.has_firmware() { words } else { format!("{words} {NO_FIRMWARE}") };
-    match (run.pid_is_better(), &design.polish) {
-        (true, _) => format!("The PID is better in every figure. {words}"),
-        (false, Some(polish)) => format!("{words} {}", polish.sentence),
-        (false, None) => words,
+/// A line of `outcome`: a figure with what was asked of it, or what the tuned PID reaches.
+#[derive(Clone, Debug, Serialize)]
+struct OutcomeRow {
+    figure: String,
+    reached: String,
+    target: String,
+}
+
+impl OutcomeRow {
+    fn new(figure: impl Into<String>, reached: impl Into<String>, target: impl Into<String>) -> Self {
+        Self { figure: figure.into(), reached: reached.into(), target: target.into() }
+    }
+
+    /// The five figures that a run is judged by.
+    fn all(run: &Run) -> [Self; 5] {
+        let (design, [rest, _]) = (&run.design, &run.delivered);
+        let delivery = &design.delivery;
+        let over_rpm = OVERSPEED * run.machine.spindle.max_rpm;
+        let stiffness = |p: &Prediction| {
+            if p.is_stable() {
+                format!("{} at {:.0} Hz", stiffness_words(p.minimum.0), p.minimum.1)
+            } else {
+                unstable_words(p.growth_rate_per_s, p.speed_rpm)
+            }
+        };
+        let pid = run.rivals.as_ref().and_then(|rivals| rivals.tuned.as_ref().ok());
+        let beside = |words: &dyn Fn(&Prediction) -> String| {
+            pid.map_or("no tuned PID".to_owned(), |(_, [pid, _])| format!("tuned PID: {}", words(pid)))
+        };
+        [
+            Self::new("µ of the specification at rest", delivery.rounded.specification.words(), "at most 1"),
+            Self::new(
+                format!("µ of the specification, largest from rest to {over_rpm:.0} rpm"),
+                mu_words(design.largest_mu()),
+                "at most 1",
+            ),
+            Self::new(
+                "stability proven from rest to",
+                format!("{:.0} rpm", delivery.speed_proof.proven_to_rpm()),
+                format!("{over_rpm:.0} rpm"),
+            ),
+            Self::new(
+                "zone of ISO 14839-3 at rest",
+                rest.zone_word(),
+                format!("A to C; {}", beside(&|pid| pid.zone_word().to_owned())),
+            ),
+            Self::new("smallest tool stiffness at rest", stiffness(rest), beside(&stiffness)),
+        ]
     }
 }
 
-/// The smallest tool stiffness at rest, beside that of the tuned PID.
-fn stiffness_sentence(run: &Run) -> String {
-    let mu = &run.delivered[0];
-    if !mu.is_stable() {
-        let words = unstable_words(mu.growth_rate_per_s, mu.speed_rpm);
-        return format!("At rest it is {words}.");
+/// The outcome in one sentence, and what stands in the way of a firmware or a met specification.
+fn plain_words(run: &Run) -> String {
+    let design = &run.design;
+    let met = design.largest_mu() <= 1.0;
+    let specification = if met { "meets its specification" } else { "misses its specification" };
+    let stable = if design.is_stable() { "is stable at every speed" } else { "is NOT proven stable at every speed" };
+    let machine = format!("{} with {}", run.machine.spindle.name, run.machine.tool.name);
+    let mut words = format!("{machine}: the controller {specification} and {stable}.");
+    if run.pid_is_better() {
+        words = format!("The PID is better in every figure. {words}");
     }
-    let own = format!("Smallest tool stiffness {} at {:.0} Hz", stiffness_words(mu.minimum.0), mu.minimum.1);
-    match run.rivals.as_ref().map(|r| &r.tuned) {
-        None => format!("{own}."),
-        Some(Err(reason)) => format!("{own}. {}", not_found_words(reason)),
-        Some(Ok((_, [pid, _]))) if pid.is_stable() => format!(
-            "{own} against {} with the tuned PID (zone {}), a factor of {:.1}.",
-            stiffness_words(pid.minimum.0),
-            pid.zone_word(),
-            mu.minimum.0 / pid.minimum.0
-        ),
-        Some(Ok(_)) => format!("{own}; the loop of the tuned PID is unstable at rest."),
+    if let Some(Err(reason)) = run.rivals.as_ref().map(|rivals| &rivals.tuned) {
+        words = format!("{words} {}", not_found_words(reason));
     }
+    if let Some(scale) = &design.specification_scale {
+        words = format!("{words} {}", scale.sentence());
+    }
+    if design.has_firmware() { words } else { format!("{words} {NO_FIRMWARE}") }
 }

@@ -3,13 +3,14 @@
 
 use super::summary::finite;
 use super::whole::Report;
+use crate::pid::surviving::SurvivingLaw;
 use crate::pipeline::design::Design;
 use crate::pipeline::instability::{GrowingMode, Instability};
 use serde::Serialize;
 
 /// `instability`.
 #[derive(Clone, Debug, Serialize)]
-struct InstabilitySummary {
+pub(crate) struct InstabilitySummary {
     sentence: String,
     growth_rate_per_s: Option<f64>,
     speed_rpm: Option<f64>,
@@ -32,7 +33,7 @@ struct ModeSummary {
 
 /// What was searched for a stable law, and how far that came.
 #[derive(Clone, Debug, Serialize)]
-struct SearchSummary {
+pub(crate) struct SearchSummary {
     sentence: String,
     evaluations: usize,
     growth_rate_per_s: Option<f64>,
@@ -48,25 +49,32 @@ pub(crate) fn add_instability(report: &mut Report, design: &Design) -> bool {
     report.verdict(false, &found.first_words());
     report.summary.set("plain_words", &words);
     let polish = design.polish.as_ref();
-    let search = polish.and_then(|polish| polish.surviving.as_ref()).map(|search| SearchSummary {
-        sentence: search.words(),
-        evaluations: search.evaluations,
-        growth_rate_per_s: finite(search.worst.rate_per_s),
-        speed_rpm: finite(search.worst.speed_rpm),
-        frequency_hz: finite(search.worst.frequency_hz),
-    });
-    report.summary.set("instability", InstabilitySummary { search, ..InstabilitySummary::of(found, &words, design) });
+    let search = polish.and_then(|polish| polish.surviving.as_ref()).map(SearchSummary::from);
+    let own = InstabilitySummary::of(found, &words, design.delivery.speed_proof.proven_to_rpm());
+    report.summary.set("instability", InstabilitySummary { search, ..own });
     true
 }
 
+impl From<&SurvivingLaw> for SearchSummary {
+    fn from(search: &SurvivingLaw) -> Self {
+        Self {
+            sentence: search.words(),
+            evaluations: search.evaluations,
+            growth_rate_per_s: finite(search.worst.rate_per_s),
+            speed_rpm: finite(search.worst.speed_rpm),
+            frequency_hz: finite(search.worst.frequency_hz),
+        }
+    }
+}
+
 impl InstabilitySummary {
-    fn of(found: &Instability, words: &str, design: &Design) -> Self {
+    pub(crate) fn of(found: &Instability, words: &str, proven_to_rpm: f64) -> Self {
         Self {
             sentence: words.to_owned(),
             growth_rate_per_s: finite(found.growth_rate_per_s),
             speed_rpm: finite(found.speed_rpm),
             frequency_hz: finite(found.frequency_hz),
-            proven_to_rpm: finite(design.delivery.speed_proof.proven_to_rpm()),
+            proven_to_rpm: finite(proven_to_rpm),
             mode: ModeSummary::from(found.mode),
             search: None,
         }

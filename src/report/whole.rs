@@ -1,7 +1,7 @@
 //! A report under construction: the results folder with its summary, page and controller files.
 
 use super::html::{self, HtmlError};
-use super::loop_figures::{MarginSummary, loop_figures};
+use super::loop_figures::{MarginSummary, ToolStepSummary, UnbalanceSummary, loop_figures};
 use super::page_summary::VerdictLine;
 use super::pictures::PictureName;
 use super::plot::figure::Figure;
@@ -101,20 +101,22 @@ impl Report {
         self.summary.set("design.arithmetic", rows);
     }
 
-    /// Adds the pictures of the loop of a design and its margins at rest (`margins.mu`).
+    /// Adds the pictures of the loop of a controller and its margins at rest.
     ///
     /// # Errors
     /// [`ReportError`] when a picture cannot be drawn.
     pub(crate) fn loop_of(
         &mut self,
+        name: &str,
         curves: &LoopCurves,
         runs: [&Prediction; 2],
         top_rpm: f64,
     ) -> Result<(), ReportError> {
         self.figures(loop_figures(curves, runs, top_rpm))?;
         if let Some(stable) = &curves.stable {
-            let margin = MarginSummary::from(&stable.shape.disc_margin());
-            self.summary.set("margins.mu", margin);
+            self.summary.set(&format!("margins.{name}"), MarginSummary::from(stable));
+            self.summary.set("simulation.step", ToolStepSummary::from(&stable.step));
+            self.summary.set("simulation.unbalance", UnbalanceSummary::of(&stable.unbalance, top_rpm));
         }
         Ok(())
     }
@@ -131,6 +133,21 @@ impl Report {
     ) -> Result<(), ReportError> {
         let tag = machine_tag(machine, "../spindle.yaml", "../tool.yaml");
         self.controller_in("controller/", machine, design, pid, &tag)
+    }
+
+    /// Adds the machine's files and `controller/discrete.json` of a controller without a design.
+    ///
+    /// # Errors
+    /// [`ReportError`] when two files have the same name.
+    pub(crate) fn controller_alone(&mut self, machine: &Machine, controller: &Controller) -> Result<(), ReportError> {
+        let tag = machine_tag(machine, "../spindle.yaml", "../tool.yaml");
+        self.folder.add("controller/discrete.json", controller_json(controller, Some(&tag)))?;
+        self.machine_files(machine)
+    }
+
+    fn machine_files(&mut self, machine: &Machine) -> Result<(), ReportError> {
+        self.folder.add("spindle.yaml", spindle_yaml(&machine.spindle))?;
+        Ok(self.folder.add("tool.yaml", tool_yaml(&machine.tool))?)
     }
 
     /// The same with the controller's files beside those of the machine.
@@ -162,9 +179,7 @@ impl Report {
             let json = controller_json(pid, Some(tag));
             self.folder.add(&format!("{place}pid.json"), json)?;
         }
-        self.folder.add("spindle.yaml", spindle_yaml(&machine.spindle))?;
-        self.folder.add("tool.yaml", tool_yaml(&machine.tool))?;
-        Ok(())
+        self.machine_files(machine)
     }
 
     /// Adds the folder `problem` with problems and answers of a design as state space.

@@ -21,7 +21,7 @@ pub(crate) fn stability_over_speed(title: &str, centres: &[Proven], max_rpm: f64
     for (k, c) in centres.iter().filter(|c| c.radius_rpm > 0.0).enumerate() {
         let x = [c.centre_rpm - c.radius_rpm, c.centre_rpm, c.centre_rpm + c.radius_rpm];
         let tent = Series::curve(
-            "distance to the end of the proof",
+            "speeds proven stable round each one computed",
             &x,
             &[0.0, c.radius_rpm, 0.0],
             Look::line(Color::Blue, Dash::Solid),

@@ -113,3 +113,59 @@ fn an_interrupted_command_says_that_nothing_was_written() {
     assert!(error.contains("interrupted: nothing was written"), "{error}");
     assert!(output.stdout.is_empty() && !folder.join("o").exists());
 }
+
+#[test]
+fn the_program_alone_says_how_to_begin_and_writes_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let (code, text, error) = muspin(&[], folder.path());
+    assert_eq!((code, error.as_str()), (0, ""));
+    for way in ["Usage", "muspin run ", "muspin init my-spindle", "muspin modes --spindle my-spindle/spindle.yaml"] {
+        assert!(text.contains(way), "{way}: {text}");
+    }
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+}
+
+/// A debug build has no commit, a release build has that of the repository; neither says that it has none.
+#[test]
+fn the_version_names_no_commit_that_is_not_known() {
+    let (code, text, _) = muspin(&["--version"], &here());
+    assert_eq!(code, 0);
+    assert!(text.starts_with(&format!("muspin {} (", env!("CARGO_PKG_VERSION"))), "{text}");
+    assert!(!text.contains("not recorded"), "{text}");
+    assert!(text.contains("debug build") || !here().join(".git").exists() || text.contains("(commit "), "{text}");
+}
+
+#[test]
+fn speeds_are_lists_ranges_and_both() {
+    let list = |option: &str, value: &str| -> Vec<f64> {
+        let (code, json, error) = muspin(&["modes", option, value], &here());
+        assert_eq!(code, 0, "{error}");
+        let answer: Value = serde_json::from_str(&json).unwrap();
+        answer["speeds"].as_array().unwrap().iter().map(|s| s["speed_rpm"].as_f64().unwrap()).collect()
+    };
+    assert_eq!(list("--speeds", "0:1000:3000"), [0.0, 1000.0, 2000.0, 3000.0]);
+    assert_eq!(list("--speeds", "0:2000:5000"), [0.0, 2000.0, 4000.0]);
+    assert_eq!(list("--speed", "7,0:500.5:1001,9e3"), [7.0, 0.0, 500.5, 1001.0, 9000.0]);
+    // Three tenths are no sum of tenths in binary numbers.
+    assert_eq!(list("--speeds", "0:0.1:0.3").len(), 4);
+}
+
+#[test]
+fn speeds_that_are_none_are_refused_in_words() {
+    let cases = [
+        ("modes", "0:1000", "is no range"),
+        ("modes", "0:1:2:3", "is no range"),
+        ("modes", "0:0:1000", "the step is above zero"),
+        ("modes", "2000:100:1000", "the end not below the start"),
+        ("modes", "0:1:100000", "more than 1000 speeds"),
+        ("modes", "fast", "`fast` is no speed in rpm"),
+        ("compare", "NaN", "`NaN` is no speed in rpm"),
+        ("rehearse", "", "`` is no speed in rpm"),
+        ("frf", "0,1000", "2 speeds are given; this command computes at one speed"),
+    ];
+    for (command, speeds, words) in cases {
+        let (code, out, error) = muspin(&[command, &format!("--speeds={speeds}")], &here());
+        assert_eq!((code, out.as_str()), (2, ""), "{command} {speeds}");
+        assert!(error.contains("--speeds") && error.contains(words), "{command} {speeds}: {error}");
+    }
+}

@@ -1,5 +1,6 @@
 //! The PID.
 
+mod given;
 pub mod reference_pid;
 mod surviving;
 mod tuning;

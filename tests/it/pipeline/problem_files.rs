@@ -78,7 +78,7 @@ fn the_closed_loop_compliance_follows_from_the_open_paths() {
     let law = load_controller(controller.to_str().unwrap()).unwrap().law;
     let table = |extra: &[&str]| {
         let mut command = muspin();
-        command.args(["frf", "--points", "7", "--from", "5", "--to", "2000", "--speed", "3000"]);
+        command.args(["frf", "--points", "7", "--from", "5", "--to", "2000", "--speeds", "3000"]);
         command.arg("--spindle").arg(start.join("spindle.yaml"));
         command.arg("--tool").arg(start.join("tool.yaml")).args(extra);
         let output = command.output().unwrap();

@@ -1,5 +1,7 @@
 //! Stability lobes, time responses, worst cases.
 
 mod chatter;
+mod loop_gain;
 mod simulate;
+mod step_and_unbalance;
 mod worst_case;
