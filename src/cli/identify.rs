@@ -7,9 +7,9 @@ use super::output::claim;
 use super::plausibility::{Records, name_record};
 use super::reading::load_measurement;
 use super::{Failure, Outcome};
-use crate::identify::{Identification, IdentifyError, identify};
+use crate::identify::{Identification, IdentifyError, identify, pole_drift};
 use crate::input::Measurement;
-use crate::report::identification::{IdentificationSummary, PlausibilitySummary, response_files};
+use crate::report::identification::{DriftSummary, IdentificationSummary, PlausibilitySummary, response_files};
 use crate::report::results::ResultsFolder;
 use crate::report::summary::json;
 use serde::Serialize;
@@ -63,11 +63,15 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
         ));
     }
     let plausibility = PlausibilitySummary::of(&records.reports);
-    let mut found = None;
+    let (mut found, mut drift) = (None, None);
     if let Some((frf, report)) = records.standstill() {
         // Units and order of channels decide what the magnets' stiffness shifts: no peaks from an implausible record.
         if report.plausible() {
-            let peaks = identify(frf, &machine).map_err(|e| name_record(e, &record_at_rest(&measurement)))?;
+            let at_rest = |e| name_record(e, &record_at_rest(&measurement));
+            let peaks = identify(frf, &machine).map_err(at_rest)?;
+            if let Some(sweep) = measurement.sweeps.iter().find(|s| s.record.speed_rpm == 0.0) {
+                drift = pole_drift(&sweep.record, frf, &machine, &peaks).map_err(at_rest)?;
+            }
             found = Some(peaks);
         }
     } else if let Some(frf) = frfs.first() {
@@ -86,9 +90,13 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     let answer = Answer {
         plausibility,
         identification: found.as_ref().map(IdentificationSummary::from),
+        drift: drift.as_ref().map(DriftSummary::from),
         records: files.iter().skip(1).map(|(name, _)| name.clone()).collect(),
     };
-    console.json(&format!("{:#}\n", json(&answer)), || show_identification(arguments, &records, found.as_ref()))?;
+    console.json(&format!("{:#}\n", json(&answer)), || {
+        let shown = show_identification(arguments, &records, found.as_ref());
+        answer.drift.iter().fold(shown, |shown, drift| shown.row([drift.words()]))
+    })?;
     Ok(if records.plausible() { Outcome::Done } else { Outcome::TargetMissed })
 }
 
@@ -97,6 +105,8 @@ struct Answer {
     plausibility: PlausibilitySummary,
     #[serde(skip_serializing_if = "Option::is_none")]
     identification: Option<IdentificationSummary>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    drift: Option<DriftSummary>,
     /// Files of the responses.
     records: Vec<String>,
 }
@@ -115,21 +125,26 @@ fn show_identification(arguments: &Arguments, records: &Records, found: Option<&
         (true, Some(found)) => CommandEnd::done(format!("{} resonances of the free rotor", found.resonances.len())),
     };
     if let Some(found) = found {
-        shown = shown.row(["", "Hz", "standard deviation, Hz"]);
+        shown = shown.row(["", "Hz", "standard deviation, Hz", "damping ratio", "standard deviation"]);
         let lists = [
             ("resonance", &found.resonances),
             ("antiresonance, front", &found.front),
             ("antiresonance, rear", &found.rear),
         ];
         for (name, readings) in lists {
-            for reading in readings {
+            for (k, reading) in readings.iter().enumerate() {
                 let number =
                     |x: Option<f64>, digits: usize| x.map_or("not found".to_owned(), |x| format!("{x:.digits$}"));
-                shown = shown.row([
+                let mut row = vec![
                     name.to_owned(),
                     number(reading.frequency_hz(), 2),
                     number(reading.standard_deviation_hz(), 3),
-                ]);
+                ];
+                if name == "resonance" {
+                    let damping = [&found.damping_ratio, &found.damping_standard_deviation];
+                    row.extend(damping.map(|list| list.get(k).map_or(String::new(), |z| format!("{z:.6}"))));
+                }
+                shown = shown.rows([row]);
             }
         }
     }

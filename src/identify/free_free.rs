@@ -10,7 +10,8 @@
 
 use super::IdentifyError;
 use super::frf::MeasuredFrf;
-use super::peaks::{Antiresonance, PeakChannel, Resonance, antiresonances, resonances};
+use super::line_noise::noise_of_lines;
+use super::peaks::{Antiresonance, Channel, Resonance, antiresonances, poly_reference};
 use crate::linalg::c64;
 use crate::rotor::chain::{Chain, ChainPort};
 use crate::rotor::chain_assembly;
@@ -22,6 +23,8 @@ use std::f64::consts::TAU;
 const ENTRY_FLOOR: f64 = 5e-4;
 /// Share of the model's shift that counts as uncertain: ks is known to some 5–10 %.
 const SHIFT_UNCERTAINTY: f64 = 0.1;
+/// Front and rear actuator.
+const INPUTS: usize = 2;
 /// A peak of the model belongs to a measured one when it lies within this factor: nominal models are 10–30 % off.
 const SAME_PEAK: f64 = 1.35;
 
@@ -69,6 +72,8 @@ pub struct Identification {
     pub resonances: Vec<Reading>,
     /// Damping ratio of each resonance.
     pub damping_ratio: Vec<f64>,
+    /// Standard deviation of each damping ratio.
+    pub damping_standard_deviation: Vec<f64>,
     /// Antiresonances of front sensor over front actuator, ascending.
     pub front: Vec<Reading>,
     /// Antiresonances of rear sensor over rear actuator, ascending.
@@ -77,6 +82,20 @@ pub struct Identification {
     pub front_over_rear: Vec<Reading>,
     /// Antiresonances of rear sensor over front actuator, ascending.
     pub rear_over_front: Vec<Reading>,
+}
+
+impl Identification {
+    /// Poles of the measured rotor on its magnets, on the frequency axis, Hz.
+    pub(super) fn measured_poles_hz(&self) -> Vec<c64> {
+        let each = self.resonances.iter().zip(&self.damping_ratio);
+        each.filter_map(|(reading, z)| match reading {
+            Reading::Found { frequency_hz, magnet_shift_hz, .. } => {
+                Some(c64::new((1.0 - z * z).sqrt(), *z) * (frequency_hz - magnet_shift_hz))
+            }
+            Reading::NotIdentified { .. } => None,
+        })
+        .collect()
+    }
 }
 
 /// Identifies resonances and antiresonances of a standstill sweep.
@@ -88,9 +107,8 @@ pub fn identify(frf: &MeasuredFrf, machine: &Machine) -> Result<Identification, 
     if frf.speed_rpm != 0.0 {
         return Err(IdentifyError::NotAtRest { speed_rpm: frf.speed_rpm });
     }
-    let entries = [(0, 0), (0, 2), (2, 0), (2, 2), (1, 1), (1, 3), (3, 1), (3, 3)];
-    let channels: Vec<PeakChannel> = entries.iter().map(|(i, j)| channel(frf, machine, *i, *j)).collect();
-    let poles = resonances(&frf.frequency_hz, &channels);
+    let channels = channels_of(frf, machine);
+    let (poles, _) = poly_reference(&frf.frequency_hz, &channels, INPUTS);
     if poles.is_empty() {
         return Err(IdentifyError::NoResonance {
             from_hz: frf.frequency_hz.first().copied().unwrap_or(0.0),
@@ -113,6 +131,7 @@ pub fn identify(frf: &MeasuredFrf, machine: &Machine) -> Result<Identification, 
     Ok(Identification {
         resonances: poles.iter().map(|p| shift.apply(None, p.frequency_hz, p.standard_deviation_hz)).collect(),
         damping_ratio: poles.iter().map(|p: &Resonance| p.damping_ratio).collect(),
+        damping_standard_deviation: poles.iter().map(|p| p.standard_deviation_hz / p.frequency_hz).collect(),
         front: zeros([0, 4], 0),
         rear: zeros([3, 7], 1),
         front_over_rear: zeros([1, 5], 2),
@@ -120,8 +139,14 @@ pub fn identify(frf: &MeasuredFrf, machine: &Machine) -> Result<Identification, 
     })
 }
 
+/// The entries within each plane of motion, rows of [`INPUTS`]: both planes are rows of the same poles.
+pub(super) fn channels_of(frf: &MeasuredFrf, machine: &Machine) -> Vec<Channel> {
+    let entries = [(0, 0), (0, 2), (2, 0), (2, 2), (1, 1), (1, 3), (3, 1), (3, 3)];
+    entries.iter().map(|(i, j)| channel(frf, machine, *i, *j)).collect()
+}
+
 /// One entry with the known electronics divided out.
-fn channel(frf: &MeasuredFrf, machine: &Machine, output: usize, input: usize) -> PeakChannel {
+fn channel(frf: &MeasuredFrf, machine: &Machine, output: usize, input: usize) -> Channel {
     let effective = machine.effective();
     let electronics = &machine.spindle.electronics;
     let (sensor, actuator) = (&effective.bearings[output / 2], &effective.bearings[input / 2]);
@@ -136,11 +161,14 @@ fn channel(frf: &MeasuredFrf, machine: &Machine, output: usize, input: usize) ->
                 * lag(electronics.sensor_bandwidth_hz)
         })
         .collect();
-    PeakChannel {
-        name: format!("g_{}{}", output + 1, input + 1),
-        value: (0..frf.len()).map(|l| frf.response[(l, output, input)] / known[l]).collect(),
-        sigma: (0..frf.len()).map(|l| frf.sigma(l, output, input, ENTRY_FLOOR) / known[l].norm()).collect(),
-    }
+    let value: Vec<c64> = (0..frf.len()).map(|l| frf.response[(l, output, input)] / known[l]).collect();
+    let sigma = if frf.repeats > 1 {
+        (0..frf.len()).map(|l| frf.sigma(l, output, input, ENTRY_FLOOR) / known[l].norm()).collect()
+    } else {
+        let noise = noise_of_lines(&frf.frequency_hz, &value);
+        noise.iter().zip(&value).map(|(noise, g)| noise.hypot(ENTRY_FLOOR * g.norm())).collect()
+    };
+    Channel { name: format!("g_{}{}", output + 1, input + 1), value, sigma }
 }
 
 /// One list from those of the two control axes of a plane.
@@ -160,11 +188,13 @@ fn merge(lists: &[Vec<Antiresonance>; 2]) -> Vec<Antiresonance> {
         });
         match partner {
             Some((frequency, sd)) => {
-                let (wa, wb) = (sd.powi(-2), s.powi(-2));
-                let mean = (*frequency * wa + f * wb) / (wa + wb);
+                // The share of the first by inverse variances; two exact ones count alike.
+                let (a, b) = (sd.powi(2), s.powi(2));
+                let share = if a + b > 0.0 { b / (a + b) } else { 0.5 };
+                let mean = *frequency * share + f * (1.0 - share);
                 // Two axes that disagree by more than their noise: half the gap is the honest figure.
                 let apart = 0.5 * (*frequency - f).abs();
-                *sd = (wa + wb).sqrt().recip().max(apart);
+                *sd = (share * a).sqrt().max(apart);
                 *frequency = mean;
             }
             None => all.push(zero.clone()),
@@ -235,6 +265,10 @@ impl Shift {
             }
         };
         let shift = ratio.map_or(0.0, |ratio| (ratio - 1.0) * measured_hz);
+        if !(measured_hz + shift > 0.0 && sd_hz.hypot(shift).is_finite()) {
+            let reason = "the fit of the record gave no frequency that is a positive number".to_owned();
+            return Reading::NotIdentified { reason };
+        }
         Reading::Found {
             frequency_hz: measured_hz + shift,
             standard_deviation_hz: sd_hz.hypot(SHIFT_UNCERTAINTY * shift),

@@ -6,7 +6,8 @@
 //! line is believed to be better than its neighbours are in the mean.
 
 use super::frf::{AXES, neighbours};
-use super::peaks::{PeakChannel, Resonance, resonances};
+use super::line_noise::noise_of_lines;
+use super::peaks::{Channel, Resonance, resonances};
 use crate::linalg::c64;
 use crate::lti::HeldResponse;
 use crate::lti::held::closed_response;
@@ -28,14 +29,26 @@ pub struct HammerFrf {
 }
 
 impl HammerFrf {
-    /// Resonances that a local fit resolves: those with a damping ratio of two percent at most.
+    /// Resonances with a damping ratio of two percent at most.
     pub(crate) fn lightly_damped(&self) -> Vec<Resonance> {
+        let mut found = self.resonances();
+        found.retain(|r| r.damping_ratio < 0.02);
+        found
+    }
+
+    /// Resonances of the record.
+    pub fn resonances(&self) -> Vec<Resonance> {
         let lines = 0..self.frequency_hz.len();
+        let noise = noise_of_lines(&self.frequency_hz, &self.compliance);
         // A floor of half a percent: what repeated hammer tests differ by.
-        let channel = PeakChannel {
+        let sigma = |k: usize| self.sigma(k, 0.005);
+        let channel = Channel {
             name: "tool".to_owned(),
             value: self.compliance.clone(),
-            sigma: lines.map(|k| self.sigma(k, 0.005)).collect(),
+            sigma: match self.coherence {
+                Some(_) => lines.map(sigma).collect(),
+                None => lines.map(|k| sigma(k).hypot(noise[k])).collect(),
+            },
         };
         resonances(&self.frequency_hz, &[channel])
     }

@@ -1,132 +1,221 @@
 //! Local rational fit of several FRFs that share poles:  g_c(x) = Σ_k r_ck/(x − p_k) + Σ_d a_cd T_d(x),  x = (f − f₀)/h
 //! in [−1, 1].
 //!
-//! A lightly damped mode is one pole p = (f_d + jζf) in the upper half plane of the frequency axis; its mirror image,
-//! the other modes and the electronics are smooth in the window and go into the Chebyshev polynomial. Weighted least
-//! squares over complex parameters, in which the model is holomorphic: the coefficients are solved exactly for given
-//! poles, the poles move by Gauss–Newton. Covariances are those of circular complex noise, scaled up when the residual
-//! exceeds the noise.
+//! A mode is one pole p = (f_d + jζf) in the upper half plane of the frequency axis; its mirror image, the other modes
+//! and the electronics are smooth in the window and go into the Chebyshev polynomial. Maximum likelihood for circular
+//! complex noise of known shape: residues and polynomial are solved exactly for given poles (variable projection:
+//! Golub and Pereyra, Inverse Problems 19, 2003), the poles, frequency and damping at once, move by Levenberg–Marquardt
+//! in complex parameters, in which the model is holomorphic. The inverse of the projected curvature is their
+//! covariance.
 //! Symbols: r residues, a coefficients, T_d Chebyshev polynomials, σ standard deviation of a complex entry.
 
 use crate::linalg::{Mat, c64, solve_complex};
 
 /// Samples of one FRF in the window.
 #[derive(Clone, Debug)]
-pub(crate) struct LocalChannel {
+pub(super) struct LocalChannel {
     /// Values, one a line.
-    pub value: Vec<c64>,
+    pub(super) value: Vec<c64>,
     /// Standard deviation of the complex value.
-    pub sigma: Vec<f64>,
+    pub(super) sigma: Vec<f64>,
 }
 
 /// Data in one window.
 #[derive(Clone, Debug)]
-pub(crate) struct LocalData {
+pub(super) struct LocalData {
     /// Normalised frequency of every line.
-    pub x: Vec<f64>,
+    pub(super) x: Vec<f64>,
     /// FRFs.
-    pub channels: Vec<LocalChannel>,
+    pub(super) channels: Vec<LocalChannel>,
 }
 
 /// A fitted window.
 #[derive(Clone, Debug)]
-pub(crate) struct LocalFit {
+pub(super) struct LocalFit {
     /// Free poles, normalised.
-    pub poles: Vec<c64>,
-    /// Standard deviation of the real and of the imaginary part of every free pole.
-    pub pole_sd: Vec<f64>,
-    /// Poles held fixed, normalised.
-    pub fixed: Vec<c64>,
+    pub(super) poles: Vec<c64>,
+    /// Standard deviation of the real and of the imaginary part of every free pole for noise of the given size.
+    pub(super) pole_sd: Vec<f64>,
     /// Residual over noise, squared, per degree of freedom (complex ones).
-    pub chi_squared: f64,
+    pub(super) chi_squared: f64,
+    /// All poles, the free ones first.
+    all: Vec<c64>,
     degree: usize,
     /// Per channel: residues of free poles, of fixed poles, polynomial.
     coefficients: Vec<Vec<c64>>,
-    /// Covariance of all parameters: coefficients channel by channel, then the free poles.
-    covariance: Mat<c64>,
+    /// Per channel a square root F of the covariance F Fᴴ of its coefficients for given poles.
+    root_covariance: Vec<Mat<c64>>,
 }
 
 /// A root of a fitted channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct ChannelRoot {
+pub(super) struct ChannelRoot {
     /// Normalised, complex.
-    pub x: c64,
+    pub(super) x: c64,
     /// Standard deviation of its real part, normalised.
-    pub sd: f64,
+    pub(super) sd: f64,
     /// Slope of the channel at the root over the standard deviation of that slope: noise has roots too, but no slope.
-    pub slope_over_sd: f64,
+    pub(super) slope_over_sd: f64,
 }
 
 /// Largest move of a pole in one step, half windows.
 const STEP_LIMIT: f64 = 0.3;
-/// Relative size of a step at which a pole stands still: far below any standard deviation.
+/// Size of a step, relative to the damping of the pole or in half windows, at which a pole stands still: far below any
+/// standard deviation.
 const STILL: f64 = 1e-9;
+/// Relative fall of the misfit below which steps are rounding.
+const NO_FALL: f64 = 1e-10;
+/// Levenberg–Marquardt damping: first, least, and where a step is given up.
+const DAMPING: [f64; 3] = [1e-3, 1e-9, 1e8];
+
+/// Everything that is solved for given poles.
+struct Projection {
+    coefficients: Vec<Vec<c64>>,
+    root_covariance: Vec<Mat<c64>>,
+    misfit: f64,
+    /// JᴴJ and Jᴴ(residual) of the free poles, with what the coefficients can follow projected out.
+    curvature: Mat<c64>,
+    gradient: Mat<c64>,
+}
 
 /// Fits the window; `None` when there are too few lines, the equations are singular or a free pole runs away.
-pub(crate) fn fit(data: &LocalData, start: &[c64], fixed: &[c64], degree: usize) -> Option<LocalFit> {
+pub(super) fn fit(data: &LocalData, start: &[c64], fixed: &[c64], degree: usize) -> Option<LocalFit> {
     let (lines, channels) = (data.x.len(), data.channels.len());
     let per_channel = start.len() + fixed.len() + degree + 1;
-    let unknowns = channels * per_channel + start.len();
-    if lines * channels <= unknowns || lines <= per_channel {
+    if lines * channels <= channels * per_channel + start.len() || lines <= per_channel {
         return None;
     }
     let mut poles = start.to_vec();
-    // Twenty steps: four are usual from a neighbouring line.
-    for _ in 0..20 {
-        let coefficients = linear(data, &poles, fixed, degree)?;
-        if start.is_empty() {
-            return finish(data, poles, fixed, degree, coefficients);
+    let mut now = Projection::of(data, &poles, fixed, degree)?;
+    let [mut damping, least, given_up] = DAMPING;
+    // Thirty steps: ten are usual from a stable pole.
+    for _ in 0..if start.is_empty() { 0 } else { 30 } {
+        let steps = now.steps(damping)?;
+        let next: Vec<c64> = poles.iter().zip(&steps).map(|(p, d)| p + d).collect();
+        let inside = next.iter().all(|p| p.re.abs() < 1.6 && p.im.abs() < 2.0);
+        match inside.then(|| Projection::of(data, &next, fixed, degree)).flatten() {
+            Some(better) if better.misfit <= now.misfit => {
+                let moved = steps.iter().zip(&next).map(|(d, p)| d.norm() / p.im.abs().max(STILL));
+                let still = moved.fold(0.0, f64::max) < STILL || now.misfit - better.misfit <= NO_FALL * now.misfit;
+                (poles, now, damping) = (next, better, (damping / 10.0).max(least));
+                if still {
+                    break;
+                }
+            }
+            _ => damping *= 10.0,
         }
-        let (normal, right) = normal_equations(data, &poles, fixed, degree, &coefficients);
-        let step = solve_complex(&normal, &right);
-        let base = channels * per_channel;
-        let mut largest = 0.0f64;
-        for (k, pole) in poles.iter_mut().enumerate() {
-            let mut d = step[(base + k, 0)];
-            if !d.is_finite() {
-                return None;
-            }
-            if d.norm() > STEP_LIMIT {
-                d *= STEP_LIMIT / d.norm();
-            }
-            *pole += d;
-            largest = largest.max(d.norm());
-            if pole.re.abs() > 1.5 || pole.im.abs() > 2.0 {
-                return None;
-            }
-        }
-        if largest < STILL {
+        if damping > given_up {
             break;
         }
     }
-    let coefficients = linear(data, &poles, fixed, degree)?;
-    finish(data, poles, fixed, degree, coefficients)
+    now.finish(data, poles, fixed, degree)
+}
+
+impl Projection {
+    fn of(data: &LocalData, free: &[c64], fixed: &[c64], degree: usize) -> Option<Self> {
+        let all: Vec<c64> = free.iter().chain(fixed).copied().collect();
+        let rows: Vec<Vec<c64>> = data.x.iter().map(|x| basis(&all, degree, c64::new(*x, 0.0))).collect();
+        let (lines, n) = (rows.len(), all.len() + degree + 1);
+        let identity = Mat::from_fn(n, n, |i, j| c64::new(if i == j { 1.0 } else { 0.0 }, 0.0));
+        let mut sum = Self {
+            coefficients: vec![],
+            root_covariance: vec![],
+            misfit: 0.0,
+            curvature: Mat::zeros(free.len(), free.len()),
+            gradient: Mat::zeros(free.len(), 1),
+        };
+        for channel in &data.channels {
+            let w: Vec<f64> = channel.sigma.iter().map(|s| s.recip()).collect();
+            // Columns of unit length: residues and polynomial differ by orders of magnitude.
+            let length = |k: usize| rows.iter().zip(&w).map(|(r, w)| (r[k] * w).norm_sqr()).sum::<f64>().sqrt();
+            let lengths: Vec<f64> = (0..n).map(length).collect();
+            let qr = Mat::from_fn(lines, n, |l, k| rows[l][k] * (w[l] / lengths[k])).qr();
+            let q = qr.compute_thin_Q();
+            let inverse = solve_complex(&qr.thin_R().to_owned(), &identity);
+            let root = Mat::from_fn(n, n, |i, j| inverse[(i, j)] / lengths[i]);
+            let y = Mat::from_fn(lines, 1, |l, _| channel.value[l] * w[l]);
+            let projected = q.adjoint() * &y;
+            let residual = &y - &q * &projected;
+            let solved = &root * &projected;
+            let coefficients: Vec<c64> = (0..n).map(|k| solved[(k, 0)]).collect();
+            if !coefficients.iter().all(|c| c.is_finite()) {
+                return None;
+            }
+            let slope = |l: usize, k: usize| {
+                let gap = c64::new(data.x[l], 0.0) - free[k];
+                coefficients[k] * w[l] / (gap * gap)
+            };
+            let j = Mat::from_fn(lines, free.len(), slope);
+            let j = &j - &q * (q.adjoint() * &j);
+            sum.curvature += j.adjoint() * &j;
+            sum.gradient += j.adjoint() * &residual;
+            sum.misfit += residual.squared_norm_l2();
+            sum.coefficients.push(coefficients);
+            sum.root_covariance.push(root);
+        }
+        sum.misfit.is_finite().then_some(sum)
+    }
+
+    fn steps(&self, damping: f64) -> Option<Vec<c64>> {
+        let n = self.curvature.nrows();
+        let more = |i: usize, j: usize| if i == j { 1.0 + damping } else { 1.0 };
+        let matrix = Mat::from_fn(n, n, |i, j| self.curvature[(i, j)] * more(i, j));
+        let step = solve_complex(&matrix, &self.gradient);
+        let limited = |d: c64| if d.norm() > STEP_LIMIT { d * (STEP_LIMIT / d.norm()) } else { d };
+        step.is_all_finite().then(|| (0..n).map(|k| limited(step[(k, 0)])).collect())
+    }
+
+    fn finish(self, data: &LocalData, poles: Vec<c64>, fixed: &[c64], degree: usize) -> Option<LocalFit> {
+        let n = poles.len();
+        let identity = Mat::from_fn(n, n, |i, j| c64::new(if i == j { 1.0 } else { 0.0 }, 0.0));
+        let covariance = solve_complex(&self.curvature, &identity);
+        let pole_sd: Vec<f64> = (0..n).map(|k| (0.5 * covariance[(k, k)].re).sqrt()).collect();
+        let all: Vec<c64> = poles.iter().chain(fixed).copied().collect();
+        let used = data.channels.len() * (all.len() + degree + 1) + n;
+        // Lines without weight tell nothing.
+        let told: usize = data.channels.iter().map(|c| c.sigma.iter().filter(|s| s.is_finite()).count()).sum();
+        let chi_squared = self.misfit / told.saturating_sub(used).max(1) as f64;
+        pole_sd.iter().all(|s| s.is_finite()).then_some(LocalFit {
+            poles,
+            pole_sd,
+            chi_squared,
+            all,
+            degree,
+            coefficients: self.coefficients,
+            root_covariance: self.root_covariance,
+        })
+    }
 }
 
 impl LocalFit {
     fn basis(&self, x: c64) -> Vec<c64> {
-        let all: Vec<c64> = self.poles.iter().chain(&self.fixed).copied().collect();
-        basis(&all, self.degree, x)
+        basis(&self.all, self.degree, x)
     }
 
     /// Value of a channel at a point of the complex plane.
-    pub(crate) fn value(&self, channel: usize, x: c64) -> c64 {
+    fn value(&self, channel: usize, x: c64) -> c64 {
         dot(&self.coefficients[channel], &self.basis(x))
     }
 
-    /// Residue of a channel at a free pole.
-    pub(crate) fn residue(&self, channel: usize, pole: usize) -> c64 {
+    /// Residue of a channel at a pole, the free ones first.
+    pub(super) fn residue(&self, channel: usize, pole: usize) -> c64 {
         self.coefficients[channel][pole]
     }
 
-    /// Standard deviation of the complex residue of a channel at a free pole.
-    pub(crate) fn residue_sd(&self, channel: usize, pole: usize) -> f64 {
-        let k = channel * self.coefficients[channel].len() + pole;
-        self.covariance[(k, k)].re.max(0.0).sqrt()
+    /// Standard deviation of that residue for given poles and noise of the given size.
+    pub(super) fn residue_sd(&self, channel: usize, pole: usize) -> f64 {
+        let root = &self.root_covariance[channel];
+        (0..root.ncols()).map(|k| root[(pole, k)].norm_sqr()).sum::<f64>().sqrt()
     }
 
-    /// Root of a channel next to `start`; `None` when Newton leaves the window.
-    pub(crate) fn root(&self, channel: usize, start: c64) -> Option<ChannelRoot> {
+    /// Σ |r|²/σ² over the channels: by how much the misfit rises without the pole, all other poles held.
+    pub(super) fn gain(&self, pole: usize) -> f64 {
+        let each = (0..self.coefficients.len()).map(|c| self.residue(c, pole).norm() / self.residue_sd(c, pole));
+        each.map(|seen| seen * seen).sum()
+    }
+
+    /// Root of a channel next to `start`, of a fit without free poles; `None` when Newton leaves the window.
+    pub(super) fn root(&self, channel: usize, start: c64) -> Option<ChannelRoot> {
         let step = 1e-6;
         let slope = |x: c64| {
             let h = c64::new(step, 0.0);
@@ -146,39 +235,22 @@ impl LocalFit {
                 return None;
             }
             if d.norm() < STILL {
-                let basis = self.basis(x);
-                let count = basis.len();
-                let total = self.covariance.nrows();
-                let base = total - self.poles.len();
-                let mut gradient = vec![c64::new(0.0, 0.0); total];
-                for (k, b) in basis.iter().enumerate() {
-                    gradient[channel * count + k] = *b;
-                }
-                for (k, p) in self.poles.iter().enumerate() {
-                    let gap = x - *p;
-                    gradient[base + k] = self.coefficients[channel][k] / (gap * gap);
-                }
-                let variance = |g: &[c64]| {
-                    let mut sum = c64::new(0.0, 0.0);
-                    for (i, a) in g.iter().enumerate() {
-                        for (j, b) in g.iter().enumerate() {
-                            sum += a * self.covariance[(i, j)] * b.conj();
-                        }
-                    }
-                    sum.re.max(0.0)
-                };
                 let h = c64::new(step, 0.0);
                 let (after, before) = (self.basis(x + h), self.basis(x - h));
-                let mut bend = vec![c64::new(0.0, 0.0); total];
-                for k in 0..count {
-                    bend[channel * count + k] = (after[k] - before[k]) / (2.0 * step);
-                }
-                let sd = (0.5 * variance(&gradient)).sqrt() / slope(x).norm();
-                let slope_over_sd = slope(x).norm() / variance(&bend).sqrt();
+                let bend: Vec<c64> = after.iter().zip(&before).map(|(a, b)| (a - b) / (2.0 * step)).collect();
+                let sd = (0.5 * self.variance(channel, &self.basis(x))).sqrt() / slope(x).norm();
+                let slope_over_sd = slope(x).norm() / self.variance(channel, &bend).sqrt();
                 return sd.is_finite().then_some(ChannelRoot { x, sd, slope_over_sd });
             }
         }
         None
+    }
+
+    /// Variance of Σ g·coefficients. A residual above the noise means a model error of that size.
+    fn variance(&self, channel: usize, g: &[c64]) -> f64 {
+        let root = &self.root_covariance[channel];
+        let of_column = |k: usize| g.iter().enumerate().map(|(i, g)| g * root[(i, k)]).sum::<c64>().norm_sqr();
+        (0..root.ncols()).map(of_column).sum::<f64>() * self.chi_squared.max(1.0)
     }
 }
 
@@ -195,103 +267,4 @@ fn basis(poles: &[c64], degree: usize, x: c64) -> Vec<c64> {
 
 fn dot(a: &[c64], b: &[c64]) -> c64 {
     a.iter().zip(b).fold(c64::new(0.0, 0.0), |sum, (a, b)| sum + a * b)
-}
-
-/// Coefficients of every channel for given poles.
-fn linear(data: &LocalData, poles: &[c64], fixed: &[c64], degree: usize) -> Option<Vec<Vec<c64>>> {
-    let all: Vec<c64> = poles.iter().chain(fixed).copied().collect();
-    let rows: Vec<Vec<c64>> = data.x.iter().map(|x| basis(&all, degree, c64::new(*x, 0.0))).collect();
-    let n = all.len() + degree + 1;
-    data.channels
-        .iter()
-        .map(|channel| {
-            let mut a = Mat::<c64>::zeros(n, n);
-            let mut b = Mat::<c64>::zeros(n, 1);
-            for ((row, value), sigma) in rows.iter().zip(&channel.value).zip(&channel.sigma) {
-                let w = sigma.powi(-2);
-                for i in 0..n {
-                    b[(i, 0)] += row[i].conj() * value * w;
-                    for j in 0..n {
-                        a[(i, j)] += row[i].conj() * row[j] * w;
-                    }
-                }
-            }
-            let c = solve_complex(&a, &b);
-            let c: Vec<c64> = (0..n).map(|i| c[(i, 0)]).collect();
-            c.iter().all(|v| v.is_finite()).then_some(c)
-        })
-        .collect()
-}
-
-/// JᴴWJ and JᴴW(residual) over all parameters.
-fn normal_equations(
-    data: &LocalData,
-    poles: &[c64],
-    fixed: &[c64],
-    degree: usize,
-    coefficients: &[Vec<c64>],
-) -> (Mat<c64>, Mat<c64>) {
-    let all: Vec<c64> = poles.iter().chain(fixed).copied().collect();
-    let n = all.len() + degree + 1;
-    let base = data.channels.len() * n;
-    let total = base + poles.len();
-    let mut a = Mat::<c64>::zeros(total, total);
-    let mut b = Mat::<c64>::zeros(total, 1);
-    for (line, x) in data.x.iter().enumerate() {
-        let x = c64::new(*x, 0.0);
-        let row = basis(&all, degree, x);
-        for (c, channel) in data.channels.iter().enumerate() {
-            let w = channel.sigma[line].powi(-2);
-            let residual = channel.value[line] - dot(&coefficients[c], &row);
-            let mut entries: Vec<(usize, c64)> = row.iter().enumerate().map(|(k, v)| (c * n + k, *v)).collect();
-            for (k, p) in poles.iter().enumerate() {
-                let gap = x - *p;
-                entries.push((base + k, coefficients[c][k] / (gap * gap)));
-            }
-            for (i, u) in &entries {
-                b[(*i, 0)] += u.conj() * residual * w;
-                for (j, v) in &entries {
-                    a[(*i, *j)] += u.conj() * v * w;
-                }
-            }
-        }
-    }
-    (a, b)
-}
-
-fn finish(
-    data: &LocalData,
-    poles: Vec<c64>,
-    fixed: &[c64],
-    degree: usize,
-    coefficients: Vec<Vec<c64>>,
-) -> Option<LocalFit> {
-    let (normal, _) = normal_equations(data, &poles, fixed, degree, &coefficients);
-    let total = normal.nrows();
-    // Scale to unit diagonal before inverting: residues and polynomial differ by orders of magnitude.
-    let d: Vec<f64> = (0..total).map(|i| normal[(i, i)].re.max(f64::MIN_POSITIVE).sqrt()).collect();
-    let scaled = Mat::from_fn(total, total, |i, j| normal[(i, j)] / (d[i] * d[j]));
-    let identity = Mat::from_fn(total, total, |i, j| c64::new(if i == j { 1.0 } else { 0.0 }, 0.0));
-    let inverse = solve_complex(&scaled, &identity);
-    let all: Vec<c64> = poles.iter().chain(fixed).copied().collect();
-    let mut sum = 0.0;
-    for (line, x) in data.x.iter().enumerate() {
-        let row = basis(&all, degree, c64::new(*x, 0.0));
-        for (c, channel) in data.channels.iter().enumerate() {
-            let r = channel.value[line] - dot(&coefficients[c], &row);
-            sum += r.norm_sqr() / channel.sigma[line].powi(2);
-        }
-    }
-    let freedom = data.x.len() * data.channels.len() - total;
-    let chi_squared = sum / freedom.max(1) as f64;
-    // A residual above the noise means a model error of that size: the standard deviations grow with it.
-    let scale = chi_squared.max(1.0);
-    let covariance = Mat::from_fn(total, total, |i, j| inverse[(i, j)] * scale / (d[i] * d[j]));
-    let base = total - poles.len();
-    let pole_sd: Vec<f64> =
-        (0..poles.len()).map(|k| (0.5 * covariance[(base + k, base + k)].re.max(0.0)).sqrt()).collect();
-    if !pole_sd.iter().all(|s| s.is_finite()) || !chi_squared.is_finite() {
-        return None;
-    }
-    Some(LocalFit { poles, pole_sd, fixed: fixed.to_vec(), chi_squared, degree, coefficients, covariance })
 }

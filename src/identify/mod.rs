@@ -1,16 +1,25 @@
 //! Records to frequency responses with covariance, and whether they are plausible; resonances and antiresonances;
 //! hammer tests.
 
+mod antiresonances;
+mod channel;
+mod drift;
 pub(crate) mod free_free;
 pub mod frf;
 pub(crate) mod hammer;
-pub(crate) mod local;
+mod line_noise;
+mod local;
+mod lscf;
 pub mod peaks;
 pub mod plausibility;
 pub mod polluted;
 pub(crate) mod rehearsal;
 pub(crate) mod repeat_scatter;
+mod selection;
+mod stabilisation;
+mod window;
 
+pub use drift::{PoleDrift, pole_drift};
 pub use free_free::{Identification, Reading, identify};
 pub use frf::{MeasuredFrf, SweepRecord, open_loop};
 pub use hammer::HammerFrf;

@@ -6,7 +6,7 @@ use super::uff::{UffRecord, universal_file};
 use crate::identify::frf::AXIS_NAMES;
 use crate::identify::plausibility::{Plausibility, RecordFault, Signal};
 use crate::identify::polluted::PollutedLines;
-use crate::identify::{Identification, MeasuredFrf, Reading};
+use crate::identify::{Identification, MeasuredFrf, PoleDrift, Reading};
 use crate::input::measurement::Hammer;
 use serde::Serialize;
 use std::fmt::Write as _;
@@ -195,6 +195,7 @@ pub(crate) struct IdentificationSummary {
     resonances_hz: Frequencies,
     resonances_standard_deviation_hz: Frequencies,
     damping_ratio: Vec<f64>,
+    damping_ratio_standard_deviation: Vec<f64>,
     antiresonances_hz: FrontRear<Frequencies>,
     antiresonances_standard_deviation_hz: FrontRear<Frequencies>,
     cross_antiresonances_hz: Crossed,
@@ -257,6 +258,7 @@ impl From<&Identification> for IdentificationSummary {
             resonances_hz: each(&found.resonances, Reading::frequency_hz),
             resonances_standard_deviation_hz: each(&found.resonances, Reading::standard_deviation_hz),
             damping_ratio: found.damping_ratio.clone(),
+            damping_ratio_standard_deviation: found.damping_standard_deviation.clone(),
             antiresonances_hz: both(Reading::frequency_hz),
             antiresonances_standard_deviation_hz: both(Reading::standard_deviation_hz),
             cross_antiresonances_hz: crossed(Reading::frequency_hz),
@@ -270,6 +272,35 @@ impl From<&Identification> for IdentificationSummary {
             refers_to: "free-free rotor at rest: levitation loop, amplifier, delay, sensor and negative stiffness \
                         removed",
         }
+    }
+}
+
+/// `drift`: what the resonances did over the repeats.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct DriftSummary {
+    relative_change: f64,
+    standard_deviation: f64,
+    words: String,
+}
+
+impl From<&PoleDrift> for DriftSummary {
+    fn from(drift: &PoleDrift) -> Self {
+        let (change, sd) = (drift.relative_change, drift.standard_deviation);
+        let words = if drift.is_seen() {
+            format!(
+                "the resonances drift by {change:.1e} ± {sd:.1e} of their frequency from the first repeat to the last"
+            )
+        } else {
+            format!("no drift of the resonances over the repeats beyond {:.1e} of their frequency", 3.0 * sd)
+        };
+        Self { relative_change: change, standard_deviation: sd, words }
+    }
+}
+
+impl DriftSummary {
+    /// A sentence.
+    pub(crate) fn words(&self) -> &str {
+        &self.words
     }
 }
 

@@ -119,10 +119,12 @@ impl Gap {
         self.count
     }
 
-    /// One more residual in σ.
+    /// One more residual in σ. An entry that is zero in every repeat has no σ and tells nothing.
     pub fn add(&mut self, ratio: f64) {
-        self.sum += ratio * ratio;
-        self.count += 1;
+        if ratio.is_finite() {
+            self.sum += ratio * ratio;
+            self.count += 1;
+        }
     }
 
     /// Both together.

@@ -2,7 +2,7 @@
 
 use crate::rotor::own_spectrum::own_spectrum;
 use muspin::identify::frf::{AXES, SweepRecord};
-use muspin::identify::peaks::{Antiresonance, PeakChannel, antiresonances, resonances};
+use muspin::identify::peaks::{Antiresonance, Channel, antiresonances, resonances};
 use muspin::identify::{HammerFrf, Reading, identify, open_loop};
 use muspin::input::sweep::{header, read_sweep};
 use muspin::input::{load_machine, load_measurement};
@@ -128,7 +128,7 @@ fn null_case_of_the_simulator_shows_the_updated_model() {
 }
 
 /// Σ r/(f_k² − f² + 2jζ f_k f) with white noise.
-fn channel(lines: &[f64], modes: &[(f64, f64)], noise: f64, seed: u64) -> PeakChannel {
+fn channel(lines: &[f64], modes: &[(f64, f64)], noise: f64, seed: u64) -> Channel {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let value = lines
         .iter()
@@ -138,7 +138,7 @@ fn channel(lines: &[f64], modes: &[(f64, f64)], noise: f64, seed: u64) -> PeakCh
             sum - 3.0 / (f * f) + complex(&mut rng, noise)
         })
         .collect();
-    PeakChannel { name: "synthetic".into(), value, sigma: vec![noise; lines.len()] }
+    Channel { name: "synthetic".into(), value, sigma: vec![noise; lines.len()] }
 }
 
 #[test]
@@ -190,6 +190,20 @@ fn an_antiresonance_that_noise_hides_is_null_with_the_reason() {
     assert!(reason.contains("standard deviation") || reason.contains("minimum"), "{reason}");
     // Above the last peak nothing crosses zero: roots of the noise are not antiresonances.
     assert!(found.iter().all(|z| z.place_hz() < 1400.0), "{found:?}");
+}
+
+#[test]
+fn a_channel_of_zeros_has_no_antiresonance_and_says_why() {
+    let lines: Vec<f64> = (0..500).map(|k| 500.0 * 4f64.powf(k as f64 / 499.0)).collect();
+    let clear = channel(&lines, &[(800.0, 1.0), (1400.0, 1.0)], 1e-9, 4);
+    let zero = Channel { name: "g_13".into(), value: vec![c64::new(0.0, 0.0); 500], sigma: vec![0.0; 500] };
+    let poles = resonances(&lines, &[clear, zero.clone()]);
+    assert_eq!(poles.len(), 2, "{poles:?}");
+    let found = antiresonances(&lines, &zero, 1, &poles, 100.0);
+    let [Antiresonance::NotIdentified { reason, .. }] = &found[..] else {
+        panic!("{found:?}");
+    };
+    assert!(reason.contains("g_13 is zero at every line"), "{reason}");
 }
 
 /// A small sweep file, changed by `edit`.

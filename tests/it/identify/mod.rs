@@ -2,5 +2,6 @@
 
 mod column_slips;
 mod identify_sweeps;
+mod modal_sums;
 mod polluted_lines;
 mod record_plausibility;

@@ -1,0 +1,253 @@
+//! Which candidates of the stabilisation diagram are modes, and their maximum-likelihood poles.
+//!
+//! Candidates enter one after the other, the one first that takes most of the misfit away; each is fitted in its own
+//! window together with the modes that lie in it (`local`), those beside it held. Where one pole leaves a misfit well
+//! above the noise, two are tried. At last every mode must stand in the presence of all others, or the weakest of those
+//! that do not is dropped. A pole is a mode when
+//! - its gain, Σ |r|²/σ² over the channels, exceeds what noise reaches at the best of all lines and dampings,
+//! - half of that is left without the line that tells most of it: a disturbed line is no mode,
+//! - damping and standard deviation are those of a mode,
+//! - it does not share shape and place with a stronger one: peaks of a record whose poles drift are no Lorentzians.
+
+use super::channel::Channel;
+use super::local::{LocalData, LocalFit, fit};
+use super::stabilisation::PoleCluster;
+use super::window::Window;
+use crate::linalg::c64;
+
+/// Largest damping ratio of a mode.
+const MOST_DAMPING: f64 = 0.08;
+/// Probability that noise alone makes a mode of a record.
+const FALSE_ALARM: f64 = 1e-3;
+/// The noise is believed to be a tenth of what the record says at least: less is what a record does not repeat of
+/// itself.
+const LEAST_CHI_SQUARED: f64 = 1e-2;
+/// A frequency with a relative standard deviation above this is not identified: readings off a plot are better.
+const WORST_RELATIVE_SD: f64 = 0.005;
+/// Degree of the smooth part round a pole: in a window of a quarter of the frequency, what degree two leaves of the
+/// modes beside it is many standard deviations.
+const DEGREE: usize = 4;
+/// Two poles replace one when it leaves this χ² per degree of freedom and they bring it down by this factor.
+const SPLIT_RESIDUAL: f64 = 2.0;
+const SPLIT_GAIN: f64 = 0.7;
+/// Poles of one shape (by their modal assurance) are one within this part of the larger half bandwidth.
+const SAME_SHAPE: f64 = 0.9;
+const SAME_PLACE: f64 = 0.75;
+
+/// A mode as fitted in its window.
+#[derive(Clone, Debug)]
+pub(super) struct FittedMode {
+    /// Pole on the frequency axis, Hz: damped frequency + jζf.
+    pub(super) pole_hz: c64,
+    /// Standard deviation of its real and of its imaginary part, Hz.
+    pub(super) sd_hz: f64,
+    /// Residue and its standard deviation per channel, in half windows.
+    pub(super) residues: Vec<(c64, f64)>,
+    gain: f64,
+    gain_without_line: f64,
+    chi_squared: f64,
+    half_hz: f64,
+    /// Modes fitted along with it: number among the others, pole.
+    beside: Vec<(usize, c64)>,
+    /// One of these has its shape and place.
+    is_double: bool,
+}
+
+/// The channels of a record and what noise makes of them.
+pub(super) struct Survey<'a> {
+    frequency_hz: &'a [f64],
+    channels: Vec<&'a Channel>,
+    /// Least gain of a mode.
+    least_gain: f64,
+}
+
+impl<'a> Survey<'a> {
+    /// All `channels` must have values other than zero.
+    pub(super) fn of(frequency_hz: &'a [f64], channels: Vec<&'a Channel>) -> Self {
+        // Bound of the χ² of 2·channels degrees of freedom at a trial per line (Laurent and Massart 2000, lemma 1).
+        let freedom = 2.0 * channels.len() as f64;
+        let trials = (frequency_hz.len() as f64 / FALSE_ALARM).ln();
+        let least_gain = 0.5 * (freedom + 2.0 * (freedom * trials).sqrt() + 2.0 * trials);
+        Self { frequency_hz, channels, least_gain }
+    }
+
+    /// Modes, ascending.
+    pub(super) fn modes(&self, candidates: &[PoleCluster]) -> Vec<FittedMode> {
+        let mut poles = vec![];
+        // What hid behind a mode that is fitted by now gets a second chance.
+        for _ in 0..2 {
+            self.add_modes(candidates, &mut poles);
+            self.split_modes(&mut poles);
+            self.drop_modes(&mut poles);
+        }
+        let mut modes: Vec<FittedMode> = (0..poles.len()).filter_map(|k| self.mode_of(&poles, k)).collect();
+        modes.retain(|m| self.accepts(m));
+        modes.sort_by(|a, b| a.pole_hz.re.total_cmp(&b.pole_hz.re));
+        modes
+    }
+
+    fn add_modes(&self, candidates: &[PoleCluster], poles: &mut Vec<c64>) {
+        let known = |p: c64| poles.iter().any(|q| (p - q).norm() < 0.2 * q.im.abs());
+        let new = candidates.iter().map(|c| c.pole_hz).filter(|p| !known(*p));
+        let mut pool: Vec<(c64, f64)> = new.map(|p| (p, self.gain_of(p, poles))).collect();
+        while let Some(best) = (0..pool.len()).max_by(|i, j| pool[*i].1.total_cmp(&pool[*j].1)) {
+            let (start, gain) = pool.swap_remove(best);
+            // The fit finds a better place: somewhat less is worth a trial.
+            if gain < 0.7 * self.least_gain {
+                break;
+            }
+            let Some(mode) = self.fit_mode(start, poles).filter(|m| self.accepts(m)) else {
+                continue;
+            };
+            for (k, pole) in &mode.beside {
+                poles[*k] = *pole;
+            }
+            poles.push(mode.pole_hz);
+            let touched = |p: c64| (p.re - mode.pole_hz.re).abs() < 3.0 * mode.half_hz;
+            for (pole, gain) in pool.iter_mut().filter(|(p, _)| touched(*p)) {
+                *gain = self.gain_of(*pole, poles);
+            }
+        }
+    }
+
+    /// Two poles for one where the misfit asks for it.
+    fn split_modes(&self, poles: &mut Vec<c64>) {
+        for pole in poles.clone() {
+            let others: Vec<c64> = poles.iter().filter(|p| **p != pole).copied().collect();
+            let Some(single) = self.fit_mode(pole, &others).filter(|m| m.chi_squared > SPLIT_RESIDUAL) else {
+                continue;
+            };
+            let pair = |part: f64| {
+                let apart = c64::new(part * pole.im.abs(), 0.0);
+                let with: Vec<c64> = others.iter().copied().chain([pole + apart]).collect();
+                self.fit_mode(pole - apart, &with)
+            };
+            // Poles half a bandwidth and more apart; closer ones drift into place.
+            let pairs = [0.5, 1.5].into_iter().filter_map(pair);
+            let best = pairs.min_by(|a, b| a.chi_squared.total_cmp(&b.chi_squared));
+            let Some(best) = best.filter(|m| m.chi_squared < SPLIT_GAIN * single.chi_squared) else {
+                continue;
+            };
+            let Some((_, second)) = best.beside.iter().find(|(k, _)| *k == others.len()) else {
+                continue;
+            };
+            let mut next = others;
+            next.extend([best.pole_hz, *second]);
+            let stands = |k: usize| self.mode_of(&next, k).is_some_and(|m| self.accepts(&m));
+            if stands(next.len() - 1) && stands(next.len() - 2) {
+                *poles = next;
+            }
+        }
+    }
+
+    /// Fits every mode in the presence of the others until all stand still and are accepted.
+    fn drop_modes(&self, poles: &mut Vec<c64>) {
+        // Poles settle in three rounds, and each round without that drops one.
+        for _ in 0..poles.len() + 4 {
+            let modes: Vec<Option<FittedMode>> = (0..poles.len()).map(|k| self.mode_of(poles, k)).collect();
+            let gain = |k: usize| modes[k].as_ref().map_or(0.0, |m| m.gain);
+            let fails = |k: &usize| !modes[*k].as_ref().is_some_and(|m| self.accepts(m));
+            let weakest = (0..poles.len()).filter(fails).min_by(|i, j| gain(*i).total_cmp(&gain(*j)));
+            let mut moved = 0.0f64;
+            for (pole, mode) in poles.iter_mut().zip(&modes) {
+                if let Some(mode) = mode.as_ref().filter(|m| self.accepts(m)) {
+                    moved = moved.max((mode.pole_hz - *pole).norm() / mode.sd_hz);
+                    *pole = mode.pole_hz;
+                }
+            }
+            match weakest {
+                Some(k) => {
+                    poles.remove(k);
+                }
+                // A hundredth of a standard deviation.
+                None if moved < 1e-2 => return,
+                None => {}
+            }
+        }
+    }
+
+    /// Mode `k` in the presence of the others.
+    fn mode_of(&self, poles: &[c64], k: usize) -> Option<FittedMode> {
+        let others: Vec<c64> = poles.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, p)| *p).collect();
+        self.fit_mode(poles[k], &others)
+    }
+
+    fn accepts(&self, mode: &FittedMode) -> bool {
+        let (pole, sd) = (mode.pole_hz, mode.sd_hz);
+        let (first, last) = (self.frequency_hz.first(), self.frequency_hz.last());
+        let inside = first.is_some_and(|f| pole.re > *f) && last.is_some_and(|f| pole.re < *f);
+        // A damping ratio of zero within its standard deviation is possible, a negative one beyond it is not a mode.
+        let damped = pole.im < MOST_DAMPING * pole.re && pole.im > -3.0 * sd;
+        let seen = mode.gain > self.least_gain && mode.gain_without_line > 0.5 * self.least_gain;
+        inside && damped && seen && !mode.is_double && sd < WORST_RELATIVE_SD * pole.re
+    }
+
+    /// Window of a pole, its data, and the numbers of the other poles that lie in it and beside it.
+    fn window(&self, pole_hz: c64, others: &[c64]) -> Option<(Window, LocalData, Vec<usize>, Vec<usize>)> {
+        let window = Window::about(self.frequency_hz, pole_hz)?;
+        let data = window.data(self.frequency_hz, &self.channels);
+        let place = |k: usize| window.normalise(others[k]).re.abs();
+        let free: Vec<usize> = (0..others.len()).filter(|k| place(*k) < 1.0).collect();
+        let mut fixed: Vec<usize> = (0..others.len()).filter(|k| (1.0..3.0).contains(&place(*k))).collect();
+        fixed.sort_by(|i, j| place(*i).total_cmp(&place(*j)));
+        // Two lines for every coefficient: the nearest poles shape the window most.
+        fixed.truncate((data.x.len() / 2).saturating_sub(free.len() + DEGREE + 2));
+        Some((window, data, free, fixed))
+    }
+
+    /// Gain of a pole where it stands, relative to what the fit leaves.
+    fn gain_of(&self, pole_hz: c64, others: &[c64]) -> f64 {
+        let gain = || {
+            let (window, data, free, fixed) = self.window(pole_hz, others)?;
+            let held = free.iter().chain(&fixed).map(|k| window.normalise(others[*k]));
+            let held: Vec<c64> = [window.normalise(pole_hz)].into_iter().chain(held).collect();
+            let found = fit(&data, &[], &held, DEGREE)?;
+            Some(found.gain(0) / found.chi_squared.max(LEAST_CHI_SQUARED))
+        };
+        gain().unwrap_or(0.0)
+    }
+
+    /// The mode that starts at a pole, fitted with those of the others that lie in its window.
+    pub(super) fn fit_mode(&self, start_hz: c64, others: &[c64]) -> Option<FittedMode> {
+        let (window, mut data, free, fixed) = self.window(start_hz, others)?;
+        let start = free.iter().map(|k| window.normalise(others[*k]));
+        let start: Vec<c64> = [window.normalise(start_hz)].into_iter().chain(start).collect();
+        let held: Vec<c64> = fixed.iter().map(|k| window.normalise(others[*k])).collect();
+        let found = fit(&data, &start, &held, DEGREE)?;
+        let scale = found.chi_squared.max(LEAST_CHI_SQUARED);
+        let channels = 0..self.channels.len();
+        let strength = |l: usize| {
+            let gap = (c64::new(data.x[l], 0.0) - found.poles[0]).norm_sqr();
+            let each = channels.clone().map(|c| (found.residue(c, 0) / data.channels[c].sigma[l]).norm_sqr());
+            each.sum::<f64>() / gap
+        };
+        let strongest = (0..data.x.len()).max_by(|i, j| strength(*i).total_cmp(&strength(*j)))?;
+        for channel in &mut data.channels {
+            channel.sigma[strongest] = f64::INFINITY;
+        }
+        let all: Vec<c64> = found.poles.iter().chain(&held).copied().collect();
+        let without_line = fit(&data, &[], &all, DEGREE)?;
+        Some(FittedMode {
+            pole_hz: window.hz(found.poles[0]),
+            sd_hz: found.pole_sd[0] * scale.sqrt() * window.half_hz,
+            residues: channels.map(|c| (found.residue(c, 0), found.residue_sd(c, 0) * scale.sqrt())).collect(),
+            gain: found.gain(0) / scale,
+            gain_without_line: without_line.gain(0) / scale,
+            chi_squared: found.chi_squared,
+            half_hz: window.half_hz,
+            beside: free.iter().zip(&found.poles[1..]).map(|(k, p)| (*k, window.hz(*p))).collect(),
+            is_double: (1..found.poles.len()).any(|k| self.is_double(&found, k)),
+        })
+    }
+
+    /// Whether pole 0 and pole `k` have one place and one shape.
+    fn is_double(&self, found: &LocalFit, k: usize) -> bool {
+        let (p, q) = (found.poles[0], found.poles[k]);
+        let shape = |a: usize, b: usize| {
+            let each = (0..self.channels.len()).map(|c| found.residue(c, a).conj() * found.residue(c, b));
+            each.sum::<c64>().norm_sqr()
+        };
+        let assurance = shape(0, k) / (shape(0, 0) * shape(k, k)).sqrt();
+        (p - q).norm() < SAME_PLACE * p.im.abs().max(q.im.abs()) && assurance > SAME_SHAPE
+    }
+}
