@@ -4,8 +4,8 @@
 //! are those of the sampled ones.
 //! Tilt and translation: q_t is the displacement of the centre of gravity, q_θ the tilt times half the distance of the
 //! magnets, both from the sensors; i_t acts as a force 2 k_i i_t at the centre of gravity, i_θ as a moment k_i i_θ
-//! times the distance of the magnets, with the mean k_i of both. Of a symmetric rotor these are half the sum and half the
-//! difference of the sensors, and sum and difference of the currents.
+//! times the distance of the magnets, with the mean k_i of both. Of a symmetric rotor these are half the sum and half
+//! the difference of the sensors, and sum and difference of the currents.
 //! A stiffness K given in the place of P is net of the magnet: P = (K + k_s)/k_i, of the bearing or the mean of both.
 
 use super::parameters::{Biquad, roll_off};
