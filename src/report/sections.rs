@@ -14,7 +14,9 @@ pub enum PageSection {
     Routes,
     Stiffness,
     Sensitivity,
+    Damping,
     Margins,
+    Pid,
     Simulation,
     Machining,
     Diagnosis,
@@ -22,7 +24,7 @@ pub enum PageSection {
 
 impl PageSection {
     /// All sections in the order of the page.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 16] = [
         Self::Model,
         Self::Identification,
         Self::Updating,
@@ -33,7 +35,9 @@ impl PageSection {
         Self::Routes,
         Self::Stiffness,
         Self::Sensitivity,
+        Self::Damping,
         Self::Margins,
+        Self::Pid,
         Self::Simulation,
         Self::Machining,
         Self::Diagnosis,
@@ -52,7 +56,9 @@ impl PageSection {
             Self::Routes => "routes",
             Self::Stiffness => "stiffness",
             Self::Sensitivity => "sensitivity",
+            Self::Damping => "damping_ratio",
             Self::Margins => "margins",
+            Self::Pid => "pid",
             Self::Simulation => "simulation",
             Self::Machining => "machining",
             Self::Diagnosis => "diagnosis",
@@ -72,7 +78,9 @@ impl PageSection {
             Self::Routes => "Sampled design and emulation",
             Self::Stiffness => "Dynamic stiffness at the tool",
             Self::Sensitivity => "Sensitivity",
+            Self::Damping => "Damping",
             Self::Margins => "Margins",
+            Self::Pid => "Tuned PID",
             Self::Simulation => "Time responses",
             Self::Machining => "Machining",
             Self::Diagnosis => "Diagnosis",
@@ -104,6 +112,8 @@ impl PageSection {
             Self::Sensitivity => {
                 "Robustness of each control axis in the zones of ISO 14839-3: A up to 9.5 dB, B to 12, C to 14."
             }
+            Self::Damping => "Damping ratios of the slowest modes of each loop at rest.",
+            Self::Pid => "The rival: what it was tuned for, and what it reaches.",
             Self::Margins => {
                 "What every sensor channel may change by at once: gain and phase of the disc round the critical point."
             }
