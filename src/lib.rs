@@ -39,7 +39,7 @@
 //! 1/ω.
 //!
 //! ```
-//! use muspin::controller::discretise::discretised;
+//! use muspin::controller::discretise::discretise_law;
 //! use muspin::prelude::*;
 //!
 //! // w = (uncertainty, load, sensor noise), then u;  z = (uncertainty, x, 0.1 u), then y = x + 0.01 n.
@@ -74,7 +74,7 @@
 //!     name: "one mass".to_owned(),
 //!     law: ControlLaw::Continuous(found.controller),
 //! };
-//! let sampled = discretised(&continuous, 1e-4, omega / 6.28)?;
+//! let sampled = discretise_law(&continuous, 1e-4, omega / 6.28)?;
 //! assert!(matches!(sampled.unwrap().law, ControlLaw::Discrete(_)));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -107,7 +107,7 @@
 //! # Diagnosing a discrepancy
 //!
 //! ```
-//! use muspin::diagnose::data::measurement::Measurement;
+//! use muspin::diagnose::data::measurement::RecordSet;
 //! use muspin::identify::SweepRecord;
 //! use muspin::prelude::*;
 //! use ndarray::Array4;
@@ -128,7 +128,7 @@
 //! });
 //! let left_out = vec![];
 //! let sweep = SweepRecord { name: "sweep".to_owned(), speed_rpm: 0.0, frequency_hz, current, signal, left_out };
-//! let found = diagnose(&model, &Measurement { sweeps: vec![sweep], taps: vec![] }, &|_| {})?;
+//! let found = diagnose(&model, &RecordSet { sweeps: vec![sweep], taps: vec![] }, &|_| {})?;
 //! assert_eq!(found.verdict, Verdict::Named);
 //! assert_eq!(found.effects[0].effect.kind, EffectKind::ToolMass);
 //! assert!((found.effects[0].effect.values[0] / 0.06 - 1.0).abs() < 0.05);
