@@ -347,9 +347,11 @@ mod long {
         let rotor = refine_mesh(&refine_mesh(&machine)).rotor().unwrap();
         let modes = muspin::rotor::PlanarModes::new(&rotor).unwrap().flexible_hz();
         let (measured, sd) = (list("resonances_hz"), list("resonances_standard_deviation_hz"));
-        assert_eq!(measured.len(), 11);
+        // The first eleven, one after the other; of those above 3 kHz, which the magnets hardly move, some are found.
+        assert!((11..=14).contains(&measured.len()), "{measured:?}");
         for (k, f) in measured.iter().enumerate() {
-            let exact = modes[k];
+            let nearest = modes[11..].iter().min_by(|a, b| (*a - f).abs().total_cmp(&(*b - f).abs())).unwrap();
+            let exact = if k < 11 { modes[k] } else { *nearest };
             // A thousandth is what the mesh of the rehearsal, every element in two, leaves at 1.8 kHz.
             assert!((f - exact).abs() < 3.0 * sd[k] + 1e-3 * exact, "{f} {exact} {}", sd[k]);
         }
