@@ -47,7 +47,7 @@ impl Clock {
     pub(super) fn with_stability(self, answer: Answer, growth_rate: f64) -> Answer {
         match self.0 {
             None => answer.with_number("closed_loop_max_real", growth_rate),
-            Some(time) => answer.with_number("closed_loop_max_abs", 1.0 + growth_rate * time.period_s),
+            Some(time) => answer.with_number("closed_loop_max_abs", (growth_rate * time.period_s).exp()),
         }
     }
 }

@@ -36,6 +36,22 @@ fn closed_forms_of_a_sampled_lag() {
 }
 
 #[test]
+fn the_loop_of_a_sampled_regulator_has_the_poles_of_its_two_equations() {
+    // Cost x² + r u² and noises of one on x and of v on y: u = −f x̂ and its observer leave a r/(r + x) and a v/(v + y),
+    // x and y the positive roots of x² + (r − ra² − 1) x − r = 0 and of the same with v. Slow, fast and unstable plants.
+    for (a, r, v) in [(0.999, 1e8, 1e6), (1.2, 1.0, 2.0), (3.0, 0.1, 0.01), (0.5, 1.0, 4.0)] {
+        let pole = |r: f64| {
+            let p: f64 = r - r * a * a - 1.0;
+            a * r / (r + 0.5 * ((p * p + 4.0 * r).sqrt() - p))
+        };
+        let problem = json!({"A": a, "B": 1, "C": 1, "D": 0, "Q": 1, "R": r, "W": 1, "V": v, "Ts": 1e-3});
+        let found = answered("lqg", &problem);
+        let (stated, exact) = (number(&found["closed_loop_max_abs"]), pole(r).max(pole(v)));
+        assert!((stated / exact - 1.0).abs() < 1e-9, "{a} {r} {v}: {stated} {exact}");
+    }
+}
+
+#[test]
 fn scalar_equations_of_sampled_time_have_their_closed_form() {
     // x = a²x − a²x²b²/(r + b²x) + q.
     for (a, b, q, r) in [(1.2, 1.0, 1.0, 1.0), (0.5, 2.0, 1e-6, 1e3), (3.0, 1e-2, 5.0, 1e-4), (0.0, 1.0, 2.0, 1.0)] {
