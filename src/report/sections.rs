@@ -112,7 +112,9 @@ impl PageSection {
             Self::Sensitivity => {
                 "Robustness of each control axis in the zones of ISO 14839-3: A up to 9.5 dB, B to 12, C to 14."
             }
-            Self::Damping => "Damping ratios of the slowest modes of each loop at rest.",
+            Self::Damping => {
+                "Flexible modes in the closed loop at rest: damping ratio of the least damped pole that shows in each."
+            }
             Self::Pid => "The rival: what it was tuned for, and what it reaches.",
             Self::Margins => {
                 "What every sensor channel may change by at once: gain and phase of the disc round the critical point."
