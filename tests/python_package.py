@@ -67,6 +67,15 @@ for k, name in enumerate(["X", "L", "G"]):
 
 x = scipy.linalg.solve_continuous_are(A, B, Q, R, s=S)
 check(np.allclose(muspin.care(A, B, Q, R, S).X, x, atol=1e-9), "care as SciPy")
+E = np.array([[2.0, 0.3], [-0.4, 1.5]])
+mine = muspin.care(A, B, Q, R, S, E)
+check(np.allclose(mine.X, scipy.linalg.solve_continuous_are(A, B, Q, R, e=E, s=S), atol=1e-9), "care with E as SciPy")
+check(np.all(mine.L.real < 0), "the loop of care with E is stable")
+try:
+    muspin.care(A, B, Q, R, S, np.ones((2, 2)))
+    check(False, "care with a singular E")
+except ValueError as error:
+    check("singular" in str(error), "care with a singular E")
 
 # H-infinity norm: the multiple-precision value of each case.
 for case in cases("hinfnorm"):

@@ -15,7 +15,8 @@ use crate::lti::connect::lower_lft;
 use crate::lti::norm::{hinf_norm, hinf_norm_discrete};
 use crate::lti::sample::{inverse_tustin, tustin};
 use crate::lti::{Discrete, StateSpace};
-use crate::robust::dk::{DkError, DkSettings, iterate};
+use crate::robust::dk::posed::iterate_mixed;
+use crate::robust::dk::{DkError, DkSettings};
 use crate::robust::hinf::regularise::{Regularisation, regularise_plant};
 use crate::robust::riccati_cause::find_cause;
 use crate::robust::{HinfSettings, SynthesisError, mu, synthesise};
@@ -209,7 +210,7 @@ fn musyn<'py>(
     }
     let (found, added) = compute(python, move |stop| {
         let (plant, added) = pose_problem(&given, share)?;
-        let found = iterate(&plant, &settings, &mut |_| stop.here());
+        let found = iterate_mixed(&plant, &settings, &mut |_| stop.here());
         let found = found.map_err(|e| match &e {
             DkError::Synthesis(cause) => explain_error(cause),
             _ => format!("D-K iteration: {e}"),

@@ -357,19 +357,21 @@ def care(
     Q: ArrayLike,
     R: ArrayLike | None = None,
     S: ArrayLike | None = None,
-    E: None = None,
+    E: ArrayLike | None = None,
 ) -> CareResult:
-    """Stabilising solution of A'X + XA - (XB + S) R^-1 (B'X + S') + Q = 0, arguments as python-control has them.
+    """Stabilising solution of A'XE + E'XA - (E'XB + S) R^-1 (B'XE + S') + Q = 0, arguments as python-control has them.
+
+    ``E`` has an inverse; without it the identity.
 
     Returns a :class:`CareResult`; raises ValueError where there is no stabilising solution, with the reason.
     """
-    if E is not None:
-        raise ValueError("E is not supported: multiply the equation by its inverse")
     a, b, q = _array(A, "A"), _array(B, "B"), _array(Q, "Q")
     n, m = b.shape
     r = np.eye(m) if R is None else _array(R, "R")
     s = np.zeros_like(b) if S is None else _array(S, "S")
-    for name, found, shape in (("A", a, (n, n)), ("Q", q, (n, n)), ("R", r, (m, m)), ("S", s, (n, m))):
+    e = np.eye(n) if E is None else _array(E, "E")
+    shapes = (("A", a, (n, n)), ("Q", q, (n, n)), ("R", r, (m, m)), ("S", s, (n, m)), ("E", e, (n, n)))
+    for name, found, shape in shapes:
         if found.shape != shape:
             raise ValueError(f"{name} is {found.shape}, but B has the shape {b.shape}: expected {shape}")
         if not np.all(np.isfinite(found)):
@@ -377,6 +379,11 @@ def care(
     for name, found in (("Q", q), ("R", r)):
         if not np.allclose(found, found.T, rtol=1e-10, atol=0.0):
             raise ValueError(f"{name} is not symmetric")
+    if E is not None:
+        if np.linalg.cond(e) > 1e8:
+            raise ValueError("E is singular or nearly so: half the digits of the answer would be lost")
+        # With E^-1 A and E^-1 B the solution is E'XE.
+        a, b = np.linalg.solve(e, a), np.linalg.solve(e, b)
     try:
         inner = np.linalg.solve(r, np.hstack([b.T, s.T]))
     except np.linalg.LinAlgError as error:
@@ -386,7 +393,10 @@ def care(
     shifted = q - s @ rs
     x, residual, growth = _native.care(a - b @ rs, 0.5 * (g + g.T), 0.5 * (shifted + shifted.T))
     gain = rb @ x + rs
-    return CareResult(x, np.linalg.eigvals(a - b @ gain), gain, residual, growth)
+    poles = np.linalg.eigvals(a - b @ gain)
+    if E is not None:
+        x = np.linalg.solve(e.T, np.linalg.solve(e.T, x).T)
+    return CareResult(x, poles, gain, residual, growth)
 
 
 _METHODS = {None: None, "truncate": "balanced_truncation", "matchdc": "singular_perturbation"}

@@ -6,9 +6,11 @@
 //!
 //! The best iterate is returned, not the last. A step that fails leaves a record that says why. The peak of the answer
 //! is certified over all frequencies (`mu::certificate`), and the loop is checked for stability by that computation.
-//! Real and repeated parameters enter the synthesis as full complex blocks: the peak is an upper bound for them.
+//! Real and repeated parameters enter this iteration as full complex blocks; [`posed`] goes on from there with what
+//! they are (`mixed`).
 
 pub(crate) mod descent;
+pub(crate) mod mixed;
 pub mod posed;
 pub(crate) mod record;
 pub mod scale;
@@ -26,7 +28,7 @@ use crate::robust::structure::{MuError, Structure};
 use descent::{Course, ScaleDescent};
 use rayon::prelude::*;
 pub use record::{DkError, DkOutcome, DkSettings, DkStep};
-use scale::DScales;
+use scale::{DScales, scale_errors};
 
 /// Runs the iteration; `progress` sees every step.
 ///
@@ -37,10 +39,9 @@ pub fn iterate(
     settings: &DkSettings,
     progress: &mut dyn FnMut(&DkStep),
 ) -> Result<DkOutcome, DkError> {
-    let blocks = full_blocks(plant)?;
-    let mut run = DkRun { plant, structure: Structure::new(&blocks)?, blocks, settings, hint: None, full_order: None };
+    let mut run = DkRun::new(plant, settings)?;
     let mut log = Log { steps: vec![], progress };
-    let first = run.attempt(&DScales::identity(run.blocks.len()));
+    let first = run.attempt(&DScales::identity(run.blocks.len()), None);
     let mut best = log.enter(&DScales::identity(run.blocks.len()), first)?;
     // Scales of higher order lower γ towards the peak of μ: where that is as high there is nothing to gain.
     if best.mu_peak < best.gamma * (1.0 - settings.least_gap) || settings.least_gap == 0.0 {
@@ -75,6 +76,7 @@ fn full_blocks(plant: &GeneralizedPlant) -> Result<Vec<Block>, DkError> {
     Ok(full.collect())
 }
 
+#[derive(Clone)]
 struct Iterate {
     iteration: usize,
     controller: StateSpace<Continuous>,
@@ -101,6 +103,14 @@ impl Log<'_> {
         self.steps.push(step);
         attempt.map(|a| Iterate { iteration, ..a })
     }
+
+    /// States the D,G bound in the last record, in place of that of full complex blocks.
+    fn correct_last(&mut self, top: &MuPoint) {
+        if let Some(step) = self.steps.last_mut() {
+            step.mu_peak = top.upper;
+            step.peak_omega_rad_s = top.omega_rad_s;
+        }
+    }
 }
 
 struct DkRun<'a> {
@@ -123,10 +133,18 @@ struct Certified {
 /// Points of the grid on which scales are fitted: enough for orders up to six.
 const FIT_POINTS: usize = 90;
 
-impl DkRun<'_> {
-    /// K and μ for given scales.
-    fn attempt(&mut self, scales: &DScales) -> Result<Iterate, DkError> {
-        let scaled = scales.scaled_plant(self.plant, &self.structure)?;
+impl<'a> DkRun<'a> {
+    fn new(plant: &'a GeneralizedPlant, settings: &'a DkSettings) -> Result<Self, DkError> {
+        let blocks = full_blocks(plant)?;
+        Ok(Self { plant, structure: Structure::new(&blocks)?, blocks, settings, hint: None, full_order: None })
+    }
+
+    /// K and μ for given scales, and for Γ(s) on every error where there is one.
+    fn attempt(&mut self, scales: &DScales, share: Option<&Factors>) -> Result<Iterate, DkError> {
+        let mut scaled = scales.scaled_plant(self.plant, &self.structure)?;
+        if let Some(share) = share {
+            scaled = scale_errors(&scaled, share)?;
+        }
         let settings = HinfSettings {
             // γ to a tenth of what a step must improve.
             rel_tol: 1e-5,
@@ -136,16 +154,21 @@ impl DkRun<'_> {
         };
         let found = synthesise(&scaled, &settings)?;
         self.hint = Some(found.gamma_opt);
-        let closed = lower_lft(&self.plant.system, &found.controller)?;
+        self.analyse(found.controller, found.gamma, scales.clone())
+    }
+
+    /// The loop of a controller with its bounds over frequency.
+    fn analyse(&self, controller: StateSpace<Continuous>, gamma: f64, scales: DScales) -> Result<Iterate, DkError> {
+        let closed = lower_lft(&self.plant.system, &controller)?;
         let analysis = MuSystem::new(&closed, &self.blocks)?;
         let (top, points) = analysis.search()?;
         Ok(Iterate {
             iteration: 0,
-            controller: found.controller,
-            gamma: found.gamma,
+            controller,
+            gamma,
             mu_peak: top.upper,
             peak_omega_rad_s: top.omega_rad_s,
-            scales: scales.clone(),
+            scales,
             analysis,
             points,
         })
@@ -192,7 +215,7 @@ impl DkRun<'_> {
             {
                 return;
             }
-            match log.enter(&scales, self.attempt(&scales)) {
+            match log.enter(&scales, self.attempt(&scales, None)) {
                 Ok(current) => {
                     let limit = best.mu_peak * (1.0 - self.settings.min_improvement);
                     idle = if current.mu_peak < limit { 0 } else { idle + 1 };
@@ -237,7 +260,7 @@ impl DkRun<'_> {
             courses.retain(|course| course.ln_level <= deepest + BEHIND);
             if let Some(course) = courses.iter().find(|c| c.ln_level == deepest)
                 && deepest < entered
-                && let Ok(current) = log.enter(&course.scales, self.attempt(&course.scales))
+                && let Ok(current) = log.enter(&course.scales, self.attempt(&course.scales, None))
                 && current.mu_peak < best.mu_peak
             {
                 *best = current;

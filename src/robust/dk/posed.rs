@@ -1,8 +1,9 @@
 //! D-K iteration for plants as they are posed: singular ones are enlarged by small channels, as for H∞ synthesis, and
 //! sampled ones solved in the w plane. The peak of μ of the answer is certified on the loop of the plant as given.
 
+use super::mixed::{is_mixed, refine};
 use super::{DkError, DkOutcome, DkSettings, DkStep, full_blocks, iterate};
-use crate::augment::GeneralizedPlant;
+use crate::augment::{Block, GeneralizedPlant};
 use crate::lti::connect::lower_lft;
 use crate::lti::sample::inverse_tustin;
 use crate::lti::{Continuous, Discrete, StateSpace};
@@ -13,7 +14,8 @@ use crate::robust::hinf::singular::{Perturbation, is_singular, synthesise_pertur
 use crate::robust::mu::system::MuSystem;
 use crate::robust::structure::MuError;
 
-/// [`iterate`] for any plant. A singular one is enlarged by the channels with which its level without scales settles;
+/// [`iterate`] for any plant. With real or repeated parameters the mixed iteration follows, and the peak is that of the
+/// D,G bound. A singular one is enlarged by the channels with which its level without scales settles;
 /// the perturbation states them, with the peak of μ of the enlarged loop as its norm.
 ///
 /// # Errors
@@ -23,17 +25,33 @@ pub fn iterate_perturbed(
     settings: &DkSettings,
     progress: &mut dyn FnMut(&DkStep),
 ) -> Result<(DkOutcome, Option<Perturbation>), DkError> {
-    match iterate(plant, settings, progress) {
+    match iterate_mixed(plant, settings, progress) {
         Err(DkError::Synthesis(reason)) if is_singular(&reason) => {}
         other => return Ok((other?, None)),
     }
     let (_, perturbation) = synthesise_perturbed(plant, &HinfSettings::default())?;
     let enlarged = perturbation.as_ref().map_or_else(|| plant.clone(), |p| enlarge(plant, &p.added));
-    let mut found = iterate(&enlarged, settings, progress)?;
+    let mut found = iterate_mixed(&enlarged, settings, progress)?;
     let enlarged_norm = found.mu_peak;
     let loop_as_given = lower_lft(&plant.system, &found.controller)?;
     certify(&mut found, &loop_as_given, plant, settings)?;
     Ok((found, perturbation.map(|p| Perturbation { enlarged_norm, ..p })))
+}
+
+/// [`iterate`], and from its answer on the mixed iteration where a parameter is real or repeated.
+///
+/// # Errors
+/// As [`iterate`].
+pub fn iterate_mixed(
+    plant: &GeneralizedPlant,
+    settings: &DkSettings,
+    progress: &mut dyn FnMut(&DkStep),
+) -> Result<DkOutcome, DkError> {
+    let mut outcome = iterate(plant, settings, progress)?;
+    if is_mixed(plant)? {
+        refine(plant, settings, &mut outcome, progress)?;
+    }
+    Ok(outcome)
 }
 
 /// [`iterate_perturbed`] in sampled time; frequencies are true ones, and the peak is that of the sampled loop.
@@ -72,7 +90,7 @@ fn certify(
     plant: &GeneralizedPlant,
     settings: &DkSettings,
 ) -> Result<(), DkError> {
-    let peak = match MuSystem::new(closed, &full_blocks(plant)?)?.peak(settings.certificate_slack) {
+    let peak = match MuSystem::new(closed, &declared_blocks(plant)?)?.peak(settings.certificate_slack) {
         // The bound of the loop that this one is a part, or the image, of holds for it.
         Err(MuError::NotCovered { .. }) => return Ok(()),
         found => found?,
@@ -81,4 +99,9 @@ fn certify(
     outcome.mu_lower_peak = peak.bounds.lower;
     outcome.peak_omega_rad_s = peak.omega_rad_s;
     Ok(())
+}
+
+/// The blocks as they are; one full block where none is declared.
+fn declared_blocks(plant: &GeneralizedPlant) -> Result<Vec<Block>, DkError> {
+    if plant.blocks.is_empty() { full_blocks(plant) } else { Ok(plant.blocks.clone()) }
 }

@@ -126,3 +126,15 @@ impl DScales {
         })
     }
 }
+
+/// Every error of a plant times one function.
+///
+/// # Errors
+/// [`NumericError`] when the function cannot be realised.
+pub(crate) fn scale_errors(plant: &GeneralizedPlant, scale: &Factors) -> Result<GeneralizedPlant, NumericError> {
+    let one = scale.state_space()?;
+    let gain = |n: usize| StateSpace::gain(Mat::identity(n, n), Continuous);
+    let errors = (0..plant.errors()).fold(gain(0), |left, _| append(&left, &one));
+    let left = append(&errors, &gain(plant.measurements));
+    Ok(GeneralizedPlant { system: series(&plant.system, &left)?, ..plant.clone() })
+}
