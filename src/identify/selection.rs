@@ -7,7 +7,13 @@
 //! - its gain, Σ |r|²/σ² over the channels, exceeds what noise reaches at the best of all lines and dampings,
 //! - half of that is left without the line that tells most of it: a disturbed line is no mode,
 //! - damping and standard deviation are those of a mode,
-//! - it does not share shape and place with a stronger one: peaks of a record whose poles drift are no Lorentzians.
+//! - it does not share shape and place with a stronger one, nor place where each channel alone has one pole there: peaks
+//!   of a record whose poles drift are no Lorentzians.
+//!
+//! Where the misfit stays far above the noise, the record is no sum of modes: its poles drift within an entry, or the
+//! structure moves otherwise. What is left is then no noise that an average over lines takes away, and gains tell
+//! nothing. A pole must then be a fair share of the response at its own frequency, and two poles within a half bandwidth
+//! are one that drifts. Limit: an image of a mode that is a clean resonance itself is taken for one.
 
 use super::channel::Channel;
 use super::local::{LocalData, LocalFit, fit};
@@ -34,6 +40,13 @@ const SPLIT_GAIN: f64 = 0.7;
 const SAME_SHAPE: f64 = 0.9;
 const SAME_PLACE: f64 = 0.75;
 
+/// A misfit of this many times the variance of the noise, three standard deviations, is none of noise: the record is no
+/// sum of modes there.
+const UNEXPLAINED: f64 = 9.0;
+/// A mode of such a record is this part of the response at the line where it is strongest: what the other modes, the
+/// drift and the swing leave of that response is several hundredths of it.
+const LEAST_SHARE: f64 = 0.2;
+
 /// A mode as fitted in its window.
 #[derive(Clone, Debug)]
 pub(super) struct FittedMode {
@@ -46,10 +59,12 @@ pub(super) struct FittedMode {
     gain: f64,
     gain_without_line: f64,
     chi_squared: f64,
+    /// Part of the response of all channels, root of sums of squares, at the line where the mode is strongest.
+    share: f64,
     half_hz: f64,
     /// Modes fitted along with it: number among the others, pole.
     beside: Vec<(usize, c64)>,
-    /// One of these has its shape and place.
+    /// One of these is the same mode.
     is_double: bool,
 }
 
@@ -179,7 +194,8 @@ impl<'a> Survey<'a> {
         // A damping ratio of zero within its standard deviation is possible, a negative one beyond it is not a mode.
         let damped = pole.im < MOST_DAMPING * pole.re && pole.im > -3.0 * sd;
         let seen = mode.gain > self.least_gain && mode.gain_without_line > 0.5 * self.least_gain;
-        inside && damped && seen && !mode.is_double && sd < WORST_RELATIVE_SD * pole.re
+        let told = mode.chi_squared < UNEXPLAINED || mode.share > LEAST_SHARE;
+        inside && damped && seen && told && !mode.is_double && sd < WORST_RELATIVE_SD * pole.re
     }
 
     /// Window of a pole, its data, and the numbers of the other poles that lie in it and beside it.
@@ -216,12 +232,16 @@ impl<'a> Survey<'a> {
         let found = fit(&data, &start, &held, DEGREE)?;
         let scale = found.chi_squared.max(LEAST_CHI_SQUARED);
         let channels = 0..self.channels.len();
+        let is_double = self.is_double(&data, &found, &held);
         let strength = |l: usize| {
             let gap = (c64::new(data.x[l], 0.0) - found.poles[0]).norm_sqr();
             let each = channels.clone().map(|c| (found.residue(c, 0) / data.channels[c].sigma[l]).norm_sqr());
             each.sum::<f64>() / gap
         };
         let strongest = (0..data.x.len()).max_by(|i, j| strength(*i).total_cmp(&strength(*j)))?;
+        let gap = (c64::new(data.x[strongest], 0.0) - found.poles[0]).norm();
+        let size = |value: &dyn Fn(usize) -> c64| channels.clone().map(|c| value(c).norm_sqr()).sum::<f64>().sqrt();
+        let share = size(&|c| found.residue(c, 0)) / (gap * size(&|c| data.channels[c].value[strongest]));
         for channel in &mut data.channels {
             channel.sigma[strongest] = f64::INFINITY;
         }
@@ -234,20 +254,40 @@ impl<'a> Survey<'a> {
             gain: found.gain(0) / scale,
             gain_without_line: without_line.gain(0) / scale,
             chi_squared: found.chi_squared,
+            share,
             half_hz: window.half_hz,
             beside: free.iter().zip(&found.poles[1..]).map(|(k, p)| (*k, window.hz(*p))).collect(),
-            is_double: (1..found.poles.len()).any(|k| self.is_double(&found, k)),
+            is_double,
         })
     }
 
-    /// Whether pole 0 and pole `k` have one place and one shape.
-    fn is_double(&self, found: &LocalFit, k: usize) -> bool {
-        let (p, q) = (found.poles[0], found.poles[k]);
+    /// Whether pole 0 of a fit with the poles `held` shares its place with another free one and is the same mode: both
+    /// have one shape, the record is no sum of modes, or each channel alone is as well off with one pole of its own,
+    /// which drifts from channel to channel.
+    fn is_double(&self, data: &LocalData, found: &LocalFit, held: &[c64]) -> bool {
+        let (pole, others) = (found.poles[0], &found.poles[1..]);
+        let reach = |q: c64| pole.im.abs().max(q.im.abs());
+        let near: Vec<usize> = (0..others.len()).filter(|k| (pole - others[*k]).norm() < reach(others[*k])).collect();
+        let has_shape = |k: &usize| {
+            (pole - others[*k]).norm() < SAME_PLACE * reach(others[*k]) && self.have_one_shape(found, k + 1)
+        };
+        if near.is_empty() || near.iter().any(has_shape) || found.chi_squared > UNEXPLAINED {
+            return !near.is_empty();
+        }
+        let apart = (0..others.len()).filter(|k| !near.contains(k)).map(|k| others[k]);
+        let fixed: Vec<c64> = apart.chain(held.iter().copied()).collect();
+        let alone = data.channels.iter().map(|channel| {
+            let one = LocalData { x: data.x.clone(), channels: vec![channel.clone()] };
+            fit(&one, &[pole], &fixed, DEGREE).map_or(f64::INFINITY, |f| f.chi_squared)
+        });
+        found.chi_squared > SPLIT_GAIN * alone.sum::<f64>() / data.channels.len() as f64
+    }
+
+    fn have_one_shape(&self, found: &LocalFit, k: usize) -> bool {
         let shape = |a: usize, b: usize| {
             let each = (0..self.channels.len()).map(|c| found.residue(c, a).conj() * found.residue(c, b));
             each.sum::<c64>().norm_sqr()
         };
-        let assurance = shape(0, k) / (shape(0, 0) * shape(k, k)).sqrt();
-        (p - q).norm() < SAME_PLACE * p.im.abs().max(q.im.abs()) && assurance > SAME_SHAPE
+        shape(0, k) > SAME_SHAPE * (shape(0, 0) * shape(k, k)).sqrt()
     }
 }

@@ -61,7 +61,7 @@ impl Case {
         let (outputs, inputs) = [(1, 1), (2, 2), (4, 2)][(seed / 2 % 3) as usize];
         let shapes: Vec<Vec<f64>> = modes.iter().map(|_| (0..outputs).map(|_| draw.gauss()).collect()).collect();
         let level = draw.log_between(5e-4, 2e-2);
-        let repeats = draw.0.random_range(2..=5);
+        let repeats = draw.0.random_range(1..=5);
         let proportional = draw.0.random::<bool>();
         let mut channels = vec![];
         for o in 0..outputs {
@@ -136,9 +136,23 @@ fn lines(draw: &mut Draw, modes: &[(f64, f64)], kind: u64) -> Vec<f64> {
 /// The share of visible modes that are found, of found ones that do not exist, and of intervals that hold the truth.
 #[test]
 fn modes_are_found_and_their_intervals_cover() {
+    // Some hundred intervals: 90 % within two standard deviations of 3 %.
+    hold_shares(1000..1012, 0.84..0.96);
+}
+
+mod long {
+    /// Two hundred records.
+    #[test]
+    #[ignore = "long"]
+    fn modes_of_two_hundred_records_are_found_and_their_intervals_cover() {
+        super::hold_shares(5000..5200, 0.87..0.95);
+    }
+}
+
+fn hold_shares(seeds: std::ops::Range<u64>, coverage: std::ops::Range<f64>) {
     let (mut visible, mut found, mut reported, mut invented) = (0, 0, 0, 0);
     let mut errors: Vec<f64> = vec![];
-    for seed in 1000..1012 {
+    for seed in seeds {
         let case = Case::of(seed);
         let (resonances, _) = poly_reference(&case.lines, &case.channels, case.inputs);
         let mut left: Vec<&Resonance> = resonances.iter().collect();
@@ -172,8 +186,43 @@ fn modes_are_found_and_their_intervals_cover() {
     println!("{visible} visible, found {found:.3}, invented {invented:.3}, covered {covered:.3} of {}", errors.len());
     assert!(found >= 0.95, "{found}");
     assert!(invented <= 0.02, "{invented}");
-    // Some hundred intervals: 90 % within two standard deviations of 3 %.
-    assert!((0.84..0.96).contains(&covered), "{covered}");
+    assert!(coverage.contains(&covered), "{covered}");
+}
+
+/// A hanging beam hit point after point: the poles of each entry are its own, 6e-5 apart in all. It has four modes all
+/// the same.
+#[test]
+fn modes_whose_poles_drift_from_entry_to_entry_are_one_each() {
+    let modes = [112.0, 307.0, 597.0, 975.0];
+    let shapes = [[1.0, 0.7], [-0.8, 0.9], [0.6, 0.8], [0.9, -0.5]];
+    let damping = 1e-4;
+    let mut lines: Vec<f64> = (100..2200).map(|k| 0.5 * f64::from(k)).collect();
+    lines.extend(modes.iter().flat_map(|f| (-150..=150).map(move |k| f + 0.02 * f64::from(k))));
+    lines.sort_by(f64::total_cmp);
+    lines.dedup();
+    let mut draw = Draw(ChaCha8Rng::seed_from_u64(11));
+    let mut channels = vec![];
+    for (o, i, drift) in [(0, 0, 0.0), (0, 1, -2e-5), (1, 0, -4e-5), (1, 1, -6e-5)] {
+        let value: Vec<c64> = lines
+            .iter()
+            .map(|f| {
+                let each = modes.iter().zip(&shapes).map(|(g, s)| {
+                    let g = g * (1.0 + drift);
+                    c64::new(s[o] * s[i], 0.0) / c64::new(g * g - f * f, 2.0 * damping * g * f)
+                });
+                each.sum::<c64>() - c64::new(0.5 / (f * f), 0.0)
+            })
+            .map(|g| g + draw.noise(1e-3 * g.norm()))
+            .collect();
+        let sigma = value.iter().map(|g| 1e-3 * g.norm()).collect();
+        channels.push(Channel { name: String::new(), value, sigma });
+    }
+    let (found, _) = poly_reference(&lines, &channels, 2);
+    assert_eq!(found.len(), 4, "{found:?}");
+    for (r, f) in found.iter().zip(modes) {
+        assert!((r.frequency_hz / f - 1.0).abs() < 6e-5, "{f} {r:?}");
+        assert!((r.damping_ratio / damping - 1.0).abs() < 0.5, "{r:?}");
+    }
 }
 
 /// A lightly damped beam with noise of 0.2 % and without: four modes on uniform lines of 0.5 Hz.
