@@ -14,6 +14,7 @@ pub mod emulation;
 pub(crate) mod firmware_proof;
 pub mod instability;
 pub mod judged;
+pub(crate) mod levitating_pid;
 pub mod loop_curves;
 pub(crate) mod loop_stability;
 pub mod model_curves;
@@ -31,6 +32,7 @@ mod reduction;
 pub(crate) mod response_table;
 mod rotating_loop;
 pub mod run;
+pub(crate) mod sampled;
 pub mod settings;
 pub(crate) mod simulation;
 pub mod specification_scale;
@@ -101,6 +103,17 @@ pub enum PipelineError {
     /// A time response.
     #[error("simulation: {0}")]
     Time(#[from] TimeError),
+    /// A sampled controller with the sample time of another machine.
+    #[error(
+        "sample_time_s {given_s} does not match the spindle's sample rate of {rate_hz} Hz (sample time {})",
+        rate_hz.recip()
+    )]
+    SampleTime {
+        /// Of the controller, s.
+        given_s: f64,
+        /// Of the machine, Hz.
+        rate_hz: f64,
+    },
     /// Stability over speed.
     #[error("verification: {0}")]
     Verification(#[from] VerificationError),

@@ -4,12 +4,15 @@ usage: pip install .[control] scipy slycot && python3 tests/python_package.py
 Exit 77 says that the package, control or scipy is missing; without slycot its comparisons are left out.
 """
 
+import copy
 import glob
 import json
 import os
+import pickle
 import signal
 import subprocess
 import sys
+import tempfile
 import threading
 import time
 
@@ -246,8 +249,106 @@ diagnosis = os.path.join(HERE, "data", "diagnosis", "c03")
 measured = muspin.Spindle.load(os.path.join(diagnosis, "spindle.yaml"), os.path.join(diagnosis, "tool.yaml"))
 updated, figures = measured.update(diagnosis)
 check("updating" in figures and updated.name == measured.name, "update")
-corrected, found = measured.diagnose(diagnosis)
-check(found["verdict"] in ("adequate", "named", "tie", "unexplained"), "diagnose")
+updating = measured.update(diagnosis)
+check(updating.spindle == updated and "errors" in updating.tables and len(updating.sentence) > 10, "update: typed results")
+diagnosed = measured.diagnose(diagnosis)
+corrected, found = diagnosed
+check(found["diagnosis"]["verdict"] in ("adequate", "named", "tie", "unexplained"), "diagnose")
+check("gap" in diagnosed.tables and corrected.name == measured.name, "diagnose: tables")
+
+# Signals have names, and the loop is closed by them.
+check(design.input_labels[:5] == ["current_front_x", "current_front_y", "current_rear_x", "current_rear_y", "force_tool_x"], "names of inputs")
+check(design.output_labels[3:5] == ["sensor_rear_y", "displacement_tool_x"], "names of outputs")
+labelled = spindle.response([100.0, 200.0])
+if hasattr(labelled, "sel"):
+    one = labelled.sel(omega=200.0, output="displacement_tool_x", input="force_tool_x")
+    check(one.item() == spindle.response([200.0])[0, 4, 4].item(), "labelled response")
+
+# Copies and pickles are the same machine.
+for twin in (copy.copy(spindle), copy.deepcopy(spindle), pickle.loads(pickle.dumps(spindle))):
+    check(twin == spindle and np.array_equal(twin.response([500.0]), spindle.response([500.0])), "a copy is the same machine")
+check(pickle.loads(pickle.dumps(corrected)) == corrected, "effects are copied too")
+check(spindle.with_tool("drill-8") != spindle and spindle.with_tool("drill-8").tool == "drill-8", "another tool")
+try:
+    muspin.Spindle.load("reference", {"nonsense": 1})
+    check(False, "a dictionary that is no tool")
+except ValueError as error:
+    check("nonsense" in str(error), f"a dictionary that is no tool: {error}")
+
+# Backward and forward whirl coincide at rest and part at speed.
+modes = spindle.modes([0.0, spindle.max_rpm])
+rest, fast = (at["natural_frequencies_hz"] for at in modes["speeds"])
+check(np.allclose(rest[0::2], rest[1::2], rtol=1e-6) and not np.allclose(fast[4], fast[5], rtol=1e-4), "modes: whirl pairs")
+
+# A PID, its loop closed by names, compared, simulated, exported.
+pid = spindle.pid()
+K, figures = pid
+check(K.dt == 5e-5 and K.input_labels[0] == "sensor_front_x" and K.output_labels[3] == "current_rear_y", "pid")
+sampled_plant = control.c2d(spindle.plant(0, 4), K.dt)
+sampled_plant = sampled_plant[["sensor_front_x", "sensor_front_y", "sensor_rear_x", "sensor_rear_y", "displacement_tool_x"],
+                              ["current_front_x", "current_front_y", "current_rear_x", "current_rear_y", "force_tool_x"]]
+loop = control.interconnect(
+    [sampled_plant, K], inputs=["force_tool_x"], outputs=["displacement_tool_x"])
+check(np.all(np.abs(loop.poles()) < 1.0), "the loop is closed by names and stable")
+step = spindle.simulate(pid, "step", force=20.0, duration=0.2)
+response = step.tables["response"]
+check(response["time_s"].shape == response["displacement_tool_x_m"].shape and step.met, "simulate: table")
+late = slice(-len(response["time_s"]) // 4, None)
+linear = control.forced_response(loop, U=np.full(len(response["time_s"]), 20.0)).outputs
+settled, expected = response["displacement_tool_x_m"][late].mean(), linear[late].mean()
+check(abs(settled / expected - 1) < 0.05, f"the step is that of the loop closed by names: {settled} {expected}")
+compared = spindle.compare(pid, rpm=[0.0])
+smallest = compared.figures["stiffness"][next(iter(compared.figures["stiffness"]))]
+check(compared.met is not None and smallest["minimum_n_per_m"] > 0, "compare")
+with tempfile.TemporaryDirectory() as folder:
+    exported = spindle.export(pid, os.path.join(folder, "firmware"))
+    check("controller.c" in exported.files and os.path.exists(os.path.join(folder, "firmware", "controller.c")), "export")
+    check("proven stable" in exported.sentence, f"export: {exported.sentence}")
+    spindle.rehearse(os.path.join(folder, "rig"), rpm=0.0, repeats=2)
+    identified = muspin.Spindle.load().identify(os.path.join(folder, "rig"))
+    first = identified.figures["identification"]["resonances_hz"][0]
+    expected = rest[0]
+    check(identified.met and abs(first / expected - 1) < 2e-3, f"what is rehearsed is identified: {first} {expected}")
+    compared.write(os.path.join(folder, "compared"))
+    check(os.path.exists(os.path.join(folder, "compared", "report.html")), "a page is written")
+try:
+    import pandas
+
+    frame = pandas.DataFrame(step.tables["response"])
+    check(len(frame) > 1000 and "sensor_front_x_m" in frame.columns, "pandas takes the table")
+except ImportError:
+    pass
+for call in (lambda: spindle.simulate(pid, "jump"), lambda: spindle.simulate(pid, force=-1.0), lambda: spindle.compare("no such file")):
+    try:
+        call()
+        check(False, "malformed call is taken")
+    except ValueError as error:
+        check(len(str(error)) > 10, "words")
+
+# mussv of a stack is mussv of its lines; transfer functions are systems.
+stack = np.random.default_rng(2).normal(size=(3, 2, 2)) + 0j
+check(np.allclose(muspin.mussv(stack, [[1, 1], [1, 1]]).upper, [muspin.mussv(m, [[1, 1], [1, 1]]).upper for m in stack]), "mussv of a stack")
+check(abs(muspin.hinfnorm(control.tf([2.0], [1.0, 1.0])).norm - 2.0) < 1e-8, "hinfnorm of a transfer function")
+
+
+class Enough(Exception):
+    """Ends a design from its progress."""
+
+
+told = []
+
+
+def tell(words):
+    told.append(words)
+    if len(told) == 2:
+        raise Enough(words)
+
+
+try:
+    spindle.design("benchmark", progress=tell)
+    check(False, "an exception in progress ends the design")
+except Enough:
+    check(len(told) == 2 and all(isinstance(words, str) for words in told), f"progress: {told}")
 
 # Numbers that numpy would drop without a word are refused.
 stable = np.array([[-1.0, 0.5], [0.0, -2.0]])

@@ -14,13 +14,12 @@ use super::{Failure, Outcome};
 use crate::augment::weights::Weights;
 use crate::export::firmware::sha256_hex;
 use crate::input::load_weights;
-use crate::pipeline::batch::{Finished, one_tool};
+use crate::pipeline::batch::one_tool;
 use crate::pipeline::run::{Extent, Task};
 use crate::pipeline::settings::{DesignSettings, EarlierDesign};
 use crate::report::batch::{BatchRow, ROW_FILE, figures, overview, sentences, shown_rows, table, verdict};
-use crate::report::run::run_report;
+use crate::report::tool::tool_report;
 use crate::report::whole::{Report, ReportError, machine_tag};
-use crate::report::worst::worst_records;
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
@@ -148,7 +147,7 @@ fn one(
     let mut report = Report::default();
     let row = match found {
         Ok(found) => {
-            report = own_report(&found, weights)?;
+            report = tool_report(&found, weights)?;
             BatchRow::of(&variant.name, &inputs, &found)
         }
         Err(error) => BatchRow::failed_row(&variant.name, &inputs, error.to_string()),
@@ -161,21 +160,6 @@ fn one(
         Some(_) => console.writing(|| report.folder.write(Path::new(&out)))?,
     }
     Ok(row)
-}
-
-/// Page, controller and files of one tool.
-fn own_report(found: &Finished, weights: &Weights) -> Result<Report, ReportError> {
-    let run = &found.run;
-    let (mut report, _) = run_report(run, &weights.name, None)?;
-    // Of an unstable loop there is no worst case.
-    let first = usize::from(run.design.instability.is_some());
-    for (name, worst) in ["mu", "pid"].iter().zip(&found.worst).skip(first) {
-        let records = worst_records(worst);
-        report.summary.set(&format!("worst_case.{name}"), records);
-    }
-    let pid = run.pid().map(|p| &p.controller);
-    report.controller_beside(&run.machine, &run.design, pid)?;
-    Ok(report)
 }
 
 /// Hash of everything that a row depends on.

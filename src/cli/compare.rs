@@ -15,20 +15,14 @@ use crate::augment::weights::Weights;
 use crate::controller::Controller;
 use crate::input::{load_tagged_controller, load_weights};
 use crate::pipeline::compared::{Compared, Ground, KnownFigures, compare_controller, own_controllers};
-use crate::pipeline::comparison::Prediction;
 use crate::pipeline::loop_stability::unstable_words;
 use crate::predict::chatter::{CuttingMaterial, Engagement};
-use crate::predict::sensitivity::Zone;
 use crate::predict::stiffness::stiffness_words;
-use crate::report::compared::{HammerCurve, add_compared, add_own};
+use crate::report::compared::{HammerCurve, add_compared, add_own, all_acceptable, controller_keys};
 use crate::report::plot::Role;
 use crate::report::whole::Report;
-use crate::rotor::modes::PlanarModes;
 use crate::spindle::Machine;
 use rayon::prelude::*;
-
-/// Flexible modes whose damping is listed and at which stiffness is stated.
-const LISTED_MODES: usize = 3;
 
 /// Arguments of `muspin compare`.
 #[derive(clap::Args, Debug)]
@@ -106,18 +100,10 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
         controllers = add_own(&mut report.summary, own);
     }
     let list = all_compared(&ground, &controllers, &progress, arguments.timings.are_asked())?;
-    let met = met && list.iter().all(|(role, c)| is_acceptable(*role, c));
+    let met = met && all_acceptable(&list);
     let ended = if met { Outcome::Done } else { Outcome::TargetMissed };
-    let mut flexible_hz = PlanarModes::new(&machine.rotor()?)?.flexible_hz();
-    flexible_hz.truncate(LISTED_MODES);
     let hammers = hammers.iter().map(|h| HammerCurve::of(&h.name, &h.frf)).collect();
-    add_compared(&mut report, &ground, &flexible_hz, &list, hammers)?;
-    let sentence = if met {
-        "every loop is proven stable at every speed"
-    } else {
-        "a loop is not proven stable at every speed, is in zone D, or the design misses its specification"
-    };
-    report.verdict(met, sentence);
+    let sentence = add_compared(&mut report, &ground, &list, hammers, met)?;
     progress.start_stage("report");
     console.writing(|| report.write(&arguments.out))?;
     arguments.timings.print(&progress.times());
@@ -139,7 +125,7 @@ fn all_compared(
     progress: &Progress,
     timed: bool,
 ) -> Result<Vec<(Role, Compared)>, Failure> {
-    let keys = keys(controllers);
+    let keys = controller_keys(controllers);
     let one = |(name, (role, controller, known)): (&String, &(Role, Controller, KnownFigures))| {
         if timed {
             progress.start_stage(format!("predictions for {name}"));
@@ -151,14 +137,6 @@ fn all_compared(
     }
     progress.start_stage("predictions");
     keys.par_iter().zip(controllers).map(one).collect()
-}
-
-/// Proven stable at every speed, and in an acceptable zone. The textbook PID shows what is left without tuning: its
-/// zone is no target.
-fn is_acceptable(role: Role, each: &Compared) -> bool {
-    let mut zones = each.predictions.iter().map(Prediction::zone);
-    let zones_hold = role == Role::TextbookPid || zones.all(|z| z.is_some_and(|z| z < Zone::D));
-    each.verification.is_proven() && zones_hold
 }
 
 type Given = (Machine, Vec<(Role, Controller, KnownFigures)>, Option<UsedMachine>, Remarks);
@@ -205,22 +183,6 @@ fn cut(arguments: &Arguments) -> Result<(CuttingMaterial, Engagement), Failure> 
     }
     let material = CuttingMaterial { tangential_pa: arguments.tangential_pa, radial_ratio: arguments.radial_ratio };
     Ok((material, Engagement::down_milling(arguments.teeth, width)))
-}
-
-/// Names of the controllers as keys: blanks become underscores, repeated names get a number.
-fn keys(controllers: &[(Role, Controller, KnownFigures)]) -> Vec<String> {
-    let mut names: Vec<String> = vec![];
-    for (role, controller, _) in controllers {
-        let base = match role {
-            Role::Mu => "mu".to_owned(),
-            Role::Pid => "pid".to_owned(),
-            Role::TextbookPid => "textbook_pid".to_owned(),
-            _ => controller.name.replace([' ', '.'], "_").to_lowercase(),
-        };
-        let repeats = names.iter().filter(|n| **n == base || n.starts_with(&format!("{base}_"))).count();
-        names.push(if repeats == 0 { base } else { format!("{base}_{}", repeats + 1) });
-    }
-    names
 }
 
 fn show_comparison(sentence: &str, ended: Outcome, list: &[(Role, Compared)], out: &str) -> CommandEnd {

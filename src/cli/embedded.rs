@@ -2,22 +2,20 @@
 
 use super::Failure;
 use super::diagnose::{evidence, name_failure, unused_rows, without_unknown_controllers};
+use super::identify::identify_records;
 use super::plausibility::{Records, controllers};
 use super::surroundings::Surroundings;
-use super::update::targets;
-use crate::augment::weights::Weights;
-use crate::diagnose::diagnose_with;
+use super::update::{targets, updated_folder};
+use crate::diagnose::{Verdict, diagnose_with};
 use crate::input::load_measurement;
-use crate::pipeline::comparison::predict;
-use crate::pipeline::design::{Design, design};
-use crate::pipeline::settings::DesignSettings;
 use crate::report::corrected_records::record_faults;
-use crate::report::design_summary::DesignSummary;
+use crate::report::diagnosis::stage;
 use crate::report::diagnosis_summary::DiagnosisSummary;
+use crate::report::diagnosis_words::sentence;
 use crate::report::identification::{IdentificationSummary, PlausibilitySummary};
-use crate::report::prediction_summary::{SensitivitySummary, StiffnessSummary};
-use crate::report::summary::{Summary, json};
+use crate::report::summary::json;
 use crate::report::updating::UpdatingSummary;
+use crate::report::whole::Report;
 use crate::spindle::Machine;
 use crate::update::{UpdateSettings, gauss_newton};
 use serde_json::Value;
@@ -26,39 +24,39 @@ use serde_json::Value;
 ///
 /// # Errors
 /// [`Failure`] as `muspin update` tells it.
-pub(crate) fn update_machine(machine: &Machine, measurement: &str) -> Result<(Machine, Value), Failure> {
+pub(crate) fn update_machine(machine: &Machine, measurement: &str) -> Result<(Machine, Report), Failure> {
     let loaded = load_measurement(measurement)?;
     let records = Records::of(&loaded, machine)?;
     records.refuse_for_updating()?;
     let (targets, identification) = targets(&loaded, &records, machine, None)?;
     let found = gauss_newton(machine, &targets, &UpdateSettings::default())?;
-    let mut summary = Summary::new();
+    let mut report = Report::of("update", &found.machine);
+    let summary = &mut report.summary;
     if let Some(peaks) = &identification {
         summary.set("identification", IdentificationSummary::from(peaks));
     }
     summary.set("plausibility", PlausibilitySummary::of(&records.reports));
     summary.set("updating", UpdatingSummary::from(&found.fit));
-    Ok((found.machine, summary.value()))
+    report.verdict(found.fit.explanation.explained && records.plausible(), &found.fit.explanation.statement);
+    report.folder = updated_folder(machine, &found, &[("updated", &found.fit)])?;
+    Ok((found.machine, report))
 }
 
-/// A design and the figures of `muspin design`; `progress` is called whenever a stage or a step has ended.
+/// Resonances, antiresonances and plausibility of a measurement, with the figures of `muspin identify`.
 ///
 /// # Errors
-/// [`Failure`] as `muspin design` tells it.
-pub(crate) fn design_controller(
-    machine: &Machine,
-    weights: &Weights,
-    polish: bool,
-    progress: &(dyn Fn() + Sync),
-) -> Result<(Design, Value), Failure> {
-    let settings = if polish { DesignSettings::with_polish() } else { DesignSettings::default() };
-    let found = design(machine, weights, &settings, &mut |_| progress())?;
-    let rest = predict(machine, &found.delivery.controller, 0.0)?;
-    let mut summary = Summary::new();
-    summary.set("design", DesignSummary::from(&found));
-    summary.set("stiffness.mu", StiffnessSummary::of(&rest));
-    summary.set("sensitivity.mu", SensitivitySummary::of(&rest));
-    Ok((found, summary.value()))
+/// [`Failure`] as `muspin identify` tells it.
+pub(crate) fn identify_measurement(machine: &Machine, measurement: &str) -> Result<Report, Failure> {
+    let loaded = load_measurement(measurement)?;
+    let records = Records::of(&loaded, machine)?;
+    let found = identify_records(&loaded, machine, &records)?;
+    let mut report = Report { folder: found.folder, ..Report::of("identify", machine) };
+    let plausible = records.plausible();
+    report.verdict(plausible, if plausible { "the records are plausible" } else { "a record contradicts the machine" });
+    if let Value::Object(topics) = json(&found.answer) {
+        topics.into_iter().for_each(|(key, value)| report.summary.set(&key, value));
+    }
+    Ok(report)
 }
 
 /// The corrected machine, and the figures of `muspin diagnose`; `progress` is called whenever a stage begins.
@@ -69,7 +67,7 @@ pub(crate) fn diagnose_machine(
     machine: &Machine,
     measurement: &str,
     progress: &(dyn Fn() + Sync),
-) -> Result<(Machine, Value), Failure> {
+) -> Result<(Machine, Report), Failure> {
     let mut loaded = load_measurement(measurement)?;
     let mut left_out = without_unknown_controllers(&mut loaded);
     left_out.extend(unused_rows(&loaded));
@@ -78,13 +76,14 @@ pub(crate) fn diagnose_machine(
     let records = evidence(&loaded, &controllers);
     let found = diagnose_with(machine, &records, &known.alternatives(), &|_: &str| progress())
         .map_err(|error| name_failure(measurement, error))?;
-    let mut summary = json(DiagnosisSummary::from(&found));
-    if let Value::Object(map) = &mut summary {
-        let faults = record_faults(&found, &known.names);
-        map.insert("record_faults".into(), json(faults));
-        if !left_out.is_empty() {
-            map.insert("left_out".into(), json(left_out));
-        }
+    let mut report = Report::of("diagnose", machine);
+    report.verdict(found.verdict != Verdict::Unexplained, &sentence(&found));
+    let summary = &mut report.summary;
+    summary.set("diagnosis", DiagnosisSummary::from(&found));
+    summary.set("diagnosis.record_faults", record_faults(&found, &known.names));
+    if !left_out.is_empty() {
+        summary.set("diagnosis.left_out", left_out);
     }
-    Ok((found.corrected, summary))
+    stage(&mut report.folder, &found)?;
+    Ok((found.corrected, report))
 }

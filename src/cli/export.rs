@@ -6,7 +6,6 @@ use super::machine::Remarks;
 use super::output::claim;
 use super::{Failure, Outcome};
 use crate::controller::anti_windup::{AntiWindup, with_anti_windup};
-use crate::controller::discretise::discretise_law;
 use crate::controller::fidelity::TransferChange;
 use crate::controller::realise::{Form, modal_form};
 use crate::controller::scaling::{ScaledRealisation, SignalLimits, scale_realisation};
@@ -14,13 +13,14 @@ use crate::controller::sections::second_order_sections;
 use crate::controller::verification::Verification;
 use crate::controller::verification::growth_words;
 use crate::controller::verification_error::VerificationError;
-use crate::controller::{ControlLaw, Controller, ControllerError};
+use crate::controller::{Controller, ControllerError};
 use crate::export::c::{c_identifier, is_prefix, stability_words};
 use crate::export::firmware::{Firmware, FirmwareError, Format, write_all};
 use crate::export::table::controller_table;
 use crate::lti::{Discrete, StateSpace};
 use crate::pipeline::PipelineError;
-use crate::pipeline::firmware_proof::{changed_by_rounding, prewarp_hz, proven_as_rounded};
+use crate::pipeline::firmware_proof::{changed_by_rounding, proven_as_rounded};
+use crate::pipeline::sampled::{SampledController, sample_controller};
 use crate::report::results::ResultsFolder;
 use crate::report::simulation::AntiWindupSummary;
 use crate::report::summary::json;
@@ -236,10 +236,9 @@ fn prepare(arguments: &Arguments, file: &str, remarks: &mut Vec<Remarks>) -> Res
     let read = [file, &given.used.spindle, &given.used.tool];
     claim(&arguments.out, &[], read)?;
     let machine = &given.machine;
-    let (discrete, continuous) = ready(machine, &given.controller, file)?;
-    let ControlLaw::Discrete(law) = &discrete.law else {
-        return Err(Failure::new(format!("{file}: the controller could not be sampled")));
-    };
+    let SampledController { controller: discrete, law, prewarp_hz } = ready(machine, &given.controller, file)?;
+    let continuous = prewarp_hz.map(|_| given.controller.clone());
+    let law = &law;
     let realisation = match arguments.form {
         FormArgument::Modal => modal_form(law)?,
         FormArgument::Sections => second_order_sections(law)?,
@@ -304,28 +303,18 @@ fn formats(arguments: &[FormatArgument]) -> Vec<Format> {
         .collect()
 }
 
-/// The controller at the spindle's sample rate, and the continuous one it came from.
-pub(super) fn ready(
-    machine: &Machine,
-    loaded: &Controller,
-    file: &str,
-) -> Result<(Controller, Option<Controller>), Failure> {
-    let period = machine.spindle.electronics.sample_period_s();
-    if let ControlLaw::Discrete(law) = &loaded.law {
-        // Sample times are decimals of the same number; only rounding is forgiven.
-        if (law.time.period_s - period).abs() > 1e-9 * period {
-            return Err(Failure::new(format!(
-                "{file}: sample_time_s {} does not match the spindle's sample rate of {} Hz (sample time {period})",
-                law.time.period_s, machine.spindle.electronics.sample_rate_hz
-            ))
-            .with_hint("give the spindle that the controller was made for with --spindle"));
-        }
-        return Ok((loaded.clone(), None));
+/// The controller at the spindle's sample rate; that a continuous one was sampled is said.
+pub(super) fn ready(machine: &Machine, loaded: &Controller, file: &str) -> Result<SampledController, Failure> {
+    let found = sample_controller(machine, loaded).map_err(|error| match error {
+        PipelineError::SampleTime { .. } => Failure::new(format!("{file}: {error}"))
+            .with_hint("give the spindle that the controller was made for with --spindle"),
+        other => other.into(),
+    })?;
+    if let Some(hz) = found.prewarp_hz {
+        let period_s = found.law.time.period_s;
+        eprintln!("note: {file} is continuous; discretised by Tustin's rule at {period_s} s, exact at {hz:.1} Hz");
     }
-    let prewarp_hz = prewarp_hz(machine)?;
-    let sampled = discretise_law(loaded, period, prewarp_hz)?.unwrap_or_else(|| loaded.clone());
-    eprintln!("note: {file} is continuous; discretised by Tustin's rule at {period} s, exact at {prewarp_hz:.1} Hz");
-    Ok((sampled, Some(loaded.clone())))
+    Ok(found)
 }
 
 /// Proof of stability with the rounded coefficients; none where it fails and the export is forced.

@@ -12,6 +12,7 @@ use crate::input::Measurement;
 use crate::report::identification::{DriftSummary, IdentificationSummary, PlausibilitySummary, response_files};
 use crate::report::results::ResultsFolder;
 use crate::report::summary::json;
+use crate::spindle::Machine;
 use serde::Serialize;
 use std::path::Path;
 
@@ -55,53 +56,77 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     }
     let records = Records::of(&measurement, &machine)?;
     records.say();
-    let frfs = &records.frfs;
-    if frfs.is_empty() && measurement.hammers.is_empty() {
-        return Err(Failure::new(format!("{}: no record of kind sweep or hammer", arguments.measurement)).with_hint(
-            "identification needs a sweep; frequencies that are known already go straight into `muspin \
-            update`",
-        ));
-    }
-    let plausibility = PlausibilitySummary::of(&records.reports);
-    let (mut found, mut drift) = (None, None);
-    if let Some((frf, report)) = records.standstill() {
-        // Units and order of channels decide what the magnets' stiffness shifts: no peaks from an implausible record.
-        if report.plausible() {
-            let at_rest = |e| name_record(e, &record_at_rest(&measurement));
-            let peaks = identify(frf, &machine).map_err(at_rest)?;
-            if let Some(sweep) = measurement.sweeps.iter().find(|s| s.record.speed_rpm == 0.0) {
-                drift = pole_drift(&sweep.record, frf, &machine, &peaks).map_err(at_rest)?;
-            }
-            found = Some(peaks);
-        }
-    } else if let Some(frf) = frfs.first() {
-        return Err(IdentifyError::NotAtRest { speed_rpm: frf.speed_rpm }.into());
-    }
-    let text = format!("{:#}\n", json(&plausibility));
-    let mut files = vec![("plausibility.json".to_owned(), text)];
-    files.extend(response_files(frfs, &measurement.hammers));
+    let found = identify_records(&measurement, &machine, &records)?;
     if let Some(out) = &arguments.out {
-        let mut folder = ResultsFolder::new();
-        for (name, text) in &files {
-            folder.add(name, text.as_str())?;
-        }
-        console.writing(|| folder.write(Path::new(out)))?;
+        console.writing(|| found.folder.write(Path::new(out)))?;
     }
-    let answer = Answer {
-        plausibility,
-        identification: found.as_ref().map(IdentificationSummary::from),
-        drift: drift.as_ref().map(DriftSummary::from),
-        records: files.iter().skip(1).map(|(name, _)| name.clone()).collect(),
-    };
-    console.json(&format!("{:#}\n", json(&answer)), || {
-        let shown = show_identification(arguments, &records, found.as_ref());
+    let answer = &found.answer;
+    console.json(&format!("{:#}\n", json(answer)), || {
+        let shown = show_identification(arguments, &records, found.peaks.as_ref());
         answer.drift.iter().fold(shown, |shown, drift| shown.row([drift.words()]))
     })?;
     Ok(if records.plausible() { Outcome::Done } else { Outcome::TargetMissed })
 }
 
+/// What a measurement says of the free rotor, and its responses.
+pub(super) struct IdentifiedRecords {
+    /// As the command answers.
+    pub(super) answer: Answer,
+    /// Plausibility and responses with their covariance as CSV.
+    pub(super) folder: ResultsFolder,
+    peaks: Option<Identification>,
+}
+
+/// Identifies the free rotor from records that are estimated already.
+///
+/// # Errors
+/// [`Failure`] as `muspin identify` tells it.
+pub(super) fn identify_records(
+    measurement: &Measurement,
+    machine: &Machine,
+    records: &Records,
+) -> Result<IdentifiedRecords, Failure> {
+    let frfs = &records.frfs;
+    if frfs.is_empty() && measurement.hammers.is_empty() {
+        let folder = measurement.folder.display();
+        return Err(Failure::new(format!("{folder}: no record of kind sweep or hammer")).with_hint(
+            "identification needs a sweep; frequencies that are known already go straight into `muspin \
+            update`",
+        ));
+    }
+    let plausibility = PlausibilitySummary::of(&records.reports);
+    let (mut peaks, mut drift) = (None, None);
+    if let Some((frf, report)) = records.standstill() {
+        // Units and order of channels decide what the magnets' stiffness shifts: no peaks from an implausible record.
+        if report.plausible() {
+            let at_rest = |e| name_record(e, &record_at_rest(measurement));
+            let found = identify(frf, machine).map_err(at_rest)?;
+            if let Some(sweep) = measurement.sweeps.iter().find(|s| s.record.speed_rpm == 0.0) {
+                drift = pole_drift(&sweep.record, frf, machine, &found).map_err(at_rest)?;
+            }
+            peaks = Some(found);
+        }
+    } else if let Some(frf) = frfs.first() {
+        return Err(IdentifyError::NotAtRest { speed_rpm: frf.speed_rpm }.into());
+    }
+    let mut folder = ResultsFolder::new();
+    folder.add("plausibility.json", format!("{:#}\n", json(&plausibility)))?;
+    let mut names = vec![];
+    for (name, text) in response_files(frfs, &measurement.hammers) {
+        folder.add(&name, text)?;
+        names.push(name);
+    }
+    let answer = Answer {
+        plausibility,
+        identification: peaks.as_ref().map(IdentificationSummary::from),
+        drift: drift.as_ref().map(DriftSummary::from),
+        records: names,
+    };
+    Ok(IdentifiedRecords { answer, folder, peaks })
+}
+
 #[derive(Clone, Debug, Serialize)]
-struct Answer {
+pub(super) struct Answer {
     plausibility: PlausibilitySummary,
     #[serde(skip_serializing_if = "Option::is_none")]
     identification: Option<IdentificationSummary>,

@@ -7,18 +7,11 @@ use super::output::claim;
 use super::progress::Progress;
 use super::speeds::SpeedList;
 use super::{Failure, Outcome};
-use crate::controller::Controller;
-use crate::export::json::controller_json;
 use crate::identify::Rehearsal;
-use crate::input::{load_controller, spindle_yaml, tool_yaml};
-use crate::pid::settings::TuneSettings;
-use crate::pid::tune::{is_infeasible, textbook, tune};
-use crate::pipeline::PipelineError;
-use crate::pipeline::loop_stability::{growth_rate_at, unstable_words};
-use crate::report::records::{Listed, hammer_csv, rehearsed_list, sweep_csv};
-use crate::report::results::ResultsFolder;
+use crate::input::load_controller;
+use crate::pipeline::levitating_pid::levitating_pid;
+use crate::report::rehearsed::{RehearsalError, rehearsed_folder};
 use crate::spindle::Machine;
-use crate::spindle::halved::refined_around_tilting;
 use serde_json::json;
 use std::path::Path;
 
@@ -68,6 +61,18 @@ pub(super) struct Arguments {
     out: String,
 }
 
+impl From<RehearsalError> for Failure {
+    fn from(error: RehearsalError) -> Self {
+        match error {
+            RehearsalError::Unstable(words) => Self::new(words)
+                .with_hint("a sweep needs a controller that floats the rotor: give one with --controller"),
+            RehearsalError::Pipeline(error) => error.into(),
+            RehearsalError::Results(error) => error.into(),
+            RehearsalError::Record(error) => error.into(),
+        }
+    }
+}
+
 /// Most lines: minutes of computation and a file of some hundred megabytes.
 const MOST_LINES: usize = 100_000;
 /// Most repeats: minutes of computation and a file of a gigabyte.
@@ -87,18 +92,18 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     claim(&arguments.out, &["measurement.yaml"], read.map(String::as_str))?;
     let controller = match &arguments.controller {
         Some(file) => load_controller(file)?,
-        None => levitating(&model, &truth, &arguments.speeds.0, console)?,
+        None => {
+            let progress = Progress::start(console);
+            progress.stage("PID that floats the rotor");
+            levitating_pid(&model, &truth, &arguments.speeds.0)?
+        }
     };
     let mut rehearsal = Rehearsal::usual(&truth)?;
     set_lines(&mut rehearsal, arguments, &truth)?;
     rehearsal.repeats = arguments.repeats;
     rehearsal.seed = arguments.seed;
     rehearsal.injection_a = arguments.injection.unwrap_or(rehearsal.injection_a);
-    let mut folder = ResultsFolder::new();
-    let records = records(&mut folder, "", &truth, &controller, &rehearsal, &arguments.speeds.0)?;
-    folder.add("measurement.yaml", rehearsed_list(&records))?;
-    folder.add("spindle.yaml", spindle_yaml(&model.spindle))?;
-    folder.add("tool.yaml", tool_yaml(&model.tool))?;
+    let (folder, records) = rehearsed_folder(&model, &truth, &controller, &rehearsal, &arguments.speeds.0)?;
     console.writing(|| folder.write(Path::new(&arguments.out)))?;
     let files: Vec<&String> = records.iter().map(|(_, file, _)| file).collect();
     let answer = json!({
@@ -160,62 +165,4 @@ fn check_speeds(speeds: &[f64], top: f64) -> Result<(), Failure> {
                 .with_hint("speeds are in rpm, for example --speeds 0,20000"))
         }
     }
-}
-
-/// A textbook PID for the model; where that does not levitate the machine that is measured, the PID of a short search
-/// on this machine, as on a rig. Where the search finds none either, the textbook PID: [`records`] refuses its loop.
-///
-/// # Errors
-/// [`Failure`] from the plants and the search.
-fn levitating(model: &Machine, truth: &Machine, speeds: &[f64], console: &Console) -> Result<Controller, Failure> {
-    let settings = TuneSettings::quick();
-    let simple = textbook(model, &settings).map_err(PipelineError::from)?;
-    let measured = refined_around_tilting(truth);
-    for rpm in speeds {
-        if growth_rate_at(&measured, &simple.controller, *rpm)? >= 0.0 {
-            let progress = Progress::start(console);
-            progress.stage("PID for the machine that is measured");
-            return match tune(truth, &settings, &mut |_, _| {}) {
-                Ok(tuned) => Ok(tuned.controller),
-                Err(error) if is_infeasible(&error) => Ok(simple.controller),
-                Err(error) => Err(PipelineError::from(error).into()),
-            };
-        }
-    }
-    Ok(simple.controller)
-}
-
-/// A sweep and a hammer test at every speed and the controller `pid.json`, added below `prefix` (empty, or ending in
-/// `/`). The shaft has twice the elements of its file, because the elements of a file are an approximation that no rig
-/// shares.
-///
-/// # Errors
-/// [`Failure`] when the loop is unstable, because no such measurement can be taken.
-pub(super) fn records(
-    folder: &mut ResultsFolder,
-    prefix: &str,
-    truth: &Machine,
-    controller: &Controller,
-    rehearsal: &Rehearsal,
-    speeds: &[f64],
-) -> Result<Vec<Listed>, Failure> {
-    let truth = &refined_around_tilting(truth);
-    let mut listed = vec![];
-    for rpm in speeds {
-        let growth = growth_rate_at(truth, controller, *rpm)?;
-        if growth >= 0.0 {
-            return Err(Failure::new(unstable_words(growth, *rpm))
-                .with_hint("a sweep needs a controller that floats the rotor: give one with --controller"));
-        }
-        let sweep = format!("sweep-{rpm:.0}.csv");
-        let record = rehearsal.sweep(truth, controller, *rpm, &sweep)?;
-        folder.add(&format!("{prefix}{sweep}"), sweep_csv(&record))?;
-        let hammer = format!("hammer-{rpm:.0}.csv");
-        let record = rehearsal.hammer(truth, controller, *rpm)?;
-        folder.add(&format!("{prefix}{hammer}"), hammer_csv(&record))?;
-        listed.push(("sweep", sweep, *rpm));
-        listed.push(("hammer", hammer, *rpm));
-    }
-    folder.add(&format!("{prefix}pid.json"), controller_json(controller, None))?;
-    Ok(listed)
 }

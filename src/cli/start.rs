@@ -1,11 +1,11 @@
 //! The machine that `init` and the examples start from: its files, its measurement, its PID.
 
 use super::Failure;
-use super::rehearse::records;
 use super::schema;
 use crate::identify::Rehearsal;
 use crate::input::schema::SchemaKind;
 use crate::input::{read_controller, read_spindle, read_tool};
+use crate::report::rehearsed::add_records;
 use crate::report::results::ResultsFolder;
 use crate::spindle::{Bearings, Effect, EffectKind, Location, Machine};
 
@@ -86,6 +86,6 @@ pub(super) fn add_measurement(folder: &mut ResultsFolder, list: &str, truth: Tru
     let truth = truth.of(&model)?;
     let rehearsal = Rehearsal::usual(&truth)?;
     folder.add("measurement/measurement.yaml", list)?;
-    records(folder, "measurement/", &truth, &controller, &rehearsal, &[0.0])?;
+    add_records(folder, "measurement/", &truth, &controller, &rehearsal, &[0.0])?;
     Ok(())
 }

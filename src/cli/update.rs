@@ -140,7 +140,9 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     };
     let text = format!("{:#}\n", json(&answer));
     progress.start_stage("report");
-    console.writing(|| write_all(&arguments.out, &machine, delivered, &models, &text))?;
+    let mut folder = updated_folder(&machine, delivered, &models)?;
+    folder.add("summary.json", text.as_str())?;
+    console.writing(|| folder.write(Path::new(&arguments.out)))?;
     arguments.timings.print(&progress.times());
     drop(progress);
     let explanation = &delivered.fit.explanation;
@@ -268,16 +270,17 @@ fn hammer_errors(
     Ok(list)
 }
 
-fn write_all(
-    out: &str,
+/// The updated files, tables and pictures.
+///
+/// # Errors
+/// [`Failure`] when a picture cannot be drawn.
+pub(super) fn updated_folder(
     before: &Machine,
     delivered: &UpdatedMachine,
     models: &[(&str, &Updated)],
-    summary: &str,
-) -> Result<(), Failure> {
+) -> Result<ResultsFolder, Failure> {
     let mut folder = ResultsFolder::new();
     folder.add("spindle.yaml", spindle_yaml(&delivered.machine.spindle))?;
-    folder.add("summary.json", summary)?;
     folder.add_table("errors.csv", &error_table(models))?;
     let tool = &delivered.machine.tool;
     if tool.sections.iter().any(|s| s.region.is_some()) {
@@ -290,6 +293,5 @@ fn write_all(
     for (name, figure) in figures(before, models) {
         folder.add_plot(name, &figure)?;
     }
-    folder.write(Path::new(out))?;
-    Ok(())
+    Ok(folder)
 }

@@ -1,11 +1,15 @@
 //! Time response of the levitated rotor to a case, with the program that firmware runs, and the influence of the
 //! sensors' quantisation on it.
 
-use crate::controller::arithmetic::Float32Program;
+use super::PipelineError;
+use super::loop_stability::growth_rate_at;
+use super::sampled::SampledController;
+use crate::controller::anti_windup::{AntiWindup, firmware_rows};
+use crate::controller::arithmetic::{Float32Program, float32};
 use crate::controller::scaling::SignalLimits;
-use crate::predict::recovery::Recovery;
+use crate::predict::recovery::{Recovery, touching_force_n};
 use crate::predict::time::{TimeError, TimeResponse, TimeSample, TimeSettings};
-use crate::predict::time_cases::{Quantisation, StandardCase, TimeFigures, figures, run_case};
+use crate::predict::time_cases::{PUSH_S, Quantisation, StandardCase, TimeFigures, figures, run_case};
 use crate::spindle::Machine;
 use std::f64::consts::TAU;
 
@@ -33,6 +37,147 @@ pub(crate) struct SimulationScenario {
     pub duration_s: f64,
     /// Whether the loop is stable at the speed.
     pub stable: bool,
+}
+
+/// What happens to the rotor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum SimulationCase {
+    /// Half-sine push at the tool.
+    Impulse,
+    /// Constant force at the tool.
+    Step,
+    /// Unbalance of a balance grade at speed.
+    Unbalance,
+    /// Lift-off from the backup bearings.
+    LiftOff,
+    /// Half-sine push at the tool that throws the rotor into its backup bearings.
+    Contact,
+}
+
+impl SimulationCase {
+    /// Every case with its name.
+    pub(crate) const ALL: [(Self, &'static str); 5] = [
+        (Self::Impulse, "impulse"),
+        (Self::Step, "step"),
+        (Self::Unbalance, "unbalance"),
+        (Self::LiftOff, "lift-off"),
+        (Self::Contact, "contact"),
+    ];
+
+    /// Its name.
+    pub(crate) fn name(self) -> &'static str {
+        Self::ALL[self as usize].1
+    }
+}
+
+/// A case with what is said of it; what is not said is as usual for the case.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SimulationWish {
+    /// The case.
+    pub case: SimulationCase,
+    /// Speed, rpm.
+    pub speed_rpm: Option<f64>,
+    /// Balance grade, m/s.
+    pub grade_m_s: f64,
+    /// Force at the tool, N.
+    pub force_n: Option<f64>,
+    /// Length of the half sine, s.
+    pub push_s: Option<f64>,
+    /// Duration, s.
+    pub duration_s: Option<f64>,
+    /// Time over which the reference moves to the centre at lift-off, s.
+    pub ramp_s: f64,
+}
+
+/// Longest simulation, s: every sample is kept in memory and written.
+const LONGEST_S: f64 = 20.0;
+
+impl SimulationWish {
+    /// What is simulated on a machine; whether the loop is stable is not known yet.
+    ///
+    /// # Errors
+    /// [`TimeError::Setting`] with the name of an option that is out of range.
+    pub(crate) fn scenario(&self, machine: &Machine) -> Result<SimulationScenario, TimeError> {
+        let period_s = machine.spindle.electronics.sample_period_s();
+        let length_s = self.push_s.unwrap_or(PUSH_S);
+        let positive = |what: &'static str, value: Option<f64>| match value {
+            Some(value) if !(value.is_finite() && value > 0.0) => {
+                Err(TimeError::Setting { what, value, rule: "a positive number" })
+            }
+            _ => Ok(()),
+        };
+        positive("force", self.force_n)?;
+        positive("duration", self.duration_s)?;
+        positive("grade", Some(self.grade_m_s))?;
+        if let Some(value) = self.duration_s.filter(|d| *d > LONGEST_S) {
+            return Err(TimeError::Setting { what: "duration", value, rule: "at most 20 s" });
+        }
+        if !(length_s.is_finite() && length_s >= period_s) {
+            let rule = "a time of at least one sampling period";
+            return Err(TimeError::Setting { what: "push", value: length_s, rule });
+        }
+        let top_rpm = machine.spindle.max_rpm;
+        let impulse = |force_n: f64| StandardCase::Impulse { force_n, length_s };
+        let (case, goal, usual_rpm, usual_s) = match self.case {
+            SimulationCase::Impulse => (impulse(self.force_n.unwrap_or(50.0)), Goal::Recovers, 0.0, 0.1),
+            SimulationCase::Contact => {
+                let force_n = match self.force_n {
+                    Some(given) => given,
+                    None => touching_force_n(machine, SignalLimits::of(machine).output_a, length_s)?,
+                };
+                (impulse(force_n), Goal::Recovers, top_rpm, 0.2)
+            }
+            SimulationCase::Step => {
+                let force_n = self.force_n.unwrap_or(40.0);
+                (StandardCase::Step { force_n }, Goal::StaysClear, 0.0, 0.3)
+            }
+            SimulationCase::Unbalance => {
+                (StandardCase::Unbalance { grade_m_s: self.grade_m_s }, Goal::StaysClear, top_rpm, 0.2)
+            }
+            SimulationCase::LiftOff => (StandardCase::LiftOff, Goal::LiftsOff, 0.0, 0.5),
+        };
+        Ok(SimulationScenario {
+            case,
+            goal,
+            speed_rpm: self.speed_rpm.unwrap_or(usual_rpm),
+            duration_s: self.duration_s.unwrap_or(usual_s),
+            stable: true,
+        })
+    }
+}
+
+/// A simulated case with the loop and the arithmetic behind it.
+pub(crate) struct SimulatedController {
+    /// What was simulated.
+    pub scenario: SimulationScenario,
+    /// Largest growth rate of the loop, 1/s.
+    pub growth_rate_per_s: f64,
+    /// How the slow states are conditioned while an output is limited.
+    pub anti_windup: AntiWindup,
+    /// What was found.
+    pub found: Simulated,
+}
+
+/// Simulates what is wished with a controller as firmware computes it.
+///
+/// # Errors
+/// [`PipelineError`] for a controller that does not fit the arithmetic, a plant that cannot be built, or an option out
+/// of range.
+pub(crate) fn simulate_controller(
+    machine: &Machine,
+    sampled: &SampledController,
+    wish: &SimulationWish,
+    settings: &TimeSettings,
+) -> Result<SimulatedController, PipelineError> {
+    let mut scenario = wish.scenario(machine)?;
+    let (rows, anti_windup) = firmware_rows(&sampled.law, machine)?;
+    let program = float32(&rows)?;
+    let growth_rate_per_s = growth_rate_at(machine, &sampled.controller, scenario.speed_rpm)?;
+    scenario.stable = growth_rate_per_s < 0.0;
+    let lifts = wish.case == SimulationCase::LiftOff;
+    let settings = TimeSettings { reference_ramp_s: if lifts { wish.ramp_s } else { 0.0 }, ..*settings };
+    let found = simulate_scenario(machine, &program, &scenario, &settings)?;
+    Ok(SimulatedController { scenario, growth_rate_per_s, anti_windup, found })
 }
 
 /// Limits that the spindle file does not hold in this form.

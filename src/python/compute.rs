@@ -32,6 +32,11 @@ impl Stop {
     }
 }
 
+/// Ends the computation here with an exception of Python.
+pub(super) fn end_with(error: PyErr) {
+    resume_unwind(Box::new(error));
+}
+
 /// The result of `work`; its error is the message of a `ValueError`.
 ///
 /// # Errors
@@ -71,6 +76,9 @@ pub(super) fn compute<T: Send + 'static>(
     match found {
         Ok(Ok(value)) => Ok(value),
         Ok(Err(message)) => Err(PyValueError::new_err(message)),
+        Err(payload) if payload.is::<PyErr>() => Err(payload
+            .downcast::<PyErr>()
+            .map_or_else(|_| PyRuntimeError::new_err("the computation ended without a result"), |error| *error)),
         Err(payload) => {
             Err(PyRuntimeError::new_err(format!("a defect of muspin, please report it: {}", words(payload.as_ref()))))
         }

@@ -1,15 +1,52 @@
 //! A spindle with its tool as Python holds it.
 
-use super::compute::compute;
+use super::compute::{compute, end_with};
 use super::convert::{SystemOut, system, to_value_error};
-use crate::cli::Failure;
+use super::results::{NativeResults, results, words};
+use crate::augment::weights::Weights;
 use crate::cli::embedded;
+use crate::controller::Controller;
+use crate::controller::anti_windup::firmware_rows;
+use crate::export::c::{c_identifier, stability_words};
+use crate::export::firmware::{Firmware, Format, write_all};
 use crate::export::json::controller_json;
-use crate::input::{load_machine, load_weights, spindle_yaml, tool_yaml};
+use crate::identify::Rehearsal;
+use crate::input::pid::{load_pid, read_pid};
+use crate::input::{
+    load_controller, load_machine, load_weights, read_controller, read_spindle, read_tool, read_weights, shipped,
+    spindle_yaml, tool_yaml,
+};
 use crate::lti::Response;
+use crate::pid::settings::TuneSettings;
+use crate::pipeline::batch::one_tool;
+use crate::pipeline::compared::{Ground, KnownFigures, compare_controller, own_controllers};
+use crate::pipeline::firmware_proof::proven_as_rounded;
+use crate::pipeline::levitating_pid::levitating_pid;
+use crate::pipeline::pid_loop::{PidController, PidLoop, PidOrigin, tune_pid};
+use crate::pipeline::progress::Event;
+use crate::pipeline::run::{Extent, Task};
+use crate::pipeline::sampled::sample_controller;
+use crate::pipeline::settings::DesignSettings;
+use crate::pipeline::simulation::{SimulationCase, SimulationWish, simulate_controller};
+use crate::pipeline::study::{Questions, study};
+use crate::predict::chatter::{CuttingMaterial, Engagement};
+use crate::predict::time::TimeSettings;
+use crate::report::batch::BatchRow;
+use crate::report::compared::{add_compared, add_own, all_acceptable, controller_keys};
+use crate::report::design_study::design_report;
+use crate::report::modes::ModesSummary;
+use crate::report::pid::pid_report;
+use crate::report::plot::Role;
+use crate::report::rehearsed::rehearsed_folder;
+use crate::report::results::ResultsFolder;
+use crate::report::summary::json;
+use crate::report::time_response::simulation_report;
+use crate::report::tool::tool_report;
+use crate::report::whole::Report;
 use crate::spindle::{Machine, ModelDetail, Plant};
 use numpy::{Complex64, PyArray3, ToPyArray};
 use pyo3::prelude::*;
+use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
 /// A machine.
@@ -25,6 +62,24 @@ impl NativeMachine {
     #[staticmethod]
     fn load(python: Python<'_>, spindle: String, tool: String) -> PyResult<Self> {
         compute(python, move |_| load_machine(&spindle, &tool).map_err(|e| words(e.into()))).map(Self)
+    }
+
+    /// A machine from the texts of its files, YAML or JSON.
+    #[staticmethod]
+    fn read(python: Python<'_>, spindle: String, tool: String) -> PyResult<Self> {
+        compute(python, move |_| {
+            let spindle = read_spindle("spindle", &spindle).map_err(|e| words(e.into()))?;
+            let tool = read_tool("tool", &tool, &spindle).map_err(|e| words(e.into()))?;
+            Machine::new(spindle, tool).map_err(|e| words(e.into()))
+        })
+        .map(Self)
+    }
+
+    /// The text of a `spindle` or a `tool` that is given by path or shipped name.
+    #[staticmethod]
+    fn text(kind: &str, source: &str) -> PyResult<String> {
+        let known = if kind == "tool" { shipped::TOOLS } else { shipped::SPINDLES };
+        shipped::text(source, kind, known).map_err(|e| to_value_error(words(e.into())))
     }
 
     /// Name of the spindle and of the tool.
@@ -80,34 +135,305 @@ impl NativeMachine {
         Ok(all.to_pyarray(python))
     }
 
-    /// The machine with the frequencies of a measurement folder, and the figures as JSON.
-    fn update(&self, python: Python<'_>, measurement: String) -> PyResult<(Self, String)> {
+    /// Resonances and plausibility of a measurement folder.
+    fn identify(&self, python: Python<'_>, measurement: String) -> PyResult<NativeResults> {
         let machine = self.0.clone();
-        let (machine, figures) =
-            compute(python, move |_| embedded::update_machine(&machine, &measurement).map_err(words))?;
-        Ok((Self(machine), figures.to_string()))
+        results(python, move |_| embedded::identify_measurement(&machine, &measurement).map_err(words))
     }
 
-    /// The controller (JSON) that meets a weights file, and the figures as JSON.
-    fn design(&self, python: Python<'_>, weights: String, polish: bool) -> PyResult<(String, String)> {
+    /// The machine with the frequencies of a measurement folder, and the results.
+    fn update(&self, python: Python<'_>, measurement: String) -> PyResult<(Self, NativeResults)> {
         let machine = self.0.clone();
-        let (design, figures) = compute(python, move |stop| {
-            let weights = load_weights(&weights).map_err(|e| words(e.into()))?;
-            let progress = || stop.here();
-            embedded::design_controller(&machine, &weights, polish, &progress).map_err(words)
+        let (machine, found) = compute(python, move |_| {
+            let (machine, report) = embedded::update_machine(&machine, &measurement).map_err(words)?;
+            Ok((machine, NativeResults::of(report)?))
         })?;
-        let controller = controller_json(&design.delivery.controller, None);
-        Ok((String::from_utf8_lossy(&controller).into_owned(), figures.to_string()))
+        Ok((Self(machine), found))
     }
 
-    /// The corrected machine, and the figures as JSON.
-    fn diagnose(&self, python: Python<'_>, measurement: String) -> PyResult<(Self, String)> {
+    /// The controller (JSON) that meets a weights file, and the results; `progress` is called with words.
+    #[pyo3(signature = (weights, polish, progress=None))]
+    fn design(
+        &self,
+        python: Python<'_>,
+        weights: String,
+        polish: bool,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<(String, NativeResults)> {
         let machine = self.0.clone();
-        let (machine, figures) = compute(python, move |stop| {
+        compute(python, move |stop| {
+            let weights = weights_on(&machine, &weights)?;
+            let settings = if polish { DesignSettings::with_polish() } else { DesignSettings::default() };
+            let told = |event: Event<'_>| {
+                stop.here();
+                tell(progress.as_ref(), &event);
+            };
+            let study = study(&machine, &weights, &settings, Questions::default(), &mut { told });
+            let study = study.map_err(|e| words(e.into()))?;
+            let report = design_report(&machine, &study, settings.route).map_err(|e| words(e.into()))?;
+            Ok((controller_text(&study.design.delivery.controller), NativeResults::of(report)?))
+        })
+    }
+
+    /// The corrected machine, and the results.
+    fn diagnose(&self, python: Python<'_>, measurement: String) -> PyResult<(Self, NativeResults)> {
+        let machine = self.0.clone();
+        let (machine, found) = compute(python, move |stop| {
             let progress = || stop.here();
-            embedded::diagnose_machine(&machine, &measurement, &progress).map_err(words)
+            let (machine, report) = embedded::diagnose_machine(&machine, &measurement, &progress).map_err(words)?;
+            Ok((machine, NativeResults::of(report)?))
         })?;
-        Ok((Self(machine), figures.to_string()))
+        Ok((Self(machine), found))
+    }
+
+    /// Modes of the free rotor over speed, as JSON.
+    fn modes(&self, python: Python<'_>, rpm: Vec<f64>) -> PyResult<String> {
+        let machine = self.0.clone();
+        rpm.iter().try_for_each(|rpm| check_speed(*rpm).map(|_| ()))?;
+        compute(python, move |_| {
+            let found = ModesSummary::of(&machine, &rpm).map_err(|e| words(e.into()))?;
+            Ok(json(&found).to_string())
+        })
+    }
+
+    /// A tuned PID, or one with given numbers (a file or JSON): its controller as JSON, and the results.
+    fn pid(
+        &self,
+        python: Python<'_>,
+        numbers: Option<String>,
+        rpm: Option<Vec<f64>>,
+        seed: u64,
+    ) -> PyResult<(String, NativeResults)> {
+        let machine = self.0.clone();
+        compute(python, move |_| {
+            let settings = TuneSettings { seed, ..TuneSettings::quick() };
+            let pid = match numbers {
+                None => tune_pid(&machine, &settings).map_err(|e| words(e.into()))?,
+                Some(numbers) => {
+                    let rate_hz = machine.spindle.electronics.sample_rate_hz;
+                    let given = if is_json(&numbers) {
+                        read_pid("pid", &numbers, rate_hz)
+                    } else {
+                        load_pid(&numbers, rate_hz)
+                    };
+                    let given = given.map_err(|e| words(e.into()))?;
+                    let controller = given.sample(&machine).map_err(|e| words(e.into()))?;
+                    PidController { controller, origin: PidOrigin::Given, further: None }
+                }
+            };
+            let top_rpm = machine.spindle.max_rpm;
+            let rpm = rpm.unwrap_or_else(|| vec![0.0, 0.5 * top_rpm, top_rpm]);
+            let found = PidLoop::close(&machine, pid, &rpm, settings.mode_shift).map_err(|e| words(e.into()))?;
+            let report = pid_report(&machine, &found, &settings).map_err(|e| words(e.into()))?;
+            Ok((controller_text(&found.pid.controller), NativeResults::of(report)?))
+        })
+    }
+
+    /// Controllers (files or JSON) side by side at speeds in rpm.
+    fn compare(
+        &self,
+        python: Python<'_>,
+        controllers: Vec<String>,
+        weights: String,
+        rpm: Option<Vec<f64>>,
+    ) -> PyResult<NativeResults> {
+        let machine = self.0.clone();
+        results(python, move |stop| {
+            let weights = weights_on(&machine, &weights)?;
+            let rpm = rpm.unwrap_or_else(|| vec![0.0, machine.spindle.max_rpm]);
+            let ground = Ground {
+                machine: &machine,
+                speeds_rpm: &rpm,
+                mode_uncertainty: &weights.mode_uncertainty,
+                material: &CuttingMaterial { tangential_pa: 8e8, radial_ratio: 0.3 },
+                cut: &Engagement::down_milling(2, 0.5),
+            };
+            let mut report = Report::of("compare", &machine);
+            let (mut met, mut list) = (true, vec![]);
+            for (k, given) in controllers.iter().enumerate() {
+                list.push((Role::Other(k), controller(given)?, KnownFigures::default()));
+            }
+            if list.is_empty() {
+                let own = own_controllers(&machine, &weights, TuneSettings::quick(), &mut |_| stop.here());
+                let own = own.map_err(|e| words(e.into()))?;
+                met = own.design.meets_targets();
+                list = add_own(&mut report.summary, own);
+            }
+            let names = controller_keys(&list);
+            let mut compared = vec![];
+            for (name, (role, controller, known)) in names.iter().zip(&list) {
+                stop.here();
+                let one = compare_controller(&ground, name, controller, known).map_err(|e| words(e.into()))?;
+                compared.push((*role, one));
+            }
+            let met = met && all_acceptable(&compared);
+            add_compared(&mut report, &ground, &compared, vec![], met).map_err(|e| words(e.into()))?;
+            Ok(report)
+        })
+    }
+
+    /// Time response with a controller (a file or JSON); `options` by name: rpm, grade (m/s), force (N), push (s),
+    /// duration (s), ramp (s), bus_voltage (V).
+    fn simulate(
+        &self,
+        python: Python<'_>,
+        controller: String,
+        case: String,
+        options: BTreeMap<String, f64>,
+        noise_seed: Option<u64>,
+    ) -> PyResult<NativeResults> {
+        let machine = self.0.clone();
+        results(python, move |_| {
+            let names = SimulationCase::ALL.map(|(_, name)| name);
+            let Some((case, name)) = SimulationCase::ALL.into_iter().find(|(_, name)| *name == case) else {
+                return Err(format!("case {case:?} is none of {}", names.join(", ")));
+            };
+            let option = |name: &str| options.get(name).copied();
+            let wish = SimulationWish {
+                case,
+                speed_rpm: option("rpm"),
+                grade_m_s: option("grade").unwrap_or(4e-4),
+                force_n: option("force"),
+                push_s: option("push"),
+                duration_s: option("duration"),
+                ramp_s: option("ramp").unwrap_or(0.1),
+            };
+            let usual = TimeSettings::default();
+            let bus_voltage_v = option("bus_voltage").unwrap_or(usual.bus_voltage_v);
+            let settings = TimeSettings { noise_seed, bus_voltage_v, ..usual };
+            let given = self::controller(&controller)?;
+            let sampled = sample_controller(&machine, &given).map_err(|e| e.to_string())?;
+            let simulated = simulate_controller(&machine, &sampled, &wish, &settings).map_err(|e| e.to_string())?;
+            simulation_report(&machine, &given.name, name, &simulated).map_err(|e| words(e.into()))
+        })
+    }
+
+    /// A measurement folder of a machine (this one where none is given) at speeds in rpm, with this one as its model.
+    fn rehearse(
+        &self,
+        python: Python<'_>,
+        truth: Option<PyRef<'_, Self>>,
+        controller: Option<String>,
+        rpm: Vec<f64>,
+        repeats: usize,
+        seed: u64,
+    ) -> PyResult<NativeResults> {
+        let model = self.0.clone();
+        let truth = truth.map_or_else(|| model.clone(), |truth| truth.0.clone());
+        rpm.iter().try_for_each(|rpm| check_speed(*rpm).map(|_| ()))?;
+        if !(1..=100).contains(&repeats) {
+            return Err(to_value_error(format!("repeats = {repeats} must lie between 1 and 100")));
+        }
+        compute(python, move |_| {
+            let controller = match controller {
+                Some(given) => self::controller(&given)?,
+                None => levitating_pid(&model, &truth, &rpm).map_err(|e| words(e.into()))?,
+            };
+            let usual = Rehearsal::usual(&truth).map_err(|e| words(e.into()))?;
+            let rehearsal = Rehearsal { repeats, seed, ..usual };
+            let made = rehearsed_folder(&model, &truth, &controller, &rehearsal, &rpm);
+            let (folder, _) = made.map_err(|e| words(e.into()))?;
+            Ok(NativeResults::files_only(folder))
+        })
+    }
+
+    /// One tool of a batch: its row as JSON, and its results.
+    fn run_tool(
+        &self,
+        python: Python<'_>,
+        weights: String,
+        polish: bool,
+        quick: bool,
+    ) -> PyResult<(String, NativeResults)> {
+        let machine = self.0.clone();
+        compute(python, move |stop| {
+            let weights = weights_on(&machine, &weights)?;
+            let settings = if polish { DesignSettings::with_polish() } else { DesignSettings::default() };
+            let task = Task {
+                nominal: &machine,
+                targets: None,
+                weights: &weights,
+                settings: &settings,
+                pid: TuneSettings::quick(),
+                extent: if quick { Extent::Controller } else { Extent::Everything },
+            };
+            let found = one_tool(&task, false, &mut |_| stop.here()).map_err(|e| words(e.into()))?;
+            let row = BatchRow::of(&machine.tool.name, "", &found);
+            let report = tool_report(&found, &weights).map_err(|e| words(e.into()))?;
+            Ok((json(&row).to_string(), NativeResults::of(report)?))
+        })
+    }
+
+    /// Firmware files of a controller (a file or JSON), and a sentence about its stability.
+    fn export(
+        &self,
+        python: Python<'_>,
+        controller: String,
+        prefix: Option<String>,
+    ) -> PyResult<(String, NativeResults)> {
+        let machine = self.0.clone();
+        compute(python, move |_| {
+            let given = self::controller(&controller)?;
+            let sampled = sample_controller(&machine, &given).map_err(|e| e.to_string())?;
+            let (rows, _) = firmware_rows(&sampled.law, &machine).map_err(|e| words(e.into()))?;
+            let verification = proven_as_rounded(&machine, &rows).map_err(|e| words(e.into()))?;
+            let stability = stability_words(&verification);
+            if !verification.is_proven() {
+                return Err(stability);
+            }
+            let firmware = Firmware {
+                discrete: &sampled.controller,
+                continuous: sampled.prewarp_hz.map(|_| &given),
+                scaled: &rows,
+                verification: &verification,
+                machine: &format!("{} with {}", machine.spindle.name, machine.tool.name),
+                tag: None,
+                prefix: &prefix.unwrap_or_else(|| c_identifier(&machine.tool.name)),
+            };
+            let written = write_all(&firmware, &Format::ALL).map_err(|e| words(e.into()))?;
+            let mut folder = ResultsFolder::new();
+            for (name, bytes) in written.files {
+                folder.add(&name, bytes).map_err(|e| e.to_string())?;
+            }
+            Ok((stability, NativeResults::files_only(folder)))
+        })
+    }
+}
+
+/// True for the text of a JSON object, which no path is.
+fn is_json(given: &str) -> bool {
+    given.trim_start().starts_with('{')
+}
+
+/// A controller of a file or of its JSON text.
+fn controller(given: &str) -> Result<Controller, String> {
+    let found = if is_json(given) { read_controller("controller", given) } else { load_controller(given) };
+    found.map_err(|e| words(e.into()))
+}
+
+/// The weights of a file, a shipped name or a JSON text, on a machine.
+fn weights_on(machine: &Machine, given: &str) -> Result<Weights, String> {
+    let found = if is_json(given) { read_weights("weights", given) } else { load_weights(given) };
+    found.map_err(|e| words(e.into()))?.on(machine).map_err(|e| words(e.into()))
+}
+
+fn controller_text(controller: &Controller) -> String {
+    String::from_utf8_lossy(&controller_json(controller, None)).into_owned()
+}
+
+/// Calls `progress` with the words of an event; an exception there ends the computation.
+fn tell(progress: Option<&Py<PyAny>>, event: &Event<'_>) {
+    let Some(progress) = progress else {
+        return;
+    };
+    let words = match event {
+        Event::Begins(part) => (*part).to_owned(),
+        Event::Found(words) => (*words).to_owned(),
+        Event::Stage(stage) => format!("done: {stage}"),
+        Event::Step(step) => format!("D-K step {}: mu {:.4}", step.iteration + 1, step.mu_peak),
+    };
+    if let Err(error) = Python::attach(|python| progress.call1(python, (words,)).map(|_| ())) {
+        end_with(error);
     }
 }
 
@@ -120,11 +446,4 @@ fn check_speed(rpm: f64) -> PyResult<f64> {
     } else {
         Err(to_value_error(format!("rpm = {rpm} must be zero or a positive number")))
     }
-}
-
-/// The words of a failure, hint included, without the `error:` that a terminal shows.
-fn words(failure: Failure) -> String {
-    let text = failure.to_string();
-    let text = text.strip_prefix("error: ").unwrap_or(&text);
-    text.trim_end().to_owned()
 }

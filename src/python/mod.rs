@@ -8,6 +8,7 @@
 mod compute;
 mod convert;
 mod machine;
+mod results;
 mod solvers;
 
 use crate::robust::hinf::regularise::DEFAULT_SHARE;
@@ -26,5 +27,6 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("REGULARISATION", DEFAULT_SHARE)?;
     module.add_function(wrap_pyfunction!(run, module)?)?;
     module.add_class::<machine::NativeMachine>()?;
+    module.add_class::<results::NativeResults>()?;
     solvers::register(module)
 }

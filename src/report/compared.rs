@@ -21,7 +21,11 @@ use crate::identify::peaks::Resonance;
 use crate::pipeline::compared::{Compared, Ground, KnownFigures, OwnControllers};
 use crate::pipeline::comparison::Prediction;
 use crate::pipeline::run::Rivals;
+
 use crate::predict::chatter::StabilityLimit;
+use crate::predict::sensitivity::Zone;
+use crate::rotor::PlanarModes;
+use crate::spindle::SpindleError;
 use serde::Serialize;
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -58,6 +62,9 @@ impl HammerCurve {
     }
 }
 
+/// Flexible modes whose damping is listed and at which stiffness is stated.
+const LISTED_MODES: usize = 3;
+
 /// Adds what the PID search found to the summary, and returns the controllers that there are, with what is known of
 /// them.
 pub(crate) fn add_own(summary: &mut Summary, own: OwnControllers) -> Vec<(Role, Controller, KnownFigures)> {
@@ -82,17 +89,55 @@ pub(crate) fn add_own(summary: &mut Summary, own: OwnControllers) -> Vec<(Role, 
     controllers
 }
 
-/// Adds controllers and hammer tests to a report.
+/// Names of the controllers as keys: blanks become underscores, repeated names get a number.
+pub(crate) fn controller_keys(controllers: &[(Role, Controller, KnownFigures)]) -> Vec<String> {
+    let mut names: Vec<String> = vec![];
+    for (role, controller, _) in controllers {
+        let base = match role {
+            Role::Mu => "mu".to_owned(),
+            Role::Pid => "pid".to_owned(),
+            Role::TextbookPid => "textbook_pid".to_owned(),
+            _ => controller.name.replace([' ', '.'], "_").to_lowercase(),
+        };
+        let repeats = names.iter().filter(|n| **n == base || n.starts_with(&format!("{base}_"))).count();
+        names.push(if repeats == 0 { base } else { format!("{base}_{}", repeats + 1) });
+    }
+    names
+}
+
+/// Whether every loop is acceptable.
+pub(crate) fn all_acceptable(list: &[(Role, Compared)]) -> bool {
+    list.iter().all(|(role, each)| is_acceptable(*role, each))
+}
+
+/// Proven stable at every speed, and in an acceptable zone. The textbook PID shows what is left without tuning: its
+/// zone is no target.
+fn is_acceptable(role: Role, each: &Compared) -> bool {
+    let mut zones = each.predictions.iter().map(Prediction::zone);
+    let zones_hold = role == Role::TextbookPid || zones.all(|z| z.is_some_and(|z| z < Zone::D));
+    each.verification.is_proven() && zones_hold
+}
+
+/// Adds controllers and hammer tests to a report, and whether every target is met, in a sentence that is returned.
 ///
 /// # Errors
-/// [`ReportError`] when a picture cannot be drawn.
+/// [`ReportError`] when a picture cannot be drawn or the modes of the rotor cannot be computed.
 pub(crate) fn add_compared(
     report: &mut Report,
     ground: &Ground<'_>,
-    flexible_hz: &[f64],
     list: &[(Role, Compared)],
     hammers: Vec<HammerCurve>,
-) -> Result<(), ReportError> {
+    met: bool,
+) -> Result<&'static str, ReportError> {
+    let mut flexible_hz = PlanarModes::new(&ground.machine.rotor()?).map_err(SpindleError::Shaft)?.flexible_hz();
+    flexible_hz.truncate(LISTED_MODES);
+    let flexible_hz = flexible_hz.as_slice();
+    let sentence = if met {
+        "every loop is proven stable at every speed"
+    } else {
+        "a loop is not proven stable at every speed, is in zone D, or the design misses its specification"
+    };
+    report.verdict(met, sentence);
     let top_hz = ground.machine.spindle.max_rpm / 60.0;
     for (_, each) in list {
         if let (Some(first), Some(last)) = (each.predictions.first(), each.predictions.last()) {
@@ -123,7 +168,8 @@ pub(crate) fn add_compared(
         list.iter().flat_map(|(role, c)| c.predictions.iter().map(|p| (*role, p))).collect();
     report.figures(predictions(&drawn, &measured, top_hz))?;
     report.figures(worst_figures(&worst))?;
-    add_lobes(report, list, ground.machine.spindle.max_rpm)
+    add_lobes(report, list, ground.machine.spindle.max_rpm)?;
+    Ok(sentence)
 }
 
 /// Figures of one controller.

@@ -4,11 +4,13 @@ use super::pictures::Picture;
 use super::plot::animation::animate;
 use super::plot::motion::{TimePanel, orbits, time_responses};
 use super::plot::{Curve, Role};
-use super::simulation::motion;
+use super::simulation::{SimulationSummary, motion};
+use super::summary::finite;
 use super::tables::Table;
 use super::whole::{Report, ReportError};
-use crate::pipeline::simulation::{Simulated, SimulationLimits};
+use crate::pipeline::simulation::{SimulatedController, SimulationLimits};
 use crate::predict::time::{TimeResponse, TimeSample};
+use crate::predict::time_cases::StandardCase;
 use crate::spindle::Machine;
 use std::f64::consts::TAU;
 
@@ -16,24 +18,38 @@ use std::f64::consts::TAU;
 const AXES: [&str; 4] = ["front_x", "front_y", "rear_x", "rear_y"];
 const PLACES: [&str; 6] = ["tool_x", "tool_y", "front_x", "front_y", "rear_x", "rear_y"];
 
-/// Adds the verdict of a simulation, `response.csv`, its pictures, and the shaft in motion; `name` is that of the case.
+/// The report of a simulation: figures, `response.csv`, pictures, and the shaft in motion; `case` is its name.
 ///
 /// # Errors
 /// [`ReportError`] when a picture cannot be drawn.
-pub(crate) fn add_simulation(
-    report: &mut Report,
+pub(crate) fn simulation_report(
     machine: &Machine,
-    name: &str,
-    speed_rpm: f64,
-    simulated: &Simulated,
-) -> Result<(), ReportError> {
-    let response = &simulated.response;
-    report.verdict(simulated.met, &simulated.end);
-    add_response(report, machine, response, name, &simulated.limits)?;
-    let title = format!("Shaft in motion, {name}");
-    let speed_rad_s = speed_rpm * TAU / 60.0;
-    let moving = animate(&motion(machine, response, &title, speed_rad_s)?);
-    Ok(report.folder.add_picture(Picture::Animation, moving)?)
+    controller: &str,
+    case: &str,
+    simulated: &SimulatedController,
+) -> Result<Report, ReportError> {
+    let SimulatedController { scenario, growth_rate_per_s, anti_windup, found } = simulated;
+    let mut report = Report::of("simulate", machine);
+    let summary = &mut report.summary;
+    summary.set("controller", controller);
+    summary.set("case", case);
+    summary.set("speed_rpm", finite(scenario.speed_rpm));
+    summary.set("duration_s", finite(scenario.duration_s));
+    summary.set("stability.stable", found.stable);
+    summary.set("stability.growth_rate_per_s", finite(*growth_rate_per_s));
+    if let StandardCase::Impulse { force_n, .. } | StandardCase::Step { force_n } = scenario.case {
+        summary.set("force_n", finite(force_n));
+    }
+    if let StandardCase::Impulse { length_s, .. } = scenario.case {
+        summary.set("push_s", finite(length_s));
+    }
+    summary.set("simulation", SimulationSummary::of(machine, found, anti_windup));
+    report.verdict(found.met, &found.end);
+    add_response(&mut report, machine, &found.response, case, &found.limits)?;
+    let title = format!("Shaft in motion, {case}");
+    let moving = animate(&motion(machine, &found.response, &title, scenario.speed_rpm * TAU / 60.0)?);
+    report.folder.add_picture(Picture::Animation, moving)?;
+    Ok(report)
 }
 
 /// Adds `response.csv` and the pictures `response` and `orbits`.

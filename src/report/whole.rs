@@ -198,10 +198,18 @@ impl Report {
     /// # Errors
     /// [`ReportError`] when the page cannot be made or the folder cannot be written.
     pub(crate) fn write(&mut self, out: &str) -> Result<(), ReportError> {
+        self.finish()?;
+        Ok(self.folder.write(Path::new(out))?)
+    }
+
+    /// Adds summary and page.
+    ///
+    /// # Errors
+    /// [`ReportError`] when the page cannot be made.
+    pub(crate) fn finish(&mut self) -> Result<(), ReportError> {
         let page = html::report(&self.summary.value(), &self.folder.pictures())?;
         self.folder.add("report.html", page)?;
-        self.folder.add("summary.json", self.summary.to_json())?;
-        Ok(self.folder.write(Path::new(out))?)
+        Ok(self.folder.add("summary.json", self.summary.to_json())?)
     }
 }
 

@@ -9,9 +9,12 @@ Feedback is positive: u = K y. A problem without a solution raises ``ValueError`
 
 from __future__ import annotations
 
+import csv
+import io
 import json
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple, Union
 
 import numpy as np
@@ -21,8 +24,8 @@ from . import _native
 from ._native import __version__
 
 __all__ = [
-    "BalredResult", "CareResult", "DareResult", "H2synResult", "HinfnormResult", "HinfsynResult", "MussvResult", "MusynResult", "NcfsynResult", "REGULARISATION",
-    "Regularisation", "Spindle", "System", "SystemLike",
+    "BalredResult", "Batch", "CareResult", "Controlled", "DareResult", "H2synResult", "HinfnormResult", "HinfsynResult", "MussvResult", "MusynResult", "NcfsynResult", "REGULARISATION",
+    "Learnt", "Regularisation", "Results", "Spindle", "System", "SystemLike",
     "augw", "balred", "c2d", "care", "dare", "diskmargin", "h2norm", "h2syn", "hinfnorm", "hinfsyn", "lqg", "mixsyn", "mussv", "musyn",
     "ncfsyn", "solve",
 ]
@@ -95,8 +98,8 @@ class MusynResult(NamedTuple):
 class MussvResult(NamedTuple):
     """Result of :func:`mussv`."""
 
-    upper: float
-    lower: float
+    upper: Any
+    lower: Any
     delta: NDArray[Any]
     """Perturbation that attains the lower bound."""
 
@@ -158,6 +161,10 @@ def _array(value: ArrayLike, name: str, complex_values: bool = False) -> NDArray
 
 def _matrices(sys: SystemLike) -> tuple[_Matrices, float]:
     """((A, B, C, D), dt) of anything that is a system."""
+    if hasattr(sys, "num") and hasattr(sys, "den") and not hasattr(sys, "A"):
+        from control import ss
+
+        sys = ss(sys)
     e = getattr(sys, "E", None)
     if e is not None and not callable(e) and np.size(e) > 0:
         e = _array(e, "E")
@@ -207,12 +214,12 @@ def _true_frequency(omega: float, dt: float) -> float:
     return omega if dt == 0.0 else 2.0 / dt * float(np.arctan(0.5 * dt * omega))
 
 
-def _system(parts: _Matrices, dt: float = 0.0) -> Any:
+def _system(parts: _Matrices, dt: float = 0.0, inputs: list[str] | None = None, outputs: list[str] | None = None) -> Any:
     try:
         from control import StateSpace  # type: ignore[import-untyped,import-not-found,unused-ignore]
     except ImportError:
         return System(*parts, dt)
-    return StateSpace(*parts, dt, remove_useless_states=False)
+    return StateSpace(*parts, dt, remove_useless_states=False, inputs=inputs, outputs=outputs)
 
 
 def _closed(plant: _Matrices, controller: _Matrices, nmeas: int, ncon: int) -> _Matrices:
@@ -339,8 +346,13 @@ def mussv(M: ArrayLike, blocks: ArrayLike) -> MussvResult:
     """Bounds of the structured singular value of the complex matrix ``M``.
 
     ``blocks`` has a row for each block: ``[r, c]`` a full complex block that reads c rows of M and feeds r columns, ``[r, 0]``
-    a repeated complex scalar, ``[-r, 0]`` a repeated real one. Returns a :class:`MussvResult`.
+    a repeated complex scalar, ``[-r, 0]`` a repeated real one. Returns a :class:`MussvResult`; of a stack of matrices
+    (lines x rows x columns) its values are arrays over the lines.
     """
+    if np.ndim(M) == 3:
+        lines = [_native.mussv(_array(line, "M", complex_values=True), _blocks(blocks)) for line in np.asarray(M)]
+        upper, lower, delta = (np.array(values) for values in zip(*lines))
+        return MussvResult(upper, lower, delta)
     matrix = _array(M, "M", complex_values=True)
     return MussvResult(*_native.mussv(matrix, _blocks(blocks)))
 
@@ -612,16 +624,163 @@ def mixsyn(
     return hinfsyn(plant, d.shape[0], d.shape[1])
 
 
+#: Axes of sensors and magnets, and of the places of forces and displacements, in the order of the plant's signals.
+_AXES = ("front_x", "front_y", "rear_x", "rear_y")
+_PLACES = ("tool_x", "tool_y", "front_actuator_x", "front_actuator_y", "rear_actuator_x", "rear_actuator_y")
+_CURRENTS = [f"current_{axis}" for axis in _AXES]
+_SENSORS = [f"sensor_{axis}" for axis in _AXES]
+_PLANT_INPUTS = _CURRENTS + [f"force_{place}" for place in _PLACES]
+_PLANT_OUTPUTS = _SENSORS + [f"displacement_{place}" for place in _PLACES]
+
+
+def _table(text: str) -> dict[str, Any]:
+    """Columns of a CSV text: arrays of numbers, lists of words where a column holds words."""
+    rows = list(csv.reader(io.StringIO(text)))
+    columns: dict[str, Any] = {}
+    for name, *cells in zip(*rows):
+        try:
+            columns[name] = np.array([float(cell) if cell else np.nan for cell in cells])
+        except ValueError:
+            columns[name] = cells
+    return columns
+
+
+@dataclass(frozen=True)
+class Results:
+    """What a stage of a spindle found. Its first two values, the answer and the figures, can be unpacked."""
+
+    figures: dict[str, Any]
+    """The figures of ``summary.json``."""
+    _native: Any = field(repr=False)
+
+    @property
+    def met(self) -> bool | None:
+        """Whether every target is met; None where the stage has none."""
+        return self.figures.get("verdict", {}).get("met")
+
+    @property
+    def sentence(self) -> str:
+        """The verdict in a sentence."""
+        return str(self.figures.get("verdict", {}).get("sentence", ""))
+
+    @property
+    def files(self) -> list[str]:
+        """Paths of the files that :meth:`write` writes."""
+        return list(self._native.names())
+
+    def read(self, file: str) -> bytes:
+        """The bytes of one of :attr:`files`."""
+        found = self._native.file(file)
+        if found is None:
+            raise ValueError(f"{file!r} is none of {', '.join(self.files)}")
+        return bytes(found)
+
+    @property
+    def tables(self) -> dict[str, dict[str, Any]]:
+        """Every table by its path without ``.csv``, as columns: ``pandas.DataFrame(results.tables[name])``."""
+        names = [name for name in self.files if name.endswith(".csv")]
+        return {name[:-4]: _table(self.read(name).decode()) for name in names}
+
+    def write(self, folder: Source) -> None:
+        """Writes tables, pictures and ``report.html`` as the command does, whole or not at all; nothing foreign is replaced."""
+        self._native.write(os.fspath(folder))
+
+
+@dataclass(frozen=True)
+class Controlled(Results):
+    """A controller with its figures."""
+
+    K: Any = None
+    """Sampled, u = K y; positive feedback, sensors (m) to currents (A)."""
+
+    def __iter__(self) -> Iterator[Any]:
+        return iter((self.K, self.figures))
+
+
+@dataclass(frozen=True)
+class Learnt(Results):
+    """A machine that was learnt from a measurement, with the figures."""
+
+    spindle: Any = None
+    """The updated or corrected :class:`Spindle`."""
+
+    def __iter__(self) -> Iterator[Any]:
+        return iter((self.spindle, self.figures))
+
+
+@dataclass(frozen=True)
+class Batch:
+    """A run for each tool."""
+
+    rows: list[dict[str, Any]]
+    """One row a tool, nested as in ``row.json``; ``failure`` says why a tool has no figures."""
+    results: dict[str, Results]
+    """Pages, controllers and figures by the name of the tool."""
+
+    @property
+    def table(self) -> dict[str, list[Any]]:
+        """The plain figures of the rows as columns, for pandas."""
+        plain = {key for row in self.rows for key, value in row.items() if not isinstance(value, (dict, list))}
+        names = [key for row in self.rows for key in row if key in plain]
+        return {name: [row.get(name) for row in self.rows] for name in dict.fromkeys(names)}
+
+
+def _figures(native: Any) -> tuple[dict[str, Any], Any]:
+    return json.loads(native.figures()), native
+
+
+def _source(given: Any) -> str:
+    """A path or a name as it is; a mapping as JSON, which every reader of YAML takes."""
+    return json.dumps(given) if isinstance(given, Mapping) else os.fspath(given)
+
+
+def _controller(given: Any) -> str:
+    """A controller as a path or as the JSON of its file."""
+    if isinstance(given, Controlled):
+        given = given.K
+    if isinstance(given, (str, os.PathLike, Mapping)):
+        return _source(given)
+    (a, b, c, d), dt = _matrices(given)
+    parts = {name: part.tolist() for name, part in zip("ABCD", (a, b, c, d))}
+    name = str(getattr(given, "name", None) or "controller")
+    return json.dumps({"name": name, "inputs": _AXES, "outputs": _AXES, "sample_time_s": dt, **parts})
+
+
+def _sampled(text: str) -> Any:
+    found = json.loads(text)
+    parts = tuple(np.array(found[key], dtype=float) for key in "ABCD")
+    return _system(parts, found["sample_time_s"], _SENSORS, _CURRENTS)  # type: ignore[arg-type]
+
+
+def _speeds(rpm: Any) -> list[float] | None:
+    return None if rpm is None else [float(speed) for speed in np.atleast_1d(rpm)]
+
+
 class Spindle:
-    """A spindle with its tool. Its methods return figures as the dictionaries of ``summary.json``."""
+    """A spindle with its tool. It can be copied and pickled; its stages return :class:`Results`."""
 
     def __init__(self, machine: _native.Machine) -> None:
         self._machine = machine
 
     @classmethod
-    def load(cls, spindle: Source = "reference", tool: Source = "paper-tool") -> Spindle:
-        """Reads a spindle and a tool: paths or names of shipped files."""
-        return cls(_native.Machine.load(str(spindle), str(tool)))
+    def load(cls, spindle: Source | Mapping[str, Any] = "reference", tool: Source | Mapping[str, Any] = "paper-tool") -> Spindle:
+        """Reads a spindle and a tool: paths, names of shipped files, or dictionaries with the keys of the files."""
+        if not isinstance(spindle, Mapping) and not isinstance(tool, Mapping):
+            return cls(_native.Machine.load(os.fspath(spindle), os.fspath(tool)))
+        text = [
+            json.dumps(given) if isinstance(given, Mapping) else _native.Machine.text(kind, os.fspath(given))
+            for kind, given in (("spindle", spindle), ("tool", tool))
+        ]
+        return cls(_native.Machine.read(*text))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return (_restored, self._machine.files())
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Spindle) and self._machine.files() == other._machine.files()
+
+    def __hash__(self) -> int:
+        return hash(self._machine.files())
 
     def __repr__(self) -> str:
         return "<Spindle {} with {}>".format(*self._machine.names())
@@ -641,37 +800,150 @@ class Spindle:
         """Top speed, 1/min."""
         return self._machine.max_rpm()
 
+    def with_tool(self, tool: Source | Mapping[str, Any]) -> Spindle:
+        """The same spindle with another tool."""
+        text = json.dumps(tool) if isinstance(tool, Mapping) else _native.Machine.text("tool", os.fspath(tool))
+        return Spindle(_native.Machine.read(self._machine.files()[0], text))
+
     def plant(self, rpm: float = 0.0, pade_order: int = 2) -> Any:
         """The design model: currents of front_x, front_y, rear_x, rear_y (A) and forces at the tool in x, y (N), then four loads
-        at the bearings, to displacements in the same order (m); the delay as a Padé approximant."""
+        at the bearings, to displacements in the same order (m); the delay as a Padé approximant. Its signals have names:
+        ``current_front_x``, ``force_tool_x`` to ``sensor_front_x``, ``displacement_tool_x``."""
         if int(pade_order) != pade_order or pade_order < 0:
             raise ValueError(f"pade_order = {pade_order!r} must be a whole number of at least 0")
-        return _system(self._machine.plant(float(rpm), int(pade_order)))
+        return _system(self._machine.plant(float(rpm), int(pade_order)), 0.0, _PLANT_INPUTS, _PLANT_OUTPUTS)
 
-    def response(self, omega: ArrayLike, rpm: float = 0.0) -> NDArray[np.complex128]:
+    def response(self, omega: ArrayLike, rpm: float = 0.0) -> Any:
         """Response of the full finite-element model with exact delay at ``omega`` in rad/s: lines x 6 outputs x 6 inputs, four
-        axes and the two directions of the tool plane."""
-        return self._machine.response([float(w) for w in np.atleast_1d(omega)], float(rpm))
+        axes and the two directions of the tool plane. A ``xarray.DataArray`` with named signals where xarray is installed."""
+        lines = [float(w) for w in np.atleast_1d(omega)]
+        found = self._machine.response(lines, float(rpm))
+        try:
+            from xarray import DataArray  # type: ignore[import-untyped,import-not-found,unused-ignore]
+        except ImportError:
+            return found
+        labels = {"omega": lines, "output": _PLANT_OUTPUTS[:6], "input": _PLANT_INPUTS[:6]}
+        return DataArray(found, coords=labels, dims=list(labels), name="response", attrs={"rpm": float(rpm)})
 
-    def update(self, measurement: Source) -> tuple[Spindle, dict[str, Any]]:
-        """The spindle whose moduli have the frequencies of a measurement folder, and the figures."""
-        machine, figures = self._machine.update(str(measurement))
-        return Spindle(machine), json.loads(figures)
+    def modes(self, rpm: ArrayLike = 0.0) -> dict[str, Any]:
+        """Inertia and natural frequencies of the free rotor at speeds, as ``muspin modes --json`` has them."""
+        return dict(json.loads(self._machine.modes(_speeds(rpm) or [])))
 
-    def design(self, weights: Source = "benchmark", polish: bool = True) -> tuple[Any, dict[str, Any]]:
-        """The sampled controller that meets a weights file, and the figures; minutes."""
-        controller, figures = self._machine.design(str(weights), bool(polish))
-        found = json.loads(controller)
-        a, b, c, d = (np.array(found[key], dtype=float) for key in "ABCD")
-        return _system((a, b, c, d), found["sample_time_s"]), json.loads(figures)
+    def identify(self, measurement: Source) -> Results:
+        """Plausibility, resonances and antiresonances of a measurement folder; the responses are tables."""
+        return Results(*_figures(self._machine.identify(os.fspath(measurement))))
 
-    def diagnose(self, measurement: Source) -> tuple[Spindle, dict[str, Any]]:
-        """The corrected spindle, and verdict, effects and gaps."""
-        machine, figures = self._machine.diagnose(str(measurement))
-        return Spindle(machine), json.loads(figures)
+    def update(self, measurement: Source) -> Learnt:
+        """The spindle whose moduli have the frequencies of a measurement folder."""
+        machine, native = self._machine.update(os.fspath(measurement))
+        return Learnt(*_figures(native), spindle=Spindle(machine))
+
+    def design(
+        self,
+        weights: Source | Mapping[str, Any] = "benchmark",
+        polish: bool = True,
+        progress: Callable[[str], Any] | None = None,
+    ) -> Controlled:
+        """The sampled controller that meets weights (a file, a shipped name, a dictionary); minutes.
+
+        ``progress`` is called with a few words whenever a step or a stage has ended; an exception in it ends the design."""
+        controller, native = self._machine.design(_source(weights), bool(polish), progress)
+        return Controlled(*_figures(native), K=_sampled(controller))
+
+    def pid(self, numbers: Source | Mapping[str, Any] | None = None, rpm: ArrayLike | None = None, seed: int = 1) -> Controlled:
+        """A PID: tuned within the usual amplifier limits, or with the ``numbers`` of a file or dictionary."""
+        given = None if numbers is None else _source(numbers)
+        controller, native = self._machine.pid(given, _speeds(rpm), int(seed))
+        return Controlled(*_figures(native), K=_sampled(controller))
+
+    def compare(
+        self, *controllers: Any, weights: Source | Mapping[str, Any] = "benchmark", rpm: ArrayLike | None = None
+    ) -> Results:
+        """Stiffness, sensitivity, stability over speed and worst cases of controllers (systems, files, results of
+        :meth:`design` and :meth:`pid`) side by side; without any, the design for the weights and its PIDs."""
+        given = [_controller(one) for one in controllers]
+        return Results(*_figures(self._machine.compare(given, _source(weights), _speeds(rpm))))
+
+    def simulate(
+        self,
+        controller: Any,
+        case: str = "impulse",
+        *,
+        rpm: float | None = None,
+        force: float | None = None,
+        push: float | None = None,
+        grade: float | None = None,
+        duration: float | None = None,
+        ramp: float | None = None,
+        bus_voltage: float | None = None,
+        noise_seed: int | None = None,
+    ) -> Results:
+        """Time response with force law, limits and clearance; ``case`` is impulse, step, unbalance, lift-off or contact.
+
+        1/min, N, s, m/s, V; what is not given is as in ``muspin simulate``. The table ``response`` has every sample."""
+        named = {"rpm": rpm, "force": force, "push": push, "grade": grade, "duration": duration, "ramp": ramp, "bus_voltage": bus_voltage}
+        options = {name: float(value) for name, value in named.items() if value is not None}
+        return Results(*_figures(self._machine.simulate(_controller(controller), case, options, noise_seed)))
+
+    def export(self, controller: Any, folder: Source | None = None, prefix: str | None = None) -> Results:
+        """Firmware files of a controller, verified first on the sampled loop; written where a folder is given.
+
+        Raises ValueError where the loop is not proven stable with the rounded coefficients."""
+        stability, native = self._machine.export(_controller(controller), prefix)
+        found = Results({"verdict": {"met": True, "sentence": stability}}, native)
+        if folder is not None:
+            found.write(folder)
+        return found
+
+    def rehearse(
+        self,
+        folder: Source,
+        truth: Spindle | None = None,
+        *,
+        controller: Any = None,
+        rpm: ArrayLike = 0.0,
+        repeats: int = 3,
+        seed: int = 1,
+    ) -> Results:
+        """Writes a measurement folder as a rig would give it: records of ``truth`` (default: this spindle) with sensor noise,
+        under a controller that floats it, and this spindle as the model."""
+        given = None if controller is None else _controller(controller)
+        machine = None if truth is None else truth._machine
+        native = self._machine.rehearse(machine, given, _speeds(rpm) or [], int(repeats), int(seed))
+        found = Results({}, native)
+        found.write(folder)
+        return found
+
+    def batch(
+        self,
+        tools: Iterable[Source | Mapping[str, Any]],
+        weights: Source | Mapping[str, Any] = "benchmark",
+        polish: bool = True,
+        quick: bool = False,
+    ) -> Batch:
+        """A run for each tool in this spindle; ``quick`` leaves PIDs and pictures out. A tool that fails leaves the others alone."""
+        rows, results = [], {}
+        for spindle in [self.with_tool(tool) for tool in tools]:
+            try:
+                row, native = spindle._machine.run_tool(_source(weights), bool(polish), bool(quick))
+            except ValueError as error:
+                rows.append({"tool": spindle.tool, "failure": str(error)})
+                continue
+            rows.append(json.loads(row))
+            results[spindle.tool] = Results(*_figures(native))
+        return Batch(rows, results)
+
+    def diagnose(self, measurement: Source) -> Learnt:
+        """The corrected spindle; verdict, effects and gaps are the figures."""
+        machine, native = self._machine.diagnose(os.fspath(measurement))
+        return Learnt(*_figures(native), spindle=Spindle(machine))
 
     def save(self, spindle_file: Source, tool_file: Source) -> None:
         """Writes the spindle and the tool as YAML."""
         for path, text in zip((spindle_file, tool_file), self._machine.files()):
             with open(path, "w", encoding="utf-8") as file:
                 file.write(text)
+
+
+def _restored(spindle: str, tool: str) -> Spindle:
+    return Spindle(_native.Machine.read(spindle, tool))

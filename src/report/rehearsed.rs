@@ -1,0 +1,83 @@
+//! A measurement folder as a rig would give it, computed from a model.
+
+use super::records::{Listed, hammer_csv, rehearsed_list, sweep_csv};
+use super::results::{ResultsError, ResultsFolder};
+use crate::controller::Controller;
+use crate::export::json::controller_json;
+use crate::identify::Rehearsal;
+use crate::input::{spindle_yaml, tool_yaml};
+use crate::pipeline::PipelineError;
+use crate::pipeline::loop_stability::{growth_rate_at, unstable_words};
+use crate::spindle::halved::refined_around_tilting;
+use crate::spindle::{Machine, SpindleError};
+use thiserror::Error;
+
+/// Why nothing can be rehearsed.
+#[derive(Debug, Error)]
+pub(crate) enum RehearsalError {
+    /// The loop is unstable, in words: no such measurement can be taken.
+    #[error("{0}")]
+    Unstable(String),
+    /// A loop that cannot be computed.
+    #[error(transparent)]
+    Pipeline(#[from] PipelineError),
+    /// A record that cannot be computed.
+    #[error(transparent)]
+    Record(#[from] SpindleError),
+    /// Two files of the same name.
+    #[error(transparent)]
+    Results(#[from] ResultsError),
+}
+
+/// The measurement folder of `truth` at speeds in rpm, whose files name `model`, and its records.
+///
+/// # Errors
+/// [`RehearsalError`].
+pub(crate) fn rehearsed_folder(
+    model: &Machine,
+    truth: &Machine,
+    controller: &Controller,
+    rehearsal: &Rehearsal,
+    speeds_rpm: &[f64],
+) -> Result<(ResultsFolder, Vec<Listed>), RehearsalError> {
+    let mut folder = ResultsFolder::new();
+    let records = add_records(&mut folder, "", truth, controller, rehearsal, speeds_rpm)?;
+    folder.add("measurement.yaml", rehearsed_list(&records))?;
+    folder.add("spindle.yaml", spindle_yaml(&model.spindle))?;
+    folder.add("tool.yaml", tool_yaml(&model.tool))?;
+    Ok((folder, records))
+}
+
+/// Adds a sweep and a hammer test at every speed and the controller `pid.json` below `prefix` (empty, or ending in
+/// `/`). The shaft has twice the elements of its file, because the elements of a file are an approximation that no rig
+/// shares.
+///
+/// # Errors
+/// As [`rehearsed_folder`].
+pub(crate) fn add_records(
+    folder: &mut ResultsFolder,
+    prefix: &str,
+    truth: &Machine,
+    controller: &Controller,
+    rehearsal: &Rehearsal,
+    speeds_rpm: &[f64],
+) -> Result<Vec<Listed>, RehearsalError> {
+    let truth = &refined_around_tilting(truth);
+    let mut listed = vec![];
+    for rpm in speeds_rpm {
+        let growth = growth_rate_at(truth, controller, *rpm)?;
+        if growth >= 0.0 {
+            return Err(RehearsalError::Unstable(unstable_words(growth, *rpm)));
+        }
+        let sweep = format!("sweep-{rpm:.0}.csv");
+        let record = rehearsal.sweep(truth, controller, *rpm, &sweep)?;
+        folder.add(&format!("{prefix}{sweep}"), sweep_csv(&record))?;
+        let hammer = format!("hammer-{rpm:.0}.csv");
+        let record = rehearsal.hammer(truth, controller, *rpm)?;
+        folder.add(&format!("{prefix}{hammer}"), hammer_csv(&record))?;
+        listed.push(("sweep", sweep, *rpm));
+        listed.push(("hammer", hammer, *rpm));
+    }
+    folder.add(&format!("{prefix}pid.json"), controller_json(controller, None))?;
+    Ok(listed)
+}
