@@ -2,8 +2,10 @@
 
 use super::console::{CommandEnd, Console};
 use super::controlled_machine::{ControlledMachine, MachineArguments, UsedMachine};
+use super::fmu::archives;
 use super::machine::Remarks;
 use super::output::claim;
+use super::speeds::parse_one_speed;
 use super::{Failure, Outcome};
 use crate::controller::anti_windup::{AntiWindup, with_anti_windup};
 use crate::controller::fidelity::TransferChange;
@@ -16,16 +18,19 @@ use crate::controller::verification_error::VerificationError;
 use crate::controller::{Controller, ControllerError};
 use crate::export::c::{c_identifier, is_prefix, stability_words};
 use crate::export::firmware::{Firmware, FirmwareError, Format, write_all};
+use crate::export::fmu::{controller_unit, machine_unit};
 use crate::export::table::controller_table;
 use crate::lti::{Discrete, StateSpace};
 use crate::pipeline::PipelineError;
 use crate::pipeline::firmware_proof::{changed_by_rounding, proven_as_rounded};
 use crate::pipeline::sampled::{SampledController, sample_controller};
+use crate::predict::time::TimeSettings;
 use crate::report::results::ResultsFolder;
 use crate::report::simulation::AntiWindupSummary;
 use crate::report::summary::json;
 use crate::spindle::Machine;
 use serde::Serialize;
+use std::f64::consts::TAU;
 use std::path::Path;
 
 /// Arguments of `muspin export`.
@@ -48,6 +53,10 @@ pub(super) struct Arguments {
     /// Folder for the files
     #[arg(long, default_value = "results/export")]
     out: String,
+    /// Also write co-simulation units (FMI 2.0 and 3.0) of the controller and of the machine at a speed in rpm, with
+    /// sources and a binary for this platform
+    #[arg(long, value_name = "RPM", num_args = 0..=1, default_missing_value = "0", value_parser = parse_one_speed)]
+    fmu: Option<f64>,
     /// Export even if the loop is unstable or cannot be checked; the files say so
     #[arg(long)]
     force_unverified: bool,
@@ -186,7 +195,12 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     let mut summaries = Vec::new();
     for (one, firmware) in prepared.iter().zip(&firmware) {
         let folder = if prepared.len() == 1 { String::new() } else { format!("{}/", firmware.prefix) };
-        let written = write_all(firmware, &formats)?;
+        let mut written = write_all(firmware, &formats)?;
+        if let Some(rpm) = arguments.fmu {
+            let (units, notes) = units(one, firmware, rpm)?;
+            written.files.extend(units);
+            written.notes.extend(notes);
+        }
         let own: Vec<(String, Vec<u8>)> =
             written.files.into_iter().map(|(name, bytes)| (format!("{folder}{name}"), bytes)).collect();
         let names: Vec<String> = own.iter().map(|f| f.0.clone()).collect();
@@ -226,6 +240,22 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
         .file(arguments.out.as_str())
     })?;
     Ok(if proven { Outcome::Done } else { Outcome::TargetMissed })
+}
+
+/// The units of a controller and of its machine, and what is to be said of them.
+fn units(one: &Prepared, firmware: &Firmware<'_>, rpm: f64) -> Result<(Vec<(String, Vec<u8>)>, Vec<String>), Failure> {
+    let machine = &one.given.machine;
+    let c_files = write_all(firmware, &[Format::C])?.files;
+    let sample_time_s = one.rows.rows.sample_time_s;
+    let description = format!("{}, for {}", one.discrete.name, one.machine);
+    let shaft = machine_unit(machine, rpm * TAU / 60.0, &TimeSettings::default())?;
+    let (mut files, mut notes) = (vec![], vec![]);
+    for unit in [controller_unit(&description, &c_files, sample_time_s), shaft] {
+        let (made, note) = archives(&unit)?;
+        files.extend(made);
+        notes.extend(note);
+    }
+    Ok((files, notes))
 }
 
 /// Loads, samples, realises and verifies one controller; nothing, with the reason on standard error, when it is

@@ -20,6 +20,7 @@ mod earlier;
 #[cfg(feature = "python")]
 pub(crate) mod embedded;
 mod export;
+mod fmu;
 mod frf;
 mod identify;
 mod init;

@@ -247,26 +247,45 @@ fn modes_in_band(machine: &Machine) -> Result<usize, SpindleError> {
 }
 
 /// Shaft, sensors and magnets between two samples.
-struct SampledShaft {
-    phi: Mat<f64>,
-    gamma: [Mat<f64>; 2],
-    outputs: Mat<f64>,
-    velocities: Mat<f64>,
+pub(crate) struct SampledShaft {
+    /// Φ of a substep.
+    pub(crate) phi: Mat<f64>,
+    /// Γ₀ and Γ₁ of a substep.
+    pub(crate) gamma: [Mat<f64>; 2],
+    /// State to four sensor signals and six displacements.
+    pub(crate) outputs: Mat<f64>,
+    /// State to the rates of the six displacements.
+    pub(crate) velocities: Mat<f64>,
     state: Mat<f64>,
     currents: [f64; AXES],
     voltages: [f64; AXES],
-    magnets: [Magnet; 2],
-    force_matrices: [[[f64; 2]; 2]; 2],
-    backup: BackupBearing,
-    speed_rad_s: f64,
-    step_s: f64,
-    delay_s: f64,
+    /// Front and rear.
+    pub(crate) magnets: [Magnet; 2],
+    /// Forces of the axes (x, y) to forces on the shaft.
+    pub(crate) force_matrices: [[[f64; 2]; 2]; 2],
+    /// Both backup bearings.
+    pub(crate) backup: BackupBearing,
+    /// Speed, rad/s.
+    pub(crate) speed_rad_s: f64,
+    /// Substep, s.
+    pub(crate) step_s: f64,
+    /// Delay from sampling to current command, half of the hold included, s.
+    pub(crate) delay_s: f64,
     noise_m: f64,
     touching: bool,
 }
 
 impl SampledShaft {
-    fn new(machine: &Machine, speed_rad_s: f64, settings: &TimeSettings, step_s: f64) -> Result<Self, TimeError> {
+    /// The shaft of a machine at a speed, with substeps of `step_s`.
+    ///
+    /// # Errors
+    /// [`TimeError`] when the plant cannot be built or the integrator not prepared.
+    pub(crate) fn new(
+        machine: &Machine,
+        speed_rad_s: f64,
+        settings: &TimeSettings,
+        step_s: f64,
+    ) -> Result<Self, TimeError> {
         let effective = machine.effective();
         let contact = machine.spindle.backup_contact()?;
         // The force law brings the negative stiffness; the shaft here gets none (a file may not say zero).

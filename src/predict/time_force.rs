@@ -15,21 +15,21 @@ use crate::spindle::EffectiveBearing;
 use std::f64::consts::TAU;
 
 /// A gap this close to the pole face, as a part of it, is where the force law ends.
-const LARGEST_XI: f64 = 0.95;
+pub(crate) const LARGEST_XI: f64 = 0.95;
 /// Tangential speed at which friction reaches most of its value, m/s: smooths the sign at standstill.
-const FRICTION_SPEED_M_S: f64 = 1e-3;
+pub(crate) const FRICTION_SPEED_M_S: f64 = 1e-3;
 
 /// One axis of a bearing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Magnet {
-    ki_n_per_a: f64,
-    kappa_per_m: f64,
-    bias_a: f64,
-    max_a: f64,
-    max_n: f64,
-    corner_rad_s: f64,
-    slew_a_per_s: f64,
-    inductance_h: f64,
+    pub(crate) ki_n_per_a: f64,
+    pub(crate) kappa_per_m: f64,
+    pub(crate) bias_a: f64,
+    pub(crate) max_a: f64,
+    pub(crate) max_n: f64,
+    pub(crate) corner_rad_s: f64,
+    pub(crate) slew_a_per_s: f64,
+    pub(crate) inductance_h: f64,
 }
 
 impl Magnet {
