@@ -27,8 +27,8 @@ if shutil.which("cc") is None:
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 MUSPIN = os.path.abspath(sys.argv[1]) if len(sys.argv) > 1 else os.path.join(ROOT, "target", "release", "muspin")
 CONTROLLER = os.path.join(ROOT, "results", "reference", "controller", "discrete.json")
-#: Samples that have to be the same to rounding.
-EXACT = 200
+#: Largest difference of any signal at any sample, as a part of the largest value of its kind.
+LARGEST = 0.01
 AXES = ["front_x", "front_y", "rear_x", "rear_y"]
 PLACES = ["tool_x", "tool_y", "front_actuator_x", "front_actuator_y", "rear_actuator_x", "rear_actuator_y"]
 
@@ -104,43 +104,50 @@ def simulated(folder, case, *arguments):
     return table["time_s"], np.array([table[name] for name in names]).T
 
 
+def compare(folder, step):
+    """Largest difference of displacements and of currents over all cases and versions, each a part of its largest value."""
+    done = subprocess.run(
+        [MUSPIN, "export", "--controller", CONTROLLER, "--fmu", *step, "--out", os.path.join(folder, "export")],
+        capture_output=True, text=True,
+    )
+    assert done.returncode == 0 and "no binary" not in done.stderr, done.stderr
+    # Loads that stay, the larger ones at the limits of the currents and in the backup bearings: the load of a unit is held
+    # over its step, so that these compare the equations. A push that throws the rotor into its bearings does not: there
+    # simulate itself differs by 7 % and 136 % of the currents when the force changes by 1e-5.
+    push_s = 5e-4
+    cases = [
+        ("step", 40.0, lambda t: 40.0),
+        ("step", 600.0, lambda t: 600.0),
+        ("step", 4000.0, lambda t: 4000.0),
+        ("impulse", 50.0, lambda t: 50.0 * np.sin(np.pi * t / push_s) if t < push_s else 0.0),
+    ]
+    largest = 0.0
+    for case, force_n, load_n in cases:
+        time, expected = simulated(folder, case, "--force", str(force_n), *step, "--duration", "0.1")
+        for version in ("fmi2", "fmi3"):
+            found = loop(os.path.join(folder, "export"), version, load_n, len(time), time[1] - time[0])
+            for columns, what in ((slice(0, 6), "displacement"), (slice(6, 10), "current")):
+                difference = np.abs(found[:, columns] - expected[:, columns]).max()
+                part = difference / np.abs(expected[:, columns]).max()
+                largest = max(largest, part)
+                print(f"{case} of {force_n:.0f} N, {version}, {what}: largest difference {100 * part:.2e} %")
+    return largest
+
+
 def main():
-    folder = tempfile.mkdtemp()
-    try:
-        done = subprocess.run(
-            [MUSPIN, "export", "--controller", CONTROLLER, "--fmu", "--out", os.path.join(folder, "export")],
-            capture_output=True, text=True,
-        )
-        assert done.returncode == 0 and "no binary" not in done.stderr, done.stderr
-        # A push that reaches the limits of the magnets and the backup bearings, and a load that stays.
-        push_s = 5e-4
-        cases = [
-            ("step", lambda t: 40.0, ["--force", "40", "--duration", "0.1"]),
-            ("impulse", lambda t: 50.0 * np.sin(np.pi * t / push_s) if t < push_s else 0.0, ["--duration", "0.1"]),
-            ("contact", lambda t: 4000.0 * np.sin(np.pi * t / push_s) if t < push_s else 0.0,
-             ["--force", "4000", "--speed", "0", "--duration", "0.1"]),
-        ]
-        worst = 0.0
-        for case, load_n, arguments in cases:
-            time, expected = simulated(folder, case, *arguments)
-            period = time[1] - time[0]
-            for version in ("fmi2", "fmi3"):
-                found = loop(os.path.join(folder, "export"), version, load_n, len(time), period)
-                for columns, what in ((slice(0, 6), "displacement"), (slice(6, 10), "current")):
-                    difference = found[:, columns] - expected[:, columns]
-                    size = np.abs(expected[:, columns]).max()
-                    # Until a sensor signal stands on the edge between two steps both are the same to rounding; then a
-                    # step goes the other way, and what follows differs by the response to 15 nm.
-                    early = np.abs(difference[:EXACT]).max() / size
-                    ratio = np.sqrt((difference**2).mean() / (expected[:, columns] ** 2).mean())
-                    worst = max(worst, ratio) if what == "displacement" else worst
-                    print(f"{case}, {version}, {what}: up to {size:.3e}; first {EXACT} samples {early:.1e}, rms of all {100 * ratio:.4f} %")
-                    assert early < 1e-9, (case, version, what, early)
-                    # Currents answer to single steps of the sensors: their difference after a flip is printed, not bounded.
-                    assert what == "current" or ratio < 0.01, (case, version, what, ratio)
-        print(f"the displacements of both units are those of simulate within {100 * worst:.4f} % rms")
-    finally:
-        shutil.rmtree(folder, ignore_errors=True)
+    # A rounding error that sends one step of a sensor the other way is followed by the loop's answer to that step: the
+    # equations are compared without steps, and what the steps add is printed.
+    largest = {}
+    for words, step in (("without steps of the sensors", ["--sensor-step", "0"]), ("with them", [])):
+        folder = tempfile.mkdtemp()
+        print(words)
+        try:
+            largest[words] = compare(folder, step)
+        finally:
+            shutil.rmtree(folder, ignore_errors=True)
+    summary = "; ".join(f"{words} {100 * part:.2e} %" for words, part in largest.items())
+    print(f"largest difference of both units from simulate: {summary}")
+    assert largest["without steps of the sensors"] < LARGEST, summary
 
 
 main()

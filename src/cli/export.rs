@@ -57,6 +57,9 @@ pub(super) struct Arguments {
     /// sources and a binary for this platform
     #[arg(long, value_name = "RPM", num_args = 0..=1, default_missing_value = "0", value_parser = parse_one_speed)]
     fmu: Option<f64>,
+    /// Step of the sensor signals of the machine's unit, m, 0 for none (unless given, as `simulate`)
+    #[arg(long, requires = "fmu", value_parser = parse_sensor_step)]
+    sensor_step: Option<f64>,
     /// Export even if the loop is unstable or cannot be checked; the files say so
     #[arg(long)]
     force_unverified: bool,
@@ -197,7 +200,11 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
         let folder = if prepared.len() == 1 { String::new() } else { format!("{}/", firmware.prefix) };
         let mut written = write_all(firmware, &formats)?;
         if let Some(rpm) = arguments.fmu {
-            let (units, notes) = units(one, firmware, rpm)?;
+            let settings = TimeSettings {
+                quantum_m: arguments.sensor_step.unwrap_or(TimeSettings::default().quantum_m),
+                ..TimeSettings::default()
+            };
+            let (units, notes) = units(one, firmware, rpm, &settings)?;
             written.files.extend(units);
             written.notes.extend(notes);
         }
@@ -242,13 +249,24 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     Ok(if proven { Outcome::Done } else { Outcome::TargetMissed })
 }
 
+/// A step of sensor signals, in the range that a simulation takes.
+fn parse_sensor_step(text: &str) -> Result<f64, String> {
+    let step_m: f64 = text.parse().map_err(|_| format!("{text} is no number"))?;
+    if (0.0..=1e-3).contains(&step_m) { Ok(step_m) } else { Err("must be between 0 and 1 mm".to_owned()) }
+}
+
 /// The units of a controller and of its machine, and what is to be said of them.
-fn units(one: &Prepared, firmware: &Firmware<'_>, rpm: f64) -> Result<(Vec<(String, Vec<u8>)>, Vec<String>), Failure> {
+fn units(
+    one: &Prepared,
+    firmware: &Firmware<'_>,
+    rpm: f64,
+    settings: &TimeSettings,
+) -> Result<(Vec<(String, Vec<u8>)>, Vec<String>), Failure> {
     let machine = &one.given.machine;
     let c_files = write_all(firmware, &[Format::C])?.files;
     let sample_time_s = one.rows.rows.sample_time_s;
     let description = format!("{}, for {}", one.discrete.name, one.machine);
-    let shaft = machine_unit(machine, rpm * TAU / 60.0, &TimeSettings::default())?;
+    let shaft = machine_unit(machine, rpm * TAU / 60.0, settings)?;
     let (mut files, mut notes) = (vec![], vec![]);
     for unit in [controller_unit(&description, &c_files, sample_time_s), shaft] {
         let (made, note) = archives(&unit)?;

@@ -44,6 +44,9 @@ pub(super) struct Arguments {
     /// Voltage of the amplifiers' bus, V
     #[arg(long, default_value_t = 300.0)]
     bus_voltage: f64,
+    /// Step of the digitised sensor signals, m, 0 for none (unless given, that of 16 bit over ±10 V at 20 V/mm)
+    #[arg(long)]
+    sensor_step: Option<f64>,
     /// Adds the sensor noise of the spindle, with this seed
     #[arg(long)]
     noise_seed: Option<u64>,
@@ -99,12 +102,14 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     let settings = TimeSettings {
         noise_seed: arguments.noise_seed,
         bus_voltage_v: arguments.bus_voltage,
+        quantum_m: arguments.sensor_step.unwrap_or(TimeSettings::default().quantum_m),
         ..TimeSettings::default()
     };
     let wish = arguments.wish();
     let simulated = simulate_controller(machine, &sampled, &wish, &settings).map_err(|error| match error {
         PipelineError::Time(TimeError::Setting { what, value, rule }) => {
-            Failure::new(format!("--{}: {value} must be {rule}", what.replace('_', "-")))
+            let option = if what == "quantum_m" { "sensor-step".to_owned() } else { what.replace('_', "-") };
+            Failure::new(format!("--{option}: {value} must be {rule}"))
         }
         PipelineError::Time(other) => other.into(),
         other => other.into(),
