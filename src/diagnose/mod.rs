@@ -3,17 +3,19 @@
 //! [`data`]: measured records become whitened evidence. [`fit`]: the reduced model of the machine
 //! ([`crate::spindle::response`]) is fitted with nuisance parameters and any effects of the catalogue. [`locate`]: the
 //! place of a discrepancy without a hypothesis. [`decide`]: screening, selection by BIC, verdict, next measurement.
+//! [`conclude`]: mistakes of the rig, then effects, and the diagnosis.
 
+pub mod conclude;
 pub mod data;
 pub mod decide;
 pub mod fit;
 pub mod locate;
 pub(crate) mod records;
 
+pub use conclude::course::{diagnose, diagnose_with};
+pub use conclude::verdict::{Diagnosis, NamedEffect, Rival};
 pub use data::evidence::{Evidence, Gap};
-pub use decide::course::{diagnose, diagnose_with};
 pub use decide::judgement::Verdict;
-pub use decide::verdict::{Diagnosis, NamedEffect, Rival};
 pub use records::finding::{Alternatives, FoundFault};
 
 use crate::identify::IdentifyError;

@@ -3,7 +3,7 @@
 use super::diagnosis_words::{fault_words, sentence, size, statement};
 use super::readable;
 use super::summary::{Named, finite};
-use crate::diagnose::decide::verdict::Rival;
+use crate::diagnose::conclude::verdict::Rival;
 use crate::diagnose::locate::localisation::PortScore;
 use crate::diagnose::{Diagnosis, NamedEffect};
 use crate::spindle::effects::AXIS_NAMES as AXES;

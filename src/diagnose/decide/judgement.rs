@@ -55,7 +55,7 @@ impl Verdict {
 }
 
 /// The verdict on a set of effects, and what it rests on.
-pub(super) struct Judgement {
+pub(crate) struct Judgement {
     pub verdict: Verdict,
     pub misfit: Misfit,
     pub held_out: HeldOut,
@@ -74,7 +74,7 @@ pub(super) struct Judgement {
 }
 
 /// Judges a set of effects by its worst block, by the gap, and by records that its fit has not seen.
-pub(super) fn judge(case: &Case, best: &Candidate) -> Result<Judgement, DiagnoseError> {
+pub(crate) fn judge(case: &Case, best: &Candidate) -> Result<Judgement, DiagnoseError> {
     let misfit = case.misfit(&best.effects, &best.fit.at, JUDGE_FLOOR)?;
     let held_out = HeldOut::new(case);
     let before = overall(case, &[], &case.origin())?;
@@ -124,7 +124,7 @@ fn better_trained(
 
 /// Whether a longer set of effects lowers the gap of a shorter one by more than its further numbers do by chance.
 /// Beside a set whose gap is above 1 the question is open: only the next effect may show what this one explains.
-pub(super) fn lowers_the_gap(case: &Case, shorter: &Candidate, longer: &Candidate) -> Result<bool, DiagnoseError> {
+pub(crate) fn lowers_the_gap(case: &Case, shorter: &Candidate, longer: &Candidate) -> Result<bool, DiagnoseError> {
     let without = overall(case, &shorter.effects, &shorter.fit.at)?;
     let with = overall(case, &longer.effects, &longer.fit.at)?;
     let free = longer.numbers().saturating_sub(shorter.numbers());
@@ -142,7 +142,7 @@ pub(crate) fn further(without: Overall, with: Overall, numbers: usize) -> bool {
 /// Whether a shorter set has a small gap for a reason that cannot be: beside it nuisance parameters leave their priors,
 /// one alone or several together, and beside the longer one they do not. A number that takes more from the χ² of the
 /// priors than one parameter may add to it explains several parameters that are off together.
-pub(super) fn relieves(case: &Case, shorter: &Candidate, longer: &Candidate) -> bool {
+pub(crate) fn relieves(case: &Case, shorter: &Candidate, longer: &Candidate) -> bool {
     let strained = |c: &Candidate| case.model.is_strained(&c.fit.at.p);
     !strained(longer) && (strained(shorter) || takes_over(case, shorter, longer))
 }
@@ -181,7 +181,7 @@ fn slope_is_read(case: &Case, best: &Candidate) -> Result<bool, DiagnoseError> {
 }
 
 /// What a fit may not see.
-pub(super) struct HeldOut {
+pub(crate) struct HeldOut {
     pub training: Subset,
     pub name: &'static str,
 }

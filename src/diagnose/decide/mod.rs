@@ -1,7 +1,6 @@
 //! Which effects are missing: screening, selection, verdict, and what to measure next.
 
 pub mod candidate;
-pub mod course;
 pub mod detectability;
 pub(crate) mod judgement;
 pub mod misfit;
@@ -11,5 +10,4 @@ pub mod residuals;
 pub(crate) mod screening;
 pub(crate) mod selection;
 mod strong;
-mod tie;
-pub mod verdict;
+pub(crate) mod tie;

@@ -139,7 +139,7 @@ impl Case<'_> {
     ///
     /// # Errors
     /// As [`Self::fit_down`].
-    pub(super) fn add_strong(&self, standing: &Standing, round: &mut ScreeningRound) -> Result<bool, DiagnoseError> {
+    pub(crate) fn add_strong(&self, standing: &Standing, round: &mut ScreeningRound) -> Result<bool, DiagnoseError> {
         let finalists = &mut round.finalists;
         if is_settled(standing) || finalists.first().is_some_and(|c| self.within(c)) {
             return Ok(false);
@@ -163,7 +163,7 @@ impl Case<'_> {
     }
 
     /// Whether a candidate explains the data with nuisance parameters that stay within their priors.
-    pub(super) fn within(&self, candidate: &Candidate) -> bool {
+    pub(crate) fn within(&self, candidate: &Candidate) -> bool {
         explains(candidate) && !self.model.is_strained(&candidate.fit.at.p)
     }
 
@@ -182,7 +182,7 @@ impl Case<'_> {
     ///
     /// # Errors
     /// As [`Self::fit_down`].
-    pub(super) fn one_effect_thinly(&self, null: &Standing) -> Result<Option<f64>, DiagnoseError> {
+    pub(crate) fn one_effect_thinly(&self, null: &Standing) -> Result<Option<f64>, DiagnoseError> {
         let w = null.working_error;
         let mut begun = self.first_fits(null, self.free(&[], is_settled(null)), MIMICS)?;
         begun.sort_by(|a, b| score(&a.1).total_cmp(&score(&b.1)));
@@ -198,7 +198,7 @@ impl Case<'_> {
     }
 
     /// The lines that rank hypotheses.
-    pub(super) fn thin(&self) -> Subset {
+    pub(crate) fn thin(&self) -> Subset {
         Subset { stride: (self.evidence.lines() / LINES).max(3), ..Subset::ALL }
     }
 

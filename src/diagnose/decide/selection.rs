@@ -21,7 +21,7 @@ use crate::spindle::{Effect, EffectKind};
 use rayon::prelude::*;
 
 /// Most effects at once: what domain practice separates in one set of sweeps.
-pub(super) const MOST_EFFECTS: usize = 4;
+pub(crate) const MOST_EFFECTS: usize = 4;
 /// First effects that are tried as the beginning of a pair.
 const BEAM: usize = 2;
 
@@ -29,7 +29,7 @@ const BEAM: usize = 2;
 /// nearly all.
 const NEARLY: f64 = 0.11;
 
-pub(super) struct Chosen {
+pub(crate) struct Chosen {
     /// The set, fitted.
     pub standing: Standing,
     /// Other sets of the last searches.
@@ -44,7 +44,7 @@ pub(super) struct Chosen {
 ///
 /// # Errors
 /// [`DiagnoseError`] when a model cannot be assembled.
-pub(super) fn choose(
+pub(crate) fn choose(
     case: &Case,
     null: &Standing,
     mut round: ScreeningRound,

@@ -7,7 +7,7 @@ use super::judgement::relieves;
 use super::screening::TIE_BIC;
 
 /// The best set of effects, and the rivals with other names whose score the data cannot tell from its own.
-pub(super) fn indistinguishable<'a>(case: &Case, best: &'a Candidate, rivals: &'a [Candidate]) -> Vec<&'a Candidate> {
+pub(crate) fn indistinguishable<'a>(case: &Case, best: &'a Candidate, rivals: &'a [Candidate]) -> Vec<&'a Candidate> {
     let mut members = vec![best];
     for rival in rivals {
         // What drives nuisance parameters out of their priors is no explanation.

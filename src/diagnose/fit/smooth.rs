@@ -112,9 +112,8 @@ impl Problem<'_> {
                 let mut d = [c64::new(0.0, 0.0); 4];
                 d[j] = sweep.response[*line][4 * i + j];
                 whiten_vector(lower, &mut d);
-                let column = |f: usize| 2 * (FUNCTIONS * j + f);
                 for (k, v) in d.iter().enumerate() {
-                    entries(&mut b, (8 * l + 2 * k, &column), *v, &shape);
+                    write_entries(&mut b, [8 * l + 2 * k, 2 * FUNCTIONS * j], *v, &shape);
                 }
             }
         }
@@ -131,17 +130,18 @@ impl Problem<'_> {
             rows.extend([*first, first + 1]);
             let v = tap.compliance[*line] / tap.sd(*line, model_error);
             let shape = functions(share[*line]);
-            entries(&mut b, (2 * l, &|f| 2 * f), v, &shape);
+            write_entries(&mut b, [2 * l, 0], v, &shape);
         }
         (rows, b)
     }
 }
 
-/// Writes the two real rows of a complex residual of size `v`: δ has a real and an imaginary part, of half the variance
+/// Writes the two real rows of a complex residual of size `v` from the row and the column `corner` on: δ has a real and an imaginary part, of half the variance
 /// each, and residuals are counted √2 times.
-fn entries(b: &mut Mat<f64>, (row, column): (usize, &dyn Fn(usize) -> usize), v: c64, shape: &[f64; FUNCTIONS]) {
+fn write_entries(b: &mut Mat<f64>, corner: [usize; 2], v: c64, shape: &[f64; FUNCTIONS]) {
+    let [row, first] = corner;
     for (f, size) in shape.iter().enumerate() {
-        let at = column(f);
+        let at = first + 2 * f;
         b[(row, at)] = v.re * size;
         b[(row + 1, at)] = v.im * size;
         b[(row, at + 1)] = -v.im * size;

@@ -1,0 +1,4 @@
+//! From records to a diagnosis: mistakes of the rig, then effects, then the verdict on both.
+
+pub mod course;
+pub mod verdict;
