@@ -136,8 +136,8 @@ impl Problem<'_> {
     }
 }
 
-/// Writes the two real rows of a complex residual of size `v` from the row and the column `corner` on: δ has a real and an imaginary part, of half the variance
-/// each, and residuals are counted √2 times.
+/// Writes the two real rows of a complex residual of size `v`, from the row and the column `corner` on: δ has a real
+/// and an imaginary part, of half the variance each, and residuals are counted √2 times.
 fn write_entries(b: &mut Mat<f64>, corner: [usize; 2], v: c64, shape: &[f64; FUNCTIONS]) {
     let [row, first] = corner;
     for (f, size) in shape.iter().enumerate() {

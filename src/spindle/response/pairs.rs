@@ -34,7 +34,8 @@ pub(crate) fn over_coordinates(
 }
 
 /// The whole receptance of `ports` ports, row-major, from that of the pairs.
-pub(crate) fn whole(ports: usize, (re, im): &(Vec<f64>, Vec<f64>)) -> Vec<c64> {
+pub(crate) fn whole(ports: usize, receptance: &(Vec<f64>, Vec<f64>)) -> Vec<c64> {
+    let (re, im) = receptance;
     let mut all = vec![ZERO; ports * ports];
     for ((i, j), (re, im)) in pairs(ports, ports).zip(re.iter().zip(im)) {
         all[i * ports + j] = c64::new(*re, *im);
