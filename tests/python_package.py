@@ -435,7 +435,8 @@ def count():
 
 
 threading.Thread(target=count, daemon=True).start()
-threading.Timer(1.5, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+# Well before a design ends on the fastest machine: it has taken a second and a half at least.
+threading.Timer(0.4, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
 began = time.monotonic()
 try:
     spindle.design("benchmark")
@@ -444,7 +445,8 @@ except KeyboardInterrupt:
     took = time.monotonic() - began
     check(took < 4, f"Ctrl-C took {took} s")
 ended.set()
-check(counted > 50, f"another thread ran {counted} times beside the design")
+# It asks to run every 10 ms; a third of that is left where the machine is loaded.
+check(counted > took / 0.01 / 3, f"another thread ran {counted} times in {took} s beside the design")
 
 # The command line of the package.
 version = subprocess.run([sys.executable, "-m", "muspin", "--version"], capture_output=True, text=True, check=True).stdout
