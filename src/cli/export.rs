@@ -250,9 +250,9 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
 }
 
 /// A step of sensor signals, in the range that a simulation takes.
-fn parse_sensor_step(text: &str) -> Result<f64, String> {
+pub(super) fn parse_sensor_step(text: &str) -> Result<f64, String> {
     let step_m: f64 = text.parse().map_err(|_| format!("{text} is no number"))?;
-    if (0.0..=1e-3).contains(&step_m) { Ok(step_m) } else { Err("must be between 0 and 1 mm".to_owned()) }
+    if (0.0..=1e-3).contains(&step_m) { Ok(step_m) } else { Err("must be between 0 and 1e-3 m".to_owned()) }
 }
 
 /// The units of a controller and of its machine, and what is to be said of them.

@@ -3,7 +3,7 @@
 
 use super::console::{CommandEnd, Console};
 use super::controlled_machine::MachineArguments;
-use super::export::ready;
+use super::export::{parse_sensor_step, ready};
 use super::output::{REPORT, claim};
 use super::speeds::parse_one_speed;
 use super::{Failure, Outcome};
@@ -45,7 +45,7 @@ pub(super) struct Arguments {
     #[arg(long, default_value_t = 300.0)]
     bus_voltage: f64,
     /// Step of the digitised sensor signals, m, 0 for none (unless given, that of 16 bit over ±10 V at 20 V/mm)
-    #[arg(long)]
+    #[arg(long, value_parser = parse_sensor_step)]
     sensor_step: Option<f64>,
     /// Adds the sensor noise of the spindle, with this seed
     #[arg(long)]
@@ -108,8 +108,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     let wish = arguments.wish();
     let simulated = simulate_controller(machine, &sampled, &wish, &settings).map_err(|error| match error {
         PipelineError::Time(TimeError::Setting { what, value, rule }) => {
-            let option = if what == "quantum_m" { "sensor-step".to_owned() } else { what.replace('_', "-") };
-            Failure::new(format!("--{option}: {value} must be {rule}"))
+            Failure::new(format!("--{}: {value} must be {rule}", what.replace('_', "-")))
         }
         PipelineError::Time(other) => other.into(),
         other => other.into(),

@@ -231,7 +231,7 @@ impl FmuUnit {
 /// The constants of a machine as C.
 fn machine_data(shaft: &SampledShaft, period_s: f64, quantum_m: f64) -> String {
     let mut text = String::from("/* Written by muspin: the constants of the machine. */\n");
-    let late = ((shaft.delay_s - 0.5 * period_s).max(0.0) / shaft.step_s).round() as usize;
+    let late = shaft.late_substeps(period_s);
     let counts = [("AXES", AXES), ("LOADS", LOADS), ("STATES", shaft.phi.nrows()), ("LATE", late)];
     for (name, count) in counts {
         let _ = writeln!(text, "#define {name} {count}");

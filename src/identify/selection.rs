@@ -43,8 +43,8 @@ const SAME_PLACE: f64 = 0.75;
 /// A misfit of this many times the variance of the noise, three standard deviations, is none of noise: the record is no
 /// sum of modes there.
 const UNEXPLAINED: f64 = 9.0;
-/// A mode of such a record is this part of the response at the line where it is strongest: what the other modes, the
-/// drift and the swing leave of that response is several hundredths of it. Set with one measured record in view, a beam
+/// A mode of such a record makes at least this part of the response at the line where it is strongest; a side peak of a
+/// mode that drifts makes several hundredths. Set with one measured record in view, a beam
 /// that warmed while it was hit, whose side peaks reached 0.10: what this limit gives on that beam confirms nothing.
 const LEAST_SHARE: f64 = 0.2;
 

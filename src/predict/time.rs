@@ -155,7 +155,7 @@ pub fn simulate(
         last_limited_s: None,
         diverged: false,
     };
-    let late = ((shaft.delay_s - 0.5 * period).max(0.0) / step).round() as usize;
+    let late = shaft.late_substeps(period);
     let mut tick = 0usize;
     let mut rest: Option<[f64; AXES]> = None;
     for k in 0..before + after {
@@ -276,6 +276,11 @@ pub(crate) struct SampledShaft {
 }
 
 impl SampledShaft {
+    /// Substeps from a sample to its current command: the delay without the half of the hold.
+    pub(crate) fn late_substeps(&self, period_s: f64) -> usize {
+        ((self.delay_s - 0.5 * period_s).max(0.0) / self.step_s).round() as usize
+    }
+
     /// The shaft of a machine at a speed, with substeps of `step_s`.
     ///
     /// # Errors

@@ -21,7 +21,6 @@ use crate::identify::peaks::Resonance;
 use crate::pipeline::compared::{Compared, Ground, KnownFigures, OwnControllers};
 use crate::pipeline::comparison::Prediction;
 use crate::pipeline::run::Rivals;
-
 use crate::predict::chatter::StabilityLimit;
 use crate::predict::sensitivity::Zone;
 use crate::rotor::PlanarModes;

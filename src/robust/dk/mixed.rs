@@ -18,7 +18,8 @@ use crate::robust::structure::{MuError, Scaling, Span, Structure};
 
 /// Syntheses of the mixed iteration at most.
 const MIXED_STEPS: usize = 12;
-/// Half of the way to a new share is halved again at most this often: the loop of the whole way has another share.
+/// A step covers half of the way to the new share, because the next loop has another share; it is halved at most this
+/// often.
 const HALVINGS: i32 = 5;
 /// Γ is never below this: a thousandth of a bound needs no more freedom.
 const LEAST_SHARE: f64 = 1e-3;
@@ -43,33 +44,31 @@ pub(super) fn refine(
     let start = Iterate { iteration: outcome.best_iteration, ..start };
     let mut best = MixedIterate::new(plant, start, Factors::constant(0.0))?;
     let mut log = Log { steps: std::mem::take(&mut outcome.steps), progress };
-    let mut current = best.clone();
     let mut halvings = 0;
     for _ in 0..MIXED_STEPS {
         if settings.target_mu.is_some_and(|target| best.top.upper < target) || halvings > HALVINGS {
             break;
         }
-        let Some(next) = run.next_mixed(&current, 0.5f64.powi(halvings + 1)) else { break };
+        let Some(next) = run.next_mixed(&best, 0.5f64.powi(halvings + 1)) else { break };
         let attempt = run.attempt(&next.scales, Some(&next.share));
-        let found = match log.enter(&next.scales, attempt) {
-            Ok(iterate) => MixedIterate::new(plant, iterate, next.share)?,
-            Err(_) => {
-                halvings += 1;
-                current = best.clone();
-                continue;
-            }
+        let Ok(iterate) = log.enter(&next.scales, attempt) else {
+            halvings += 1;
+            continue;
         };
+        let found = MixedIterate::new(plant, iterate, next.share)?;
         log.correct_last(&found.top);
         if found.top.upper < best.top.upper * (1.0 - settings.min_improvement) {
-            best = found.clone();
-            current = found;
+            best = found;
         } else {
             halvings += 1;
-            current = best.clone();
         }
     }
-    let peak = best.real.peak(settings.certificate_slack)?;
     outcome.steps = log.steps;
+    let peak = match best.real.peak(settings.certificate_slack) {
+        // The controller of the complex iteration is certified already; its bound holds for these blocks, too.
+        Err(MuError::NotCovered { .. }) => return Ok(()),
+        found => found?,
+    };
     outcome.mu_peak = peak.upper;
     outcome.mu_lower_peak = peak.bounds.lower;
     outcome.peak_omega_rad_s = peak.omega_rad_s;
@@ -81,7 +80,6 @@ pub(super) fn refine(
 }
 
 /// A controller with the analysis of its loop for full complex blocks and for the blocks as they are.
-#[derive(Clone)]
 struct MixedIterate {
     iterate: Iterate,
     real: MuSystem,
@@ -105,23 +103,23 @@ struct MixedScales {
 }
 
 impl DkRun<'_> {
-    /// The D of an iterate, and Γ moved by `part` of the way to the share of the D,G bound in σ(D N D⁻¹).
-    fn next_mixed(&self, current: &MixedIterate, part: f64) -> Option<MixedScales> {
-        let iterate = &current.iterate;
+    /// The D of the best iterate, and Γ moved by `part` of the way to the share of the D,G bound in σ(D N D⁻¹).
+    fn next_mixed(&self, best: &MixedIterate, part: f64) -> Option<MixedScales> {
+        let iterate = &best.iterate;
         let omega = self.fit_frequencies(iterate);
         let scales = iterate.scales.clone();
-        let bounds = current.real.sweep(&omega).ok()?;
+        let bounds = best.real.sweep(&omega).ok()?;
         let share: Vec<f64> = bounds
             .iter()
             .map(|bound| {
                 let frozen = Scaling::diagonal(&self.structure, &scales.magnitudes(bound.omega_rad_s));
                 let level = frozen.bound_at(&iterate.analysis.response(bound.omega_rad_s));
                 let own = (bound.upper / level).clamp(LEAST_SHARE, 1.0).ln();
-                let before = current.share.ln_magnitude(bound.omega_rad_s);
+                let before = best.share.ln_magnitude(bound.omega_rad_s);
                 (before + part * (own - before)).exp()
             })
             .collect();
-        let weight = bounds.iter().map(|b| (b.upper / current.top.upper).max(LEAST_SHARE)).collect();
+        let weight = bounds.iter().map(|b| (b.upper / best.top.upper).max(LEAST_SHARE)).collect();
         let mut data = Magnitudes::new(omega, share, weight).ok()?;
         data.limits = self.limits();
         Some(MixedScales { scales, share: fit_quick(&data, self.settings.max_d_order) })

@@ -76,7 +76,6 @@ fn full_blocks(plant: &GeneralizedPlant) -> Result<Vec<Block>, DkError> {
     Ok(full.collect())
 }
 
-#[derive(Clone)]
 struct Iterate {
     iteration: usize,
     controller: StateSpace<Continuous>,

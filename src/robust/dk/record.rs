@@ -84,7 +84,8 @@ pub struct DkStep {
     pub iteration: usize,
     /// γ of the synthesis; NaN when it failed.
     pub gamma: f64,
-    /// Largest pointwise μ bound of the loop; NaN when the step failed.
+    /// Largest pointwise μ bound of the loop, for full complex blocks and in the steps of the mixed iteration for the
+    /// blocks as they are; NaN when the step failed.
     pub mu_peak: f64,
     /// Its frequency, rad/s.
     pub peak_omega_rad_s: f64,

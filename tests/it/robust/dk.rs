@@ -105,8 +105,8 @@ fn a_real_spring_is_held_where_a_complex_one_is_not() {
     let found = iterate_mixed(&real, &DkSettings::default(), &mut |_| seen += 1).unwrap();
     assert_eq!(seen, found.steps.len());
     assert!(cautious.mu_lower_peak > 1.2 && found.mu_peak < 1.0, "{} {}", cautious.mu_lower_peak, found.mu_peak);
-    // Main loop theorem: below 1 every spring of the range has a stable loop whose norm is below that bound, and the
-    // controller for a complex block leaves one that has not.
+    // Main loop theorem: with μ below 1 every spring of the range has a stable loop whose norm is below 1. The controller
+    // for a complex block has a larger norm at its worst spring.
     let worst = |controller: &StateSpace<Continuous>| {
         let closed = lower_lft(&real.system, controller).unwrap();
         let norms = (0..=80).map(|k| {
