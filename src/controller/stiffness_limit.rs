@@ -25,7 +25,7 @@ use crate::augment::plane::x_plane;
 use crate::linalg::c64;
 use crate::lti::connect::lower_lft;
 use crate::lti::{Discrete, StateSpace};
-use crate::robust::mu::lmi::{Affine, NormInequality, Programme};
+use crate::robust::conic::{Affine, NormInequality, Programme};
 use crate::spindle::Machine;
 use std::f64::consts::{PI, TAU};
 

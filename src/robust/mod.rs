@@ -1,6 +1,7 @@
 //! Synthesis and analysis: H∞, μ bounds, D-scales and their fits, the D-K loop.
 #![doc = include_str!("limits.md")]
 
+pub(crate) mod conic;
 pub mod coprime;
 pub mod dfit;
 pub mod disc_margin;

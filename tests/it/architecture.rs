@@ -31,7 +31,7 @@ const HOMES: [(&str, &[&str]); 11] = [
     ("faer", &["linalg/"]),
     ("nalgebra", &["linalg/", "rotor/element.rs", "rotor/tilt.rs"]),
     ("wide", &["linalg/lanes.rs"]),
-    ("clarabel", &["robust/mu/lmi.rs"]),
+    ("clarabel", &["robust/conic.rs"]),
     ("plotters", &["report/plot/"]),
     ("serde_yaml", &["input/", "report/"]),
     ("serde", &["input/", "export/", "report/", "cli/"]),

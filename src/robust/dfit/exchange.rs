@@ -6,7 +6,7 @@
 //! little need no end of their own: repeated on the rows that the one before leaves, they end at the answer of all rows
 //! (the exchange of Remez, for one that changes all points at once).
 
-use crate::robust::mu::lmi::{Optimum, Programme, ProgrammeError, SparseRow};
+use crate::robust::conic::{Optimum, Programme, ProgrammeError, SparseRow};
 
 /// What a row may be broken by, relative to the terms of its sum: what the interior-point method leaves.
 const BROKEN: f64 = 1e-8;

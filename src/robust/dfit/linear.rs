@@ -15,7 +15,7 @@ use super::factors::{Factor, Factors, join_roots};
 use super::magnitudes::Magnitudes;
 use crate::linalg::svd::svd;
 use crate::linalg::{Mat, c64, eigenvalues};
-use crate::robust::mu::lmi::SparseRow;
+use crate::robust::conic::SparseRow;
 
 /// N₀ and M₀ of the first programme.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -11,7 +11,7 @@ use super::curvature::Curvature;
 use crate::linalg::Mat;
 use crate::linalg::dense::dot;
 use crate::linalg::symmetric::DefiniteFactor;
-use crate::robust::mu::lmi::{ProgrammeError, QuadraticProgramme, SparseRow};
+use crate::robust::conic::{ProgrammeError, QuadraticProgramme, SparseRow};
 
 /// A step with what the linear model promises.
 #[derive(Clone, Debug)]

@@ -9,7 +9,6 @@ pub(crate) mod certificate;
 pub mod dscale;
 pub(crate) mod dscale_centre;
 mod level_form;
-pub mod lmi;
 pub mod lower;
 pub mod mixed;
 pub mod peak;

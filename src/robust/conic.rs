@@ -1,14 +1,11 @@
-//! Convex programmes with linear matrix inequalities: the only user of clarabel.
+//! Conic programmes: the only user of clarabel.
 //!
-//!   minimise  cᵀx   subject to   F₀ + Σ xᵢFᵢ ⪰ 0 (Hermitian),   ‖Fx + g‖ ≤ aᵀx + b,   aᵀx ≤ b,   aᵀx = b
+//!   minimise  cᵀx (+ ½ xᵀPx)   subject to   ‖Fx + g‖ ≤ aᵀx + b,   aᵀx ≤ b,   aᵀx = b
 //!
-//! A Hermitian H enters as the real symmetric image [[Re H, −Im H], [Im H, Re H]] of twice the size, in clarabel's
-//! packed upper triangle with off-diagonals times √2. The answer of the solver is never trusted here or above: callers
-//! evaluate the bound that belongs to x themselves, so an end short of full accuracy only costs tightness.
-//!
-//! Limits: the dense KKT block of a cone of complex order n has n(2n+1) rows, so cost grows like n⁶ (8×8: 20 ms).
+//! The answer of the solver is never trusted here or above: callers evaluate the bound that belongs to x themselves, so
+//! an end short of full accuracy only costs tightness.
 
-use crate::linalg::{Mat, c64, lapack};
+use crate::linalg::{Mat, lapack};
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettingsBuilder, DefaultSolver, IPSolver, SolverStatus, SupportedConeT};
 use thiserror::Error;
@@ -30,15 +27,6 @@ pub enum ProgrammeError {
         /// Iterations done.
         iterations: u32,
     },
-}
-
-/// F₀ + Σ xᵢFᵢ ⪰ 0 with Hermitian matrices of one size; `terms` holds (variable, Fᵢ) for the variables that occur.
-#[derive(Clone, Debug)]
-pub(crate) struct MatrixInequality {
-    /// F₀, n×n.
-    pub constant: Mat<c64>,
-    /// Variables and their coefficient matrices, n×n.
-    pub terms: Vec<(usize, Mat<c64>)>,
 }
 
 /// aᵀx ⋚ b with a sparse a.
@@ -95,8 +83,6 @@ pub(crate) struct Programme {
     pub inequalities: Vec<SparseRow>,
     /// Bounds on Euclidean norms.
     pub norms: Vec<NormInequality>,
-    /// Matrix inequalities.
-    pub matrices: Vec<MatrixInequality>,
 }
 
 /// minimise ½ xᵀPx + cᵀx subject to equalities aᵀx = b and inequalities aᵀx ≤ b.
@@ -200,7 +186,7 @@ impl Programme {
         }
     }
 
-    /// Ax + s = b, s in the product of the cones: equalities, inequalities, norms, then the matrix inequalities.
+    /// Ax + s = b, s in the product of the cones: equalities, inequalities, norms.
     fn conic_form(&self) -> (CscMatrix<f64>, Vec<f64>, Vec<SupportedConeT<f64>>) {
         let mut columns: Vec<Vec<(usize, f64)>> = vec![vec![]; self.objective.len()];
         let mut b = vec![];
@@ -226,16 +212,6 @@ impl Programme {
             }
             cones.push(SupportedConeT::SecondOrderConeT(1 + norm.parts.len()));
         }
-        for inequality in &self.matrices {
-            let start = b.len();
-            b.extend(pack_hermitian(&inequality.constant));
-            for (variable, matrix) in &inequality.terms {
-                let entries = pack_hermitian(matrix).into_iter().enumerate();
-                let kept = entries.filter(|(_, v)| *v != 0.0);
-                columns[*variable].extend(kept.map(|(k, v)| (start + k, -v)));
-            }
-            cones.push(SupportedConeT::PSDTriangleConeT(2 * inequality.constant.nrows()));
-        }
         let (mut pointers, mut rows, mut values) = (vec![0], vec![], vec![]);
         for column in columns {
             for (row, value) in column {
@@ -247,23 +223,6 @@ impl Programme {
         let a = CscMatrix::new(b.len(), self.objective.len(), pointers, rows, values);
         (a, b, cones)
     }
-}
-
-/// Upper triangle, column by column, off-diagonals times √2, of the real image of a Hermitian matrix.
-fn pack_hermitian(h: &Mat<c64>) -> Vec<f64> {
-    let n = h.nrows();
-    let mut out = Vec::with_capacity(n * (2 * n + 1));
-    for j in 0..2 * n {
-        for i in 0..=j {
-            let z = h[(i % n, j % n)];
-            let value = match (i < n, j < n) {
-                (true, false) => -z.im,
-                _ => z.re,
-            };
-            out.push(if i == j { value } else { value * std::f64::consts::SQRT_2 });
-        }
-    }
-    out
 }
 
 fn name_stop(status: &impl std::fmt::Debug, iterations: u32) -> ProgrammeError {
