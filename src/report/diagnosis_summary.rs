@@ -20,6 +20,8 @@ pub(crate) struct DiagnosisSummary {
     pub(crate) verdict: Option<String>,
     pub(crate) sentence: Option<String>,
     pub(crate) effects: Vec<EffectSummary>,
+    /// Shown by the records and too small for a name.
+    small_effects: Vec<EffectSummary>,
     pub(crate) tie: Vec<RivalSummary>,
     #[serde(flatten)]
     pub(crate) all: GapOfAll,
@@ -225,6 +227,7 @@ impl From<&Diagnosis> for DiagnosisSummary {
             verdict: Some(d.verdict.name().to_owned()),
             sentence: Some(sentence(d)),
             effects: d.effects.iter().map(EffectSummary::from).collect(),
+            small_effects: d.small_effects.iter().map(EffectSummary::from).collect(),
             tie: d.tie.iter().map(RivalSummary::from).collect(),
             all: GapOfAll { gap_before: finite(d.gap_before), gap_after: finite(d.gap_after) },
             gap_nearest: finite(d.gap_nearest),

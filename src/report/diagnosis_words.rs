@@ -20,6 +20,15 @@ fn polluted_lines(d: &Diagnosis) -> String {
     each.collect()
 }
 
+/// What the records show and is too small for a name; empty where nothing.
+fn small_effects(d: &Diagnosis) -> String {
+    let each: Vec<String> = d.small_effects.iter().map(statement).collect();
+    if each.is_empty() {
+        return String::new();
+    }
+    format!(" Too small to matter, and not in the corrected machine: {}.", each.join("; "))
+}
+
 fn verdict_sentence(d: &Diagnosis) -> String {
     let gap = format!(
         "The gap falls from {:.2} σ to {:.2} σ, on held-out data ({}) from {:.2} σ to {:.2} σ.",
@@ -28,7 +37,8 @@ fn verdict_sentence(d: &Diagnosis) -> String {
     match d.verdict {
         Verdict::Adequate => format!(
             "The model describes the measurement: no discrepancy is detectable beyond nuisance parameters (force \
-             constants, sensor gains, moduli, damping).{}{} {gap}",
+             constants, sensor gains, moduli, damping).{}{}{} {gap}",
+            small_effects(d),
             further_off(d),
             smallest(d)
         ),

@@ -18,7 +18,7 @@ use super::super::records::finding::{Alternatives, FoundFault};
 use super::super::records::gross::without_gross_faults;
 use super::super::records::search::{Explained, explain_records, on_all_lines};
 use super::super::records::trial::Trial;
-use super::verdict::{Diagnosis, Rival, conclude, conclude_unless, hypotheses};
+use super::verdict::{Diagnosis, Rival, conclude, conclude_small, conclude_unless, hypotheses};
 use crate::identify::open_loop;
 use crate::identify::plausibility::RecordFault;
 use crate::identify::polluted::{self, PollutedLines};
@@ -146,6 +146,9 @@ fn course(
     progress: &(dyn Fn(&str) + Sync),
 ) -> Result<Diagnosis, DiagnoseError> {
     let Begun { trial, null, complete: explained_by_nothing } = begun;
+    if !explained_by_nothing && let Some(small) = conclude_small(&trial, &null, &gross, progress)? {
+        return Ok(small);
+    }
     progress("mistakes of the rig");
     let mut faulty = explain_records(&trial, &null, explained_by_nothing, alternatives)?;
     if let Some(found) = faulty.take_if(|f| f.complete) {

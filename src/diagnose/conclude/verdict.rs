@@ -58,6 +58,8 @@ pub struct Diagnosis {
     pub verdict: Verdict,
     /// Named effects; of a tie, the best explanation.
     pub effects: Vec<NamedEffect>,
+    /// Effects that the records show and that are too small for a name; they are not in the corrected machine.
+    pub small_effects: Vec<NamedEffect>,
     /// The best explanation, even where it is not good enough to be named.
     pub nearest: Vec<Effect>,
     /// The gap that the best explanation leaves over all records.
@@ -165,6 +167,30 @@ pub(super) fn conclude_unless(
     conclude_diagnosis(trial, &case, null, localisation, chosen, faults)
 }
 
+/// The diagnosis of a machine with effects that are too small for a name, where these explain the records and no single
+/// effect of the catalogue explains them better.
+pub(super) fn conclude_small(
+    trial: &Trial,
+    null: &Standing,
+    faults: &[FoundFault],
+    progress: &(dyn Fn(&str) + Sync),
+) -> Result<Option<Diagnosis>, DiagnoseError> {
+    let catalogue = hypotheses(&trial.machine, &trial.model, &trial.evidence)?;
+    let case = trial.case(&catalogue, progress);
+    progress("effects too small for a name");
+    let Some(standing) = case.explain_by_small()? else {
+        return Ok(None);
+    };
+    let single = case.run_round(null)?.finalists;
+    let score = standing.candidate.score();
+    if single.iter().any(|c| case.within(c) && c.score() < score) {
+        return Ok(None);
+    }
+    let chosen = Chosen { standing, rivals: vec![], ranking: vec![], strength: 0.0 };
+    let found = conclude_diagnosis(trial, &case, null, localise(&case)?, chosen, faults.to_vec())?;
+    Ok((found.verdict != Verdict::Unexplained).then_some(found))
+}
+
 /// The diagnosis in which these effects were chosen.
 fn conclude_diagnosis(
     trial: &Trial,
@@ -184,11 +210,12 @@ fn conclude_diagnosis(
     (case.progress)("held-out records");
     let Judgement { mut verdict, misfit, held_out, before, trained, predicted, after, strained, slope_read } =
         judge(case, &best)?;
-    if verdict == Verdict::Adequate && !faults.is_empty() {
-        verdict = Verdict::Named;
+    let nameless = best.effects.iter().all(Hypothesis::is_nuisance);
+    if verdict == Verdict::Adequate || verdict == Verdict::Named && nameless {
+        verdict = if faults.is_empty() { Verdict::Adequate } else { Verdict::Named };
     }
     let members = match verdict {
-        Verdict::Named => indistinguishable(case, &best, &chosen.rivals),
+        Verdict::Named if !nameless || empty => indistinguishable(case, &best, &chosen.rivals),
         _ => vec![&best],
     };
     let tie = match members.len() {
@@ -198,7 +225,7 @@ fn conclude_diagnosis(
     if !tie.is_empty() {
         verdict = Verdict::Tie;
     }
-    let shown = ShownMachine::of(verdict, &best, &trained, null)?;
+    let mut shown = ShownMachine::of(verdict, &best, &trained, null)?;
     let correction = match (verdict, localisation.named_port()) {
         (Verdict::Unexplained, Some(port)) => Some(correct(case, port, held_out.training)?),
         _ => None,
@@ -210,8 +237,12 @@ fn conclude_diagnosis(
     };
     let detectable = match verdict {
         Verdict::Unexplained => vec![],
+        // Beside a named effect, not beside small ones: their sizes are what is asked.
+        _ if nameless => detectable(case, &[], &Point { theta: vec![], ..shown.point.clone() })?,
         _ => detectable(case, shown.hypotheses, shown.point)?,
     };
+    // What is too small for a name is no part of the machine to design for.
+    let small_effects = if nameless { shown.take_clear() } else { vec![] };
     let corrected = corrected_machine(trial, &shown);
     let taps = trial.measurement.taps.iter();
     Ok(Diagnosis {
@@ -232,6 +263,7 @@ fn conclude_diagnosis(
         verdict,
         small: shown.point.p.clone(),
         effects: shown.effects,
+        small_effects,
         tie,
         corrected,
         misfit,
@@ -344,6 +376,17 @@ struct ShownMachine<'a> {
 }
 
 impl<'a> ShownMachine<'a> {
+    /// Takes the effects away; those are returned that the records show, their 90 % interval without zero.
+    fn take_clear(&mut self) -> Vec<NamedEffect> {
+        let named = std::mem::take(&mut self.effects).into_iter().zip(self.hypotheses);
+        let clear = named.filter(|(named, h)| {
+            let nothing = h.effect(&h.nothing()).values;
+            let both = named.intervals.iter().zip(nothing).take(1);
+            both.into_iter().all(|((from, to), nothing)| nothing < *from || nothing > *to)
+        });
+        clear.map(|(named, _)| named).collect()
+    }
+
     fn of(
         verdict: Verdict,
         best: &'a Candidate,

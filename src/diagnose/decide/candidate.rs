@@ -46,9 +46,10 @@ pub struct Candidate {
 }
 
 impl Candidate {
-    /// d, the free numbers of the effects.
+    /// d, the free numbers of the effects that are no nuisance parameters.
     pub(crate) fn numbers(&self) -> usize {
-        self.fit.at.theta.iter().map(Vec::len).sum()
+        let both = self.effects.iter().zip(&self.fit.at.theta);
+        both.filter(|(h, _)| !h.is_nuisance()).map(|(_, theta)| theta.len()).sum()
     }
 
     /// The effects without one, and the point without its numbers.

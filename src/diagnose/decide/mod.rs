@@ -9,5 +9,6 @@ mod relatives;
 pub mod residuals;
 pub(crate) mod screening;
 pub(crate) mod selection;
+pub(crate) mod small;
 mod strong;
 pub(crate) mod tie;

@@ -65,8 +65,25 @@ impl Problem<'_> {
         Ok((there, value))
     }
 
-    pub(super) fn prior(&self, p: &[f64]) -> f64 {
-        self.model.layout.prior(p)
+    /// χ² of the priors.
+    pub(super) fn prior(&self, at: &Point) -> f64 {
+        let sizes = self.effects.iter().zip(&at.theta).map(|(h, theta)| h.deviation(theta).0.powi(2));
+        self.model.layout.prior(&at.p) + sizes.sum::<f64>()
+    }
+
+    /// Weights of the priors on the diagonal of the normal equations, and what they add to the right-hand side.
+    pub(super) fn add_priors(&self, at: &Point, normal: &mut Mat<f64>, slope: &mut Mat<f64>) {
+        for (k, (weight, pull)) in self.model.layout.pull(&at.p).enumerate() {
+            normal[(k, k)] += weight;
+            slope[(k, 0)] += pull;
+        }
+        let mut first = at.p.len();
+        for (h, theta) in self.effects.iter().zip(&at.theta) {
+            let (off, by_size) = h.deviation(theta);
+            normal[(first, first)] += by_size * by_size;
+            slope[(first, 0)] -= off * by_size;
+            first += theta.len();
+        }
     }
 
     /// What the amplitude of the smooth model error costs.
@@ -95,7 +112,7 @@ impl Problem<'_> {
     pub fn chi2(&self, at: &Point, model_error: f64) -> Result<f64, DiagnoseError> {
         let r = self.residual(at, model_error)?;
         let data: f64 = r.iter().map(|r| r * r).sum();
-        Ok(data + self.prior(&at.p) + self.cost(at, model_error)?)
+        Ok(data + self.prior(at) + self.cost(at, model_error)?)
     }
 
     /// A point moved by a step of all parameters, kept where it makes sense.
@@ -193,7 +210,7 @@ impl Problem<'_> {
         let data: f64 = r.iter().map(|r| r * r).sum();
         let small = self.model.layout.len();
         Ok(Fit {
-            chi2: data + self.prior(&at.p) + self.cost(&at, FINAL_MODEL_ERROR)?,
+            chi2: data + self.prior(&at) + self.cost(&at, FINAL_MODEL_ERROR)?,
             data_chi2: data,
             residuals: r.len(),
             information: Mat::identity(small, small),
@@ -207,14 +224,11 @@ impl Problem<'_> {
         let data_chi2: f64 = r.iter().map(|r| r * r).sum();
         let mut normal = j.normal();
         let mut slope = j.transpose_times(r);
-        for (k, (weight, pull)) in self.model.layout.pull(&at.p).enumerate() {
-            normal[(k, k)] += weight;
-            slope[(k, 0)] += pull;
-        }
+        self.add_priors(at, &mut normal, &mut slope);
         Equations {
             fit: Fit {
                 at: at.clone(),
-                chi2: data_chi2 + self.prior(&at.p) + cost,
+                chi2: data_chi2 + self.prior(at) + cost,
                 data_chi2,
                 residuals: r.len(),
                 information: normal.clone(),
@@ -264,7 +278,7 @@ impl Problem<'_> {
             }
         } else if let Ok(ahead) = self.linearise_records(&there, model_error) {
             let data: f64 = ahead.residual.iter().map(|r| r * r).sum();
-            if lower(data + self.prior(&there.p) + self.cost(&there, model_error)?) {
+            if lower(data + self.prior(&there) + self.cost(&there, model_error)?) {
                 return Ok(Some(Improved { there, ahead: Some(ahead), whole: true }));
             }
         }

@@ -4,6 +4,7 @@
 //! flexibility, the housing as 1/m, factors as logarithms. A fit can then start at the machine as it is.
 
 use super::super::DiagnoseError;
+use super::model::MOST_SD;
 use crate::rotor::tilt::PARTS;
 use crate::spindle::effects::LocationKind;
 use crate::spindle::effects::entry::{Parameter, Starts};
@@ -19,6 +20,8 @@ pub struct Hypothesis {
     pub place: Location,
     /// Start of the free numbers, in fit coordinates.
     pub start: Vec<f64>,
+    /// Prior standard deviation of the size, in fit coordinates, of an effect that is a nuisance parameter.
+    pub(super) size_sd: Option<f64>,
     scale: MachineScale,
     span_m: (f64, f64),
 }
@@ -67,6 +70,35 @@ impl Hypothesis {
             Location::Axis(_) => self.size(theta).abs() > LEAST_OF_AN_AXIS,
             _ => (self.kind.entry().matters)(self.size(theta), theta, &self.scale),
         }
+    }
+
+    /// The same as a nuisance parameter: from the least size that is worth a name on it is further off than any prior
+    /// allows.
+    pub(crate) fn as_nuisance(&self) -> Self {
+        let start = self.nothing();
+        let of_size = |size: f64| {
+            let mut theta = start.clone();
+            theta.iter_mut().take(1).for_each(|t| *t += size);
+            theta
+        };
+        // Thresholds lie within these thirty octaves; beyond, no size is worth a name.
+        let (mut below, mut above) = (1e-6, 1e-6 * 2f64.powi(30));
+        while above / below > 1.001 {
+            let middle = (below * above).sqrt();
+            if self.matters(&of_size(middle)) { above = middle } else { below = middle }
+        }
+        Self { size_sd: Some(above / MOST_SD), start, ..self.clone() }
+    }
+
+    /// Whether the effect is a nuisance parameter.
+    pub(crate) fn is_nuisance(&self) -> bool {
+        self.size_sd.is_some()
+    }
+
+    /// How many prior standard deviations the size is off, and the derivative to the first coordinate; nothing without
+    /// a prior.
+    pub(super) fn deviation(&self, theta: &[f64]) -> (f64, f64) {
+        self.size_sd.map_or((0.0, 0.0), |sd| (self.size(theta) / sd, sd.recip()))
     }
 
     /// Coordinates of no effect, or of as little as they allow; numbers beside the size are those of the start.
@@ -161,7 +193,7 @@ pub fn catalogue(
                 if let Some(z) = place.position_m() {
                     start.push(z / scale.position_unit_m());
                 }
-                all.push(Hypothesis { kind, place: place.clone(), start, scale, span_m });
+                all.push(Hypothesis { kind, place: place.clone(), start, size_sd: None, scale, span_m });
             }
         }
     }

@@ -154,7 +154,7 @@ impl Problem<'_> {
         });
         let taken = Mat::from_fn(n + d, 1, |k, _| share * step[(k, 0)]);
         let there = self.take_step(from, &taken);
-        let chi2 = new.data + self.prior(&from.p) + self.cost(from, new.model_error)? - gain;
+        let chi2 = new.data + self.prior(from) + self.cost(from, new.model_error)? - gain;
         // The longer a step, the less a linear prediction is worth; a negative χ² is none.
         Ok((there, chi2.max(0.0)))
     }

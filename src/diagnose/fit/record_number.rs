@@ -56,7 +56,7 @@ impl RecordNumber<'_> {
     /// χ² with priors, and the number of residuals.
     fn chi2(&self, at: &Point, number: f64, model_error: f64) -> Result<(f64, usize), DiagnoseError> {
         let own = (self.own)(number);
-        let (mut sum, mut count) = (self.problem(self.rest).prior(&at.p), 0);
+        let (mut sum, mut count) = (self.problem(self.rest).prior(at), 0);
         for evidence in [self.rest, &own] {
             let r = self.problem(evidence).residual(at, model_error)?;
             sum += r.iter().map(|r| r * r).sum::<f64>();
@@ -96,7 +96,7 @@ impl RecordNumber<'_> {
                 break;
             }
         }
-        let prior = self.problem(self.rest).prior(&best.at.p);
+        let prior = self.problem(self.rest).prior(&best.at);
         best.failure = (best.chi2 - prior) / count.max(1) as f64;
         Ok(best)
     }

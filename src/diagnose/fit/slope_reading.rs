@@ -65,6 +65,6 @@ impl Problem<'_> {
         let residual = here.residual.iter().zip(&slope);
         let residual: Vec<f64> = residual.map(|(r, slope)| r - arm * slope).collect();
         let data: f64 = residual.iter().map(|r| r * r).sum();
-        Ok((residual, data + self.prior(&at.p)))
+        Ok((residual, data + self.prior(at)))
     }
 }

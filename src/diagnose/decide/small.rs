@@ -1,0 +1,42 @@
+//! Effects that are too small for a name, as nuisance parameters of the machine as it is.
+//!
+//! Every rig has a ring that is turned by a few hundredths of a degree and a plane that sits a tenth of a millimetre off.
+//! Alone such an effect matters to nobody, but precise records show it, and an effect that does matter would take it up.
+
+use super::super::DiagnoseError;
+use super::super::data::evidence::Subset;
+use super::super::fit::case::Case;
+use super::super::fit::hypothesis::Hypothesis;
+use super::super::fit::problem::Point;
+use super::candidate::Standing;
+use super::selection::complete;
+use crate::spindle::EffectKind;
+
+/// What no rotor and no bearing is without.
+const KINDS: [EffectKind; 5] = [
+    EffectKind::SensorOffset,
+    EffectKind::ActuatorOffset,
+    EffectKind::BearingCoupling,
+    EffectKind::AxisMisalignment,
+    EffectKind::ToolMass,
+];
+
+impl Case<'_> {
+    /// The machine with all small effects, where these explain the records.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] when a model cannot be assembled.
+    pub(crate) fn explain_by_small(&self) -> Result<Option<Standing>, DiagnoseError> {
+        let mut effects: Vec<Hypothesis> = vec![];
+        for h in self.catalogue.iter().filter(|h| KINDS.contains(&h.kind)) {
+            if !effects.iter().any(|e| e.same_name(h)) {
+                effects.push(h.as_nuisance());
+            }
+        }
+        let from = Point { theta: effects.iter().map(|h| h.start.clone()).collect(), ..self.origin() };
+        let standing = self.fit_down(&effects, &from, Subset::ALL)?;
+        let both = effects.iter().zip(&standing.candidate.fit.at.theta);
+        let small = both.into_iter().all(|(h, theta)| !h.matters(theta));
+        Ok((small && complete(self, &standing)?).then_some(standing))
+    }
+}
