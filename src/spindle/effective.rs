@@ -15,6 +15,8 @@ pub struct EffectiveBearing {
     pub amplifier_bandwidth_hz: f64,
     /// Eddy-current corner, Hz.
     pub eddy_corner_hz: Option<f64>,
+    /// Corner of the laminated iron, Hz.
+    pub lamination_corner_hz: Option<f64>,
     /// Second-order sensor low-pass, Hz.
     pub sensor_lowpass_hz: Option<f64>,
     /// Sensor plane, m.
@@ -62,6 +64,31 @@ pub enum Motion {
     Slope,
 }
 
+/// A force per displacement, or a moment per slope, of one unit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FeedbackLaw {
+    /// Against the displacement.
+    Spring,
+    /// Perpendicular to the displacement, q > 0 along forward whirl.
+    Circulatory,
+    /// Against the velocity.
+    Dashpot,
+    /// Against the acceleration.
+    Mass,
+}
+
+impl FeedbackLaw {
+    /// Force per displacement at a signed frequency, rad/s, in r = x + jy.
+    pub fn gain(self, w: f64) -> c64 {
+        match self {
+            Self::Spring => c64::new(-1.0, 0.0),
+            Self::Circulatory => c64::new(0.0, 1.0),
+            Self::Dashpot => c64::new(0.0, -w),
+            Self::Mass => c64::new(w * w, 0.0),
+        }
+    }
+}
+
 /// A law between ground and a position of the shaft.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Attachment {
@@ -69,9 +96,10 @@ pub struct Attachment {
     pub position_m: f64,
     /// What it reads.
     pub motion: Motion,
-    /// Force per displacement in r = x + jy, N/m, or moment per slope, N m/rad: a spring is negative, a circulatory law
-    /// imaginary. In one plane a law is real.
-    pub gain: c64,
+    /// The law; in one plane a spring.
+    pub law: FeedbackLaw,
+    /// Units of it: N/m, N s/m, or N m/rad against a slope.
+    pub value: f64,
     /// The plane in which it acts; none: in both.
     pub plane: Option<Plane>,
 }
@@ -89,7 +117,7 @@ pub struct Effective {
     pub gyroscopic_factor: f64,
     /// Rotating damping β, s.
     pub loss_time_s: f64,
-    /// Springs and circulatory laws on the shaft.
+    /// Springs, dampers and circulatory laws on the shaft.
     pub attachments: Vec<Attachment>,
     /// Housing modes.
     pub housings: Vec<Housing>,

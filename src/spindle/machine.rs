@@ -310,6 +310,7 @@ impl Machine {
             ks_n_per_m: b.ks_n_per_m,
             amplifier_bandwidth_hz: e.amplifier_bandwidth_hz,
             eddy_corner_hz: None,
+            lamination_corner_hz: None,
             sensor_lowpass_hz: None,
             sensor_m,
             actuator_m,

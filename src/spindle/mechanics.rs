@@ -8,12 +8,12 @@
 
 use super::SpindleError;
 use super::band::sweep_end_rad_s;
-use super::effective::{Effective, Motion};
+use super::effective::{Attachment, Effective, FeedbackLaw, Motion};
 use super::machine::Machine;
 use super::model_detail::ModelDetail;
 use super::open_receptance::{Coordinates, OpenReceptance};
 use super::response::damping::ModalDamping;
-use super::response::feedback::{Feedback, FeedbackLaw, PlaneSpring, close, list_attached, springs_in_one_plane};
+use super::response::feedback::{Feedback, PlaneSpring, close, list_attached, springs_in_one_plane};
 use super::response::pairs::whole;
 use super::whirl_form::WhirlModes;
 use crate::linalg::{Mat, c64, solve_complex};
@@ -366,8 +366,8 @@ impl Ports {
         };
         let mut feedback =
             vec![magnet(Port::FrontControl, front.ks_n_per_m), magnet(Port::RearControl, rear.ks_n_per_m)];
-        for (attachment, law, value) in list_attached(effective) {
-            let z = attachment.position_m;
+        for attachment in list_attached(effective) {
+            let Attachment { position_m: z, law, value, .. } = *attachment;
             let (row, value) = match attachment.motion {
                 Motion::Displacement => (at("attachment", z)?, value),
                 Motion::Slope => {

@@ -281,11 +281,39 @@ fn half_order_lag(corner_hz: f64) -> Result<StateSpace<Continuous>, NumericError
     )
 }
 
+/// First-order lags of the partial fractions of laminated iron: the last stands at 1300 times the corner.
+const SHEET_LAGS: usize = 12;
+
+/// tanh(√q)/√q = Σ 2/(q + p_k) with p_k = ((k − ½)π)², q = s/ω_l. The lags beyond the last are one that has their sum and
+/// their slope at rest, where the whole has 1 and −1/3.
+fn sheet_lag(corner_hz: f64) -> Result<StateSpace<Continuous>, NumericError> {
+    let mut lags: Vec<(f64, f64)> = (1..=SHEET_LAGS)
+        .map(|k| {
+            let pole = ((k as f64 - 0.5) * PI).powi(2);
+            (2.0 / pole, pole)
+        })
+        .collect();
+    let rest = 1.0 - lags.iter().map(|(gain, _)| gain).sum::<f64>();
+    let slope = 1.0 / 3.0 - lags.iter().map(|(gain, pole)| gain / pole).sum::<f64>();
+    lags.push((rest, rest / slope));
+    let (n, rate) = (lags.len(), TAU * corner_hz);
+    StateSpace::new(
+        Mat::from_fn(n, n, |i, j| if i == j { -rate * lags[i].1 } else { 0.0 }),
+        Mat::from_fn(n, 1, |i, _| rate * lags[i].1),
+        Mat::from_fn(1, n, |_, j| lags[j].0),
+        Mat::zeros(1, 1),
+        Continuous,
+    )
+}
+
 /// Currents (x, y) to forces (x, y) of one bearing.
 fn actuator_chain(bearing: &EffectiveBearing) -> Result<StateSpace<Continuous>, NumericError> {
     let mut axis = first_order(bearing.amplifier_bandwidth_hz)?;
     if let Some(corner) = bearing.eddy_corner_hz {
         axis = series(&axis, &half_order_lag(corner)?)?;
+    }
+    if let Some(corner) = bearing.lamination_corner_hz {
+        axis = series(&axis, &sheet_lag(corner)?)?;
     }
     let force = bearing.force_matrix();
     Ok(append(&axis, &axis).scale_outputs(&Mat::from_fn(2, 2, |i, j| force[i][j])))

@@ -157,6 +157,7 @@ pub(super) fn conclude_unless(
     progress("where it sits");
     let localisation = localise(&case)?;
     let mut round = case.run_round(null)?;
+    case.add_located(&localisation, &mut round)?;
     if !round.finalists.first().is_some_and(|c| case.within(c))
         && let Some(other) = instead(&round.finalists)?
     {

@@ -8,6 +8,7 @@ use super::super::fit::hypothesis::{self, Hypothesis};
 use super::super::fit::model::MOST_SD;
 use super::super::fit::problem::Point;
 use super::candidate::Candidate;
+use super::imitation::imitates_a_lag;
 use super::misfit::{FAILING_BLOCK_CHI2, Misfit};
 use super::screening::TIE_BIC;
 use crate::spindle::EffectKind;
@@ -101,7 +102,7 @@ pub(crate) fn judge(case: &Case, best: &Candidate) -> Result<Judgement, Diagnose
         _ => Verdict::Unexplained,
     };
     let slope_read = verdict == Verdict::Named && slope_is_read(case, best)?;
-    if slope_read {
+    if slope_read || verdict == Verdict::Named && imitates_a_lag(best) {
         verdict = Verdict::Unexplained;
     }
     Ok(Judgement { verdict, misfit, held_out, before, trained, predicted, after, strained, slope_read })

@@ -2,7 +2,9 @@
 
 pub mod candidate;
 pub mod detectability;
+mod imitation;
 pub(crate) mod judgement;
+mod located;
 pub mod misfit;
 pub mod next_measurement;
 mod relatives;

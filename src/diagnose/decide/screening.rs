@@ -170,7 +170,7 @@ impl Case<'_> {
     /// Best first. Whoever reaches a lower model error is ahead; at one model error, what explains the data within the
     /// priors is ahead; then the score counts. What drives nuisance parameters out of their priors is no explanation,
     /// but may be one of two effects.
-    fn rank(&self, finalists: &mut [Candidate]) {
+    pub(super) fn rank(&self, finalists: &mut [Candidate]) {
         finalists.sort_by(|a, b| {
             (a.model_error.total_cmp(&b.model_error))
                 .then(self.within(b).cmp(&self.within(a)))

@@ -4,9 +4,8 @@
 //! ([`on_rotor`]), or on the damping ratio of a mode ([`on_damping_ratio`]).
 
 use super::{Bearings, Effect, EffectKind, Location};
-use crate::linalg::c64;
 use crate::rotor::{Joint, PointMass, Rotor, RotorError, Section};
-use crate::spindle::effective::{Attachment, Effective, EffectiveBearing, Housing, Motion};
+use crate::spindle::effective::{Attachment, Effective, EffectiveBearing, FeedbackLaw, Housing, Motion};
 use std::f64::consts::TAU;
 
 /// Applies an effect to bearings, electronics and attachments; one that acts elsewhere changes nothing here.
@@ -17,21 +16,25 @@ pub(crate) fn on_machine(effect: &Effect, machine: &mut Effective) {
         (EffectKind::Gyroscopic, _) => machine.gyroscopic_factor = value,
         (EffectKind::InternalDamping, _) => machine.loss_time_s += value,
         (EffectKind::CrossCoupling, Location::Position(z)) => {
-            attach(machine, *z, Motion::Displacement, c64::new(0.0, value));
+            attach(machine, *z, Motion::Displacement, FeedbackLaw::Circulatory, value);
         }
         (EffectKind::AddedStiffness, Location::Position(z)) => {
-            attach(machine, *z, Motion::Displacement, c64::new(-value, 0.0));
+            attach(machine, *z, Motion::Displacement, FeedbackLaw::Spring, value);
+        }
+        (EffectKind::AddedDamping, Location::Position(z)) => {
+            attach(machine, *z, Motion::Displacement, FeedbackLaw::Dashpot, value);
         }
         (EffectKind::AddedStiffness, Location::InPlane(z, plane)) => {
             machine.attachments.push(Attachment {
                 position_m: *z,
                 motion: Motion::Displacement,
-                gain: c64::new(-value, 0.0),
+                law: FeedbackLaw::Spring,
+                value,
                 plane: Some(*plane),
             });
         }
         (EffectKind::TiltingStiffness, Location::Position(z)) => {
-            attach(machine, *z, Motion::Slope, c64::new(-value, 0.0));
+            attach(machine, *z, Motion::Slope, FeedbackLaw::Spring, value);
         }
         (EffectKind::HousingMode, _) => {
             if let [mass_kg, frequency_hz, damping_ratio] = effect.values[..] {
@@ -49,8 +52,8 @@ pub(crate) fn on_machine(effect: &Effect, machine: &mut Effective) {
     }
 }
 
-fn attach(machine: &mut Effective, position_m: f64, motion: Motion, gain: c64) {
-    machine.attachments.push(Attachment { position_m, motion, gain, plane: None });
+fn attach(machine: &mut Effective, position_m: f64, motion: Motion, law: FeedbackLaw, value: f64) {
+    machine.attachments.push(Attachment { position_m, motion, law, value, plane: None });
 }
 
 fn on_bearings(kind: EffectKind, which: Bearings, value: f64, bearings: &mut [EffectiveBearing; 2]) {
@@ -59,6 +62,7 @@ fn on_bearings(kind: EffectKind, which: Bearings, value: f64, bearings: &mut [Ef
         match kind {
             EffectKind::AmplifierBandwidth => bearing.amplifier_bandwidth_hz = value,
             EffectKind::EddyCurrents => bearing.eddy_corner_hz = Some(value),
+            EffectKind::LaminatedIron => bearing.lamination_corner_hz = Some(value),
             EffectKind::SensorLowpass => bearing.sensor_lowpass_hz = Some(value),
             EffectKind::SensorOffset => bearing.sensor_m += value,
             EffectKind::ActuatorOffset => bearing.actuator_m += value,

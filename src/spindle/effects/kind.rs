@@ -9,6 +9,8 @@ pub enum EffectKind {
     AmplifierBandwidth,
     /// ki → ki/(1 + √(jω/ω_e)).
     EddyCurrents,
+    /// ki → ki tanh(√(jω/ω_l))/√(jω/ω_l).
+    LaminatedIron,
     /// Second-order low-pass in the sensor, ζ = 0.707.
     SensorLowpass,
     /// Axial shift of the sensor plane, + to the rear.
@@ -45,6 +47,8 @@ pub enum EffectKind {
     RegionStiffness,
     /// Spring to ground at a position; negative is a pull.
     AddedStiffness,
+    /// Damper to ground at a position.
+    AddedDamping,
     /// Moment against the slope of the shaft at a position; negative for the magnetic tilting of a thrust disc.
     TiltingStiffness,
 }

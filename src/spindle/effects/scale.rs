@@ -42,6 +42,11 @@ impl MachineScale {
         0.025 * self.force_per_gap_n_per_m
     }
 
+    /// Unit of a damper at a position, N s/m: the force of a unit of stiffness at the first bending frequency.
+    pub fn damping_unit_n_s_per_m(&self) -> f64 {
+        self.stiffness_unit_n_per_m() * self.bending_time_s
+    }
+
     /// Unit of a tilting stiffness, N m/rad.
     pub fn tilting_unit_n_m_per_rad(&self) -> f64 {
         0.25 * self.force_per_gap_n_per_m * self.tilting_arm_m2()

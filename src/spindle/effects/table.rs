@@ -89,6 +89,24 @@ pub const TABLE: &[Entry] = &[
         ..ELECTRONIC
     },
     Entry {
+        kind: EffectKind::LaminatedIron,
+        name: "laminated_iron",
+        parameters: &[positive(
+            "corner_hz",
+            Coordinate::Inverse(MachineScale::half_sample_rate_hz),
+            |_| (0.02, 50.0),
+            HERTZ,
+        )],
+        replaces: true,
+        sites: &[Site::Currents, Site::Loop],
+        starts: FROM_HIGH_CORNER,
+        // A lag of 1/(3 ω_l), a hundredth of a sample, as a delay of that length.
+        matters: |size, _, _| size.abs() > 0.1,
+        sentence: "eddy currents in the laminations weaken {at} from a corner of {0} on",
+        advice: "measure coil current to flux, compare with the thickness of the sheets, and design with the corrected file",
+        ..ELECTRONIC
+    },
+    Entry {
         kind: EffectKind::SensorLowpass,
         name: "sensor_lowpass",
         parameters: &[positive(
@@ -395,6 +413,25 @@ pub const TABLE: &[Entry] = &[
         },
         sentence: "a stiffness of {0} acts at {at}",
         advice: "repeat with the motor off (its pull is negative), and look for seals or cables there",
+        ..COMMON
+    },
+    Entry {
+        kind: EffectKind::AddedDamping,
+        name: "added_damping",
+        location: LocationKind::Position,
+        parameters: &[signed_parameter(
+            "damping_n_s_per_m",
+            Coordinate::Linear(MachineScale::damping_unit_n_s_per_m),
+            |_| (-20.0, 200.0),
+            Shown::Scaled(1.0, " N s/m"),
+        )],
+        sites: &[Site::Shaft],
+        // As a spring at the first bending frequency: a hundredth of what the magnets pull with.
+        matters: |size, _, machine| {
+            machine.stiffness_unit_n_per_m() * size.abs() > 0.01 * machine.negative_stiffness_n_per_m
+        },
+        sentence: "a damper of {0} acts at {at}",
+        advice: "look for seals, films or a motor that damps there, and design with the corrected file",
         ..COMMON
     },
     Entry {

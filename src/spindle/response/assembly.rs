@@ -8,7 +8,7 @@
 
 use super::assembled::Assembled;
 use super::damping::ModalDamping;
-use super::feedback::{Feedback, FeedbackLaw, PlaneSpring, list_attached, springs_in_one_plane};
+use super::feedback::{Feedback, PlaneSpring, list_attached, springs_in_one_plane};
 use super::gyroscopic::Gyroscopic;
 use super::moved_shaft::{Move, MovedShaft};
 use super::pairs::products;
@@ -20,7 +20,7 @@ use super::strain::Strain;
 use crate::linalg::Mat;
 use crate::rotor::modes::RIGID;
 use crate::spindle::band::sweep_end_rad_s;
-use crate::spindle::effective::Motion;
+use crate::spindle::effective::{Attachment, FeedbackLaw, Motion};
 use crate::spindle::{Effect, EffectKind, Effective, Location, Machine, SpindleError};
 
 /// Modes up to here, in ends of a sweep, are dynamic in derivatives and gyroscopic coupling, those above follow as
@@ -158,8 +158,8 @@ impl ReducedMachine {
             value: -effective.bearings[b].ks_n_per_m,
         };
         let mut feedback: Vec<Feedback> = [1, 2].into_iter().enumerate().map(magnet).collect();
-        for (attachment, law, value) in list_attached(effective) {
-            let z = attachment.position_m;
+        for attachment in list_attached(effective) {
+            let Attachment { position_m: z, law, value, .. } = *attachment;
             let (row, value) = match attachment.motion {
                 Motion::Displacement => (shaft.row(z)?, value),
                 Motion::Slope => (shaft.tilt_row(z)?, shaft.tilt_at(z)?.seen_stiffness(value)),

@@ -1,10 +1,10 @@
 //! The derivatives to the numbers of every effect, as sums of terms.
 
 use super::electronics_change::Change;
-use super::feedback::FeedbackLaw;
 use super::probe::Probe;
 use super::reduced::ReducedMachine;
 use super::term::{Number, Sum, Term};
+use crate::spindle::effective::FeedbackLaw;
 use crate::spindle::{Bearings, Effect, EffectKind, Location, SpindleError};
 
 impl ReducedMachine {
@@ -79,6 +79,7 @@ impl ReducedMachine {
             (EffectKind::CrossCoupling, Location::Position(z)) => {
                 placed(&mut probe, across(*z), FeedbackLaw::Circulatory)
             }
+            (EffectKind::AddedDamping, Location::Position(z)) => placed(&mut probe, across(*z), FeedbackLaw::Dashpot),
             (EffectKind::AddedMass, Location::Position(z)) => placed(&mut probe, across(*z), FeedbackLaw::Mass),
             (EffectKind::ToolMass, _) => {
                 let tip = probe(Probe::Station(self.span_m().0));

@@ -121,9 +121,20 @@ fn apart(block: &[c64; 4]) -> bool {
     block[1] == ZERO && block[2] == ZERO
 }
 
-/// 1/((1 + s/ω_a)(1 + √(s/ω_e))).
+/// tanh(√q)/√q with q = s/ω_l: the flux of a sheet whose eddy currents shield its middle (Lammeraner and Štafl, Eddy
+/// Currents, 1966, chapter 2).
+pub(crate) fn sheet_flux(q: c64) -> c64 {
+    let x = q.sqrt();
+    // Re √q > 0: no overflow.
+    let decayed = (x * -2.0).exp();
+    let tanh = (c64::new(1.0, 0.0) - decayed) / (c64::new(1.0, 0.0) + decayed);
+    if x.norm() < 1e-6 { c64::new(1.0, 0.0) - q / 3.0 } else { tanh / x }
+}
+
+/// tanh(√(s/ω_l))/√(s/ω_l) / ((1 + s/ω_a)(1 + √(s/ω_e))).
 fn amplifier(bearing: &EffectiveBearing, s: c64) -> c64 {
-    let gain = (s / (TAU * bearing.amplifier_bandwidth_hz) + 1.0).inv();
+    let sheets = bearing.lamination_corner_hz.map_or(c64::new(1.0, 0.0), |corner| sheet_flux(s / (TAU * corner)));
+    let gain = sheets / (s / (TAU * bearing.amplifier_bandwidth_hz) + 1.0);
     match bearing.eddy_corner_hz {
         None => gain,
         Some(corner) => gain / ((s / (TAU * corner)).sqrt() + 1.0),

@@ -58,6 +58,14 @@ impl Change {
                     let root = corner.sqrt();
                     (true, root * 0.5 / value / (root + 1.0), ZERO)
                 }
+                EffectKind::LaminatedIron => {
+                    // d ln(tanh x/x) = (2/sinh 2x − 1/x) dx with x² = s/ω_l; by parts of e⁻²ˣ, which do not overflow.
+                    let x = corner.sqrt();
+                    let decayed = (x * -2.0).exp();
+                    let ratio = x * 4.0 * decayed / (c64::new(1.0, 0.0) - decayed * decayed);
+                    let by_corner = if x.norm() < 1e-3 { corner * (2.0 / 3.0) } else { c64::new(1.0, 0.0) - ratio };
+                    (true, by_corner * 0.5 / value, ZERO)
+                }
                 EffectKind::ForceConstant => (true, c64::new(value.recip(), 0.0), ZERO),
                 EffectKind::BearingCoupling => {
                     let ratio = machine.bearings[b].coupling_ratio;

@@ -7,39 +7,8 @@
 use super::channels::ZERO;
 use crate::linalg::c64;
 use crate::linalg::small::eliminate;
-use crate::spindle::effective::{Attachment, Effective};
+use crate::spindle::effective::{Attachment, Effective, FeedbackLaw};
 use crate::spindle::effects::Plane;
-
-/// A force per displacement, of one unit.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum FeedbackLaw {
-    /// Against the displacement.
-    Spring,
-    /// Perpendicular to the displacement.
-    Circulatory,
-    /// Against the velocity.
-    Dashpot,
-    /// Against the acceleration.
-    Mass,
-}
-
-impl FeedbackLaw {
-    /// The springs and circulatory laws, with their stiffness, that make up a constant gain.
-    pub(crate) fn parts(gain: c64) -> impl Iterator<Item = (Self, f64)> {
-        let all = [(Self::Spring, -gain.re), (Self::Circulatory, gain.im)];
-        all.into_iter().filter(|(_, value)| *value != 0.0)
-    }
-
-    /// Force per displacement at a signed frequency, rad/s.
-    pub fn gain(self, w: f64) -> c64 {
-        match self {
-            Self::Spring => c64::new(-1.0, 0.0),
-            Self::Circulatory => c64::new(0.0, 1.0),
-            Self::Dashpot => c64::new(0.0, -w),
-            Self::Mass => c64::new(w * w, 0.0),
-        }
-    }
-}
 
 /// A law at a port: `value` units of it (N/m, N s/m, kg).
 #[derive(Clone, Copy, Debug)]
@@ -89,11 +58,11 @@ pub(crate) fn springs_in_one_plane<E>(
 ) -> Result<Vec<PlaneSpring>, E> {
     let mut springs = vec![];
     for attachment in &effective.attachments {
-        let (Some(plane), stiffness_n_per_m) = (attachment.plane, -attachment.gain.re) else {
+        let Some(plane) = attachment.plane else {
             continue;
         };
-        if stiffness_n_per_m != 0.0 {
-            springs.push(PlaneSpring { port: rows.len(), plane, stiffness_n_per_m });
+        if attachment.value != 0.0 {
+            springs.push(PlaneSpring { port: rows.len(), plane, stiffness_n_per_m: attachment.value });
             rows.push(row(attachment.position_m)?);
         }
     }
@@ -116,10 +85,9 @@ pub(crate) fn close_in_planes(
     (loops, closed)
 }
 
-/// The laws of the attachments of a machine that act in both planes alike, each of one kind, with its units.
-pub(crate) fn list_attached(effective: &Effective) -> impl Iterator<Item = (&Attachment, FeedbackLaw, f64)> {
-    let all = effective.attachments.iter().filter(|a| a.plane.is_none());
-    all.flat_map(|a| FeedbackLaw::parts(a.gain).map(move |(law, value)| (a, law, value)))
+/// The attachments of a machine that act in both planes alike.
+pub(crate) fn list_attached(effective: &Effective) -> impl Iterator<Item = &Attachment> {
+    effective.attachments.iter().filter(|a| a.plane.is_none() && a.value != 0.0)
 }
 
 /// Closes the loops `feedback` with their `gains` round an open receptance. That has a row for every port and a column

@@ -1,7 +1,7 @@
 //! What a derivative to a number of an effect consists of.
 
 use super::electronics_change::Change;
-use super::feedback::FeedbackLaw;
+use crate::spindle::effective::FeedbackLaw;
 use crate::spindle::effects::Plane;
 
 /// A part of a derivative. Probes are numbered in the order in which they were asked for.

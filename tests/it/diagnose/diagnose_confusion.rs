@@ -133,6 +133,7 @@ fn drawn(kind: EffectKind, machine: &Machine, draw: &mut Draw) -> Effect {
             vec![nominal * if sign > 0.0 { 1.5 } else { 0.65 }]
         }
         EffectKind::EddyCurrents => vec![between(draw, 2e3, 2e4)],
+        EffectKind::LaminatedIron => vec![between(draw, 1e3, 8e3)],
         EffectKind::SensorLowpass => vec![between(draw, 4e3, 1e4)],
         EffectKind::SensorOffset | EffectKind::ActuatorOffset => {
             vec![sign * scale * between(draw, 2e-3, 6e-3)]
@@ -153,6 +154,7 @@ fn drawn(kind: EffectKind, machine: &Machine, draw: &mut Draw) -> Effect {
         }
         EffectKind::RegionStiffness => vec![1.0 + sign * between(draw, 0.15, 0.3)],
         EffectKind::AddedStiffness => vec![sign * stiff * between(draw, 4e5, 1e6)],
+        EffectKind::AddedDamping => vec![stiff * between(draw, 2e2, 6e2)],
         EffectKind::TiltingStiffness => {
             vec![sign * stiff * scale * scale * between(draw, 5e4, 2e5)]
         }

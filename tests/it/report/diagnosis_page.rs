@@ -65,6 +65,7 @@ fn diagnosis(laws: Vec<Law>) -> Diagnosis {
     Diagnosis {
         verdict: Verdict::Unexplained,
         effects: vec![],
+        small_effects: vec![],
         nearest: vec![],
         gap_nearest: 3.0,
         slope_read: false,

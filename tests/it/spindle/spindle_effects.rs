@@ -62,6 +62,13 @@ fn chain_effects_are_factors_on_columns_and_rows() {
         (ONE + root).inv()
     };
     scales(&eddy, none, column(0..2, half));
+    let sheets = with(EffectKind::LaminatedIron, FRONT, &[3000.0]);
+    // tanh(a + ja) = (sinh 2a + j sin 2a)/(cosh 2a + cos 2a).
+    let flux = |w: f64| {
+        let a = (0.5 * w / (TAU * 3000.0)).sqrt();
+        c64::new((2.0 * a).sinh(), (2.0 * a).sin()) / ((2.0 * a).cosh() + (2.0 * a).cos()) / c64::new(a, a)
+    };
+    scales(&sheets, none, column(0..2, flux));
     let ki = with(EffectKind::ForceConstant, FRONT, &[1.07]);
     scales(&ki, none, column(0..2, |_| c64::new(1.07, 0.0)));
     let gain = with(EffectKind::SensorGain, REAR, &[0.96]);

@@ -168,6 +168,7 @@ pub fn catalogue() -> Vec<Effect> {
         effect(EffectKind::LoopDelay, Location::None, &[37e-6]),
         effect(EffectKind::AmplifierBandwidth, at(Front), &[1400.0]),
         effect(EffectKind::EddyCurrents, at(Rear), &[9000.0]),
+        effect(EffectKind::LaminatedIron, at(Rear), &[3000.0]),
         effect(EffectKind::SensorLowpass, at(Both), &[6000.0]),
         effect(EffectKind::SensorOffset, at(Front), &[0.004]),
         effect(EffectKind::ActuatorOffset, at(Rear), &[-0.003]),
@@ -186,6 +187,7 @@ pub fn catalogue() -> Vec<Effect> {
         effect(EffectKind::HousingMode, Location::None, &[90.0, 550.0, 0.04]),
         effect(EffectKind::RegionStiffness, Location::Region("e7".into()), &[0.85]),
         effect(EffectKind::AddedStiffness, Location::Position(0.23), &[-4e5]),
+        effect(EffectKind::AddedDamping, Location::Position(0.23), &[400.0]),
         effect(EffectKind::TiltingStiffness, Location::Position(0.23), &[-3e4]),
     ]
 }
@@ -235,6 +237,8 @@ fn the_state_space_answers_like_the_plant_for_every_effect() {
         // The rational eddy currents are an approximation; all else is exact but for the Padé delay.
         let tolerance = match effect.kind {
             EffectKind::EddyCurrents => 0.01,
+            // What the lags beyond the last leave of their curvature.
+            EffectKind::LaminatedIron => 1e-5,
             _ => 1e-6,
         };
         for detail in [ModelDetail::Full, ModelDetail::Modes { flexible: 4, static_residual: true }] {

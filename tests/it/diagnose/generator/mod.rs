@@ -256,6 +256,10 @@ pub fn simulate(
                 ports.push(amplitude(&row(*p)));
                 extra.push(Box::new(move |_| c64::new(-value, 0.0)));
             }
+            (EffectKind::AddedDamping, Location::Position(p)) => {
+                ports.push(amplitude(&row(*p)));
+                extra.push(Box::new(move |w| c64::new(0.0, -w * value)));
+            }
             (EffectKind::AddedStiffness, Location::InPlane(p, plane)) => {
                 in_plane.push((ports.len(), *plane as usize, value));
                 ports.push(amplitude(&row(*p)));
@@ -368,6 +372,10 @@ pub fn simulate(
             let mut act = ki[b] * (-s * delay).exp() / (one + s / (TAU * bandwidth));
             if let Some(corner) = at_bearing(EffectKind::EddyCurrents, b) {
                 act /= one + (s / (TAU * corner)).sqrt();
+            }
+            if let Some(corner) = at_bearing(EffectKind::LaminatedIron, b) {
+                let x = (s / (TAU * corner)).sqrt();
+                act *= x.sinh() / x.cosh() / x;
             }
             if let (Some(Outside::ActuatorResonance(hz, damping, height)), 1) = (outside, b) {
                 let q = s / (TAU * hz);

@@ -23,6 +23,7 @@ pub fn drawn_site(
         EffectKind::CrossCoupling
         | EffectKind::AddedMass
         | EffectKind::AddedStiffness
+        | EffectKind::AddedDamping
         | EffectKind::TiltingStiffness => Location::Position(draw.uniform(from_m, to_m)),
         EffectKind::ModalDamping => Location::Mode(1 + draw.uniform(0.0, modes as f64 - 1e-3) as usize),
         EffectKind::RegionStiffness => {
