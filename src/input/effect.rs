@@ -16,7 +16,7 @@ static KEYS: LazyLock<Vec<&'static str>> = LazyLock::new(|| {
     let of_entry = TABLE.iter().flat_map(|entry| {
         let names = entry.parameters.iter().map(|p| p.name);
         let axis = entry.one_axis.then_some("axis");
-        entry.location.key().into_iter().chain(axis).chain(names)
+        entry.location.keys().iter().copied().chain(axis).chain(names)
     });
     for key in of_entry {
         if !keys.contains(&key) {
@@ -32,6 +32,8 @@ pub(super) struct EffectFile {
     effect: String,
     bearing: Option<String>,
     axis: Option<String>,
+    from: Option<String>,
+    to: Option<String>,
     region: Option<String>,
     mode: Option<usize>,
     /// Position and parameters.
@@ -65,6 +67,7 @@ fn of_entry(entry: &Entry, one_axis: bool) -> Schema {
     let place = match entry.location {
         LocationKind::None => None,
         LocationKind::Bearing => Some(serde_json::json!({ "enum": ["front", "rear", "both"] })),
+        LocationKind::Across => Some(serde_json::json!({ "enum": AXIS_NAMES })),
         LocationKind::Position => Some(serde_json::json!({ "type": "number" })),
         LocationKind::Mode => Some(serde_json::json!({ "type": "integer", "minimum": 1 })),
         LocationKind::Region => Some(serde_json::json!({ "type": "string" })),
@@ -76,10 +79,8 @@ fn of_entry(entry: &Entry, one_axis: bool) -> Schema {
     } else if one_axis {
         properties.insert("axis".into(), serde_json::json!({ "enum": AXIS_NAMES }));
     }
-    if let (Some(key), Some(place)) = (entry.location.key(), place)
-        && (in_plane || !one_axis)
-    {
-        properties.insert(key.into(), place);
+    if let Some(place) = place.filter(|_| in_plane || !one_axis) {
+        properties.extend(entry.location.keys().iter().map(|key| ((*key).into(), place.clone())));
     }
     for parameter in entry.parameters {
         let kind = if parameter.positive {
@@ -123,6 +124,8 @@ impl<'de> Visitor<'de> for Keys {
                 "effect" => read.effect = map.next_value()?,
                 "bearing" => read.bearing = map.next_value()?,
                 "axis" => read.axis = map.next_value()?,
+                "from" => read.from = map.next_value()?,
+                "to" => read.to = map.next_value()?,
                 "region" => read.region = map.next_value()?,
                 "mode" => read.mode = map.next_value()?,
                 _ => {
@@ -155,9 +158,9 @@ impl EffectFile {
         let names = kind.parameters().iter().map(|p| p.name);
         let one_axis = kind.entry().one_axis && self.axis.is_some();
         let in_plane = kind.location() == LocationKind::Position;
-        let place = kind.location().key().filter(|_| in_plane || !one_axis);
+        let place = kind.location().keys().iter().copied().filter(|_| in_plane || !one_axis);
         let axis = one_axis.then_some("axis");
-        let takes: Vec<&str> = place.into_iter().chain(axis).chain(names).collect();
+        let takes: Vec<&str> = place.chain(axis).chain(names).collect();
         let mut allowed = format!("{} takes {}", kind.name(), takes.join(", "));
         if kind.entry().one_axis {
             allowed += if in_plane {
@@ -176,6 +179,12 @@ impl EffectFile {
         if let Some(key) = takes.iter().find(|key| !present.contains(key)) {
             return Err(fail(format!("{path}.{key}: is missing")));
         }
+        let axis_of = |key: &str, name: &Option<String>| {
+            let name = name.clone().unwrap_or_default();
+            let axis = AXIS_NAMES.iter().position(|known| *known == name);
+            let rule = format!("{path}.{key}: {name:?} must be {}", AXIS_NAMES.join(", "));
+            axis.ok_or_else(|| fail(rule))
+        };
         let location = if one_axis && in_plane {
             let name = self.axis.clone().unwrap_or_default();
             let rule = format!("{path}.axis: {name:?} must be x or y");
@@ -183,10 +192,9 @@ impl EffectFile {
             let position_m = self.numbers.get("position_m").copied();
             Location::InPlane(position_m.unwrap_or_default(), plane)
         } else if one_axis {
-            let name = self.axis.clone().unwrap_or_default();
-            let axis = AXIS_NAMES.iter().position(|known| *known == name);
-            let rule = format!("{path}.axis: {name:?} must be {}", AXIS_NAMES.join(", "));
-            Location::Axis(axis.ok_or_else(|| fail(rule))?)
+            Location::Axis(axis_of("axis", &self.axis)?)
+        } else if kind.location() == LocationKind::Across {
+            Location::Across { from: axis_of("from", &self.from)?, to: axis_of("to", &self.to)? }
         } else {
             self.location(kind.location()).ok_or_else(|| {
                 let name = self.bearing.clone().unwrap_or_default();
@@ -211,6 +219,8 @@ impl EffectFile {
         let places = [
             ("bearing", self.bearing.is_some()),
             ("axis", self.axis.is_some()),
+            ("from", self.from.is_some()),
+            ("to", self.to.is_some()),
             ("mode", self.mode.is_some()),
             ("region", self.region.is_some()),
         ];
@@ -224,6 +234,8 @@ impl EffectFile {
         Some(match kind {
             LocationKind::None => Location::None,
             LocationKind::Bearing => Location::Bearing(Bearings::from_name(&text(&self.bearing))?),
+            // Read above, where a name that is no axis has its own sentence.
+            LocationKind::Across => return None,
             LocationKind::Position => Location::Position(self.numbers.get("position_m").copied().unwrap_or_default()),
             LocationKind::Mode => Location::Mode(self.mode.unwrap_or_default()),
             LocationKind::Region => Location::Region(text(&self.region)),

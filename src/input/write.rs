@@ -114,6 +114,10 @@ pub fn effect(effect: &Effect) -> String {
             let name = AXIS_NAMES.get(*axis).copied().unwrap_or_default();
             parts.push(format!("axis: {name}"));
         }
+        Location::Across { from, to } => {
+            let name = |axis: &usize| AXIS_NAMES.get(*axis).copied().unwrap_or_default();
+            parts.push(format!("from: {}, to: {}", name(from), name(to)));
+        }
         Location::Position(z) => parts.push(format!("position_m: {}", number(*z))),
         Location::InPlane(z, plane) => {
             parts.push(format!("position_m: {}, axis: {}", number(*z), plane.name()));

@@ -144,6 +144,7 @@ fn spot(location: &Location) -> String {
         Location::None => String::new(),
         Location::Bearing(b) => b.name().into(),
         Location::Axis(axis) => AXES[*axis % 4].into(),
+        Location::Across { from, to } => format!("{} to {}", AXES[*from % 4], AXES[*to % 4]),
         Location::Position(z) => format!("at {:.0} mm", 1e3 * z),
         Location::InPlane(z, plane) => format!("at {:.0} mm in {}", 1e3 * z, plane.name()),
         Location::Mode(m) => format!("mode {m}"),

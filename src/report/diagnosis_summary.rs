@@ -96,6 +96,10 @@ pub(crate) struct PlaceSummary {
     #[serde(skip_serializing_if = "Option::is_none")]
     axis: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
+    from: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    to: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     position_m: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     mode: Option<usize>,
@@ -284,6 +288,10 @@ impl From<&Location> for PlaceSummary {
             Location::None => {}
             Location::Bearing(b) => place.bearing = Some(b.name().to_owned()),
             Location::Axis(axis) => place.axis = Some(AXES[*axis % 4].to_owned()),
+            Location::Across { from, to } => {
+                place.from = Some(AXES[*from % 4].to_owned());
+                place.to = Some(AXES[*to % 4].to_owned());
+            }
             Location::Position(z) => place.position_m = Some(*z),
             Location::InPlane(z, plane) => {
                 place.position_m = Some(*z);
@@ -301,7 +309,7 @@ impl PlaceSummary {
     pub(crate) fn words(&self) -> String {
         let position = self.position_m.map(|z| readable::figure("position_m", z));
         let mode = self.mode.map(|m| m.to_string());
-        let named = [&self.bearing, &self.axis, &self.region].map(Option::clone);
+        let named = [&self.bearing, &self.axis, &self.from, &self.to, &self.region].map(Option::clone);
         let all = named.into_iter().chain([position, mode]).flatten();
         all.collect::<Vec<String>>().join(", ")
     }

@@ -48,6 +48,10 @@ fn verdict_sentence(d: &Diagnosis) -> String {
             let advice: Vec<String> = d.effects.iter().map(advice).collect();
             format!("{}{}: {}. {gap}", faults(d), capital(&found.join(", and ")), advice.join("; and "))
         }
+        Verdict::Probable => {
+            let found: Vec<String> = d.effects.iter().map(statement).collect();
+            format!("{}Probable: {}.{} {gap}", faults(d), found.join(", and "), further_off(d))
+        }
         Verdict::Tie => {
             let members: Vec<String> = d
                 .tie
@@ -211,6 +215,10 @@ fn place(location: &Location) -> String {
             name => format!("the {name} bearing"),
         },
         Location::Axis(axis) => AXIS_NAMES.get(*axis).copied().unwrap_or_default().into(),
+        Location::Across { from, to } => {
+            let name = |axis: &usize| AXIS_NAMES.get(*axis).copied().unwrap_or_default();
+            format!("{} into {}", name(from), name(to))
+        }
         Location::Position(z) => format!("z = {:.0} mm", 1e3 * z),
         Location::InPlane(z, plane) => format!("z = {:.0} mm in {}", 1e3 * z, plane.name()),
         Location::Mode(mode) => format!("flexible mode {mode}"),

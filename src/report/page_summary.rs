@@ -132,6 +132,7 @@ impl PageSummary {
         if let Some(found) = &self.diagnosis {
             match found.verdict.as_deref() {
                 Some("adequate") => note(true, "the model agrees with the measurement".to_owned()),
+                Some("probable") => note(true, format!("probable, on a model to be updated first: {}", effects(found))),
                 Some("named") => note(true, format!("missing effect found: {}", effects(found))),
                 Some("tie") => note(true, "missing effects found that these data cannot tell apart".to_owned()),
                 Some("unexplained") => note(false, "a discrepancy remains that no known effect explains".to_owned()),

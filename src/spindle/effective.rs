@@ -117,6 +117,8 @@ pub struct Effective {
     pub gyroscopic_factor: f64,
     /// Rotating damping β, s.
     pub loss_time_s: f64,
+    /// Share of the signal of each axis (columns) in that of another (rows).
+    pub crosstalk: [[f64; 4]; 4],
     /// Springs, dampers and circulatory laws on the shaft.
     pub attachments: Vec<Attachment>,
     /// Housing modes.

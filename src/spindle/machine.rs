@@ -329,6 +329,7 @@ impl Machine {
             delay_s: e.delay_s,
             gyroscopic_factor: if s.gyroscopics { 1.0 } else { 0.0 },
             loss_time_s: 0.0,
+            crosstalk: [[0.0; 4]; 4],
             attachments: vec![],
             housings: vec![],
         };

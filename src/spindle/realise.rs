@@ -137,7 +137,9 @@ impl Plant {
     fn realise_undelayed(&self, modes: usize) -> Result<StateSpace<Continuous>, SpindleError> {
         let [front, rear] = &self.effective.bearings;
         let before = append(&actuator_chain(front)?, &actuator_chain(rear)?);
-        let after = append(&self.sensor_chain(front)?, &self.sensor_chain(rear)?);
+        let crosstalk = &self.effective.crosstalk;
+        let mix = Mat::from_fn(4, 4, |i, j| f64::from(u8::from(i == j)) + crosstalk[i][j]);
+        let after = append(&self.sensor_chain(front)?, &self.sensor_chain(rear)?).scale_outputs(&mix);
         let shaft = self.shaft(modes)?;
         let pass = |n: usize| StateSpace::gain(Mat::identity(n, n), Continuous);
         let ports = 2 * modes.min(self.mechanics.flexible());
@@ -284,8 +286,8 @@ fn half_order_lag(corner_hz: f64) -> Result<StateSpace<Continuous>, NumericError
 /// First-order lags of the partial fractions of laminated iron: the last stands at 1300 times the corner.
 const SHEET_LAGS: usize = 12;
 
-/// tanh(√q)/√q = Σ 2/(q + p_k) with p_k = ((k − ½)π)², q = s/ω_l. The lags beyond the last are one that has their sum and
-/// their slope at rest, where the whole has 1 and −1/3.
+/// tanh(√q)/√q = Σ 2/(q + p_k) with p_k = ((k − ½)π)², q = s/ω_l. The lags beyond the last are one that has their sum
+/// and their slope at rest, where the whole has 1 and −1/3.
 fn sheet_lag(corner_hz: f64) -> Result<StateSpace<Continuous>, NumericError> {
     let mut lags: Vec<(f64, f64)> = (1..=SHEET_LAGS)
         .map(|k| {

@@ -17,8 +17,8 @@ use super::super::fit::problem::Point;
 use super::super::records::finding::{Alternatives, FoundFault};
 use super::super::records::gross::without_gross_faults;
 use super::super::records::search::{Explained, explain_records, on_all_lines};
-use super::super::records::trial::Trial;
-use super::verdict::{Diagnosis, Rival, conclude, conclude_small, conclude_unless, hypotheses};
+use super::super::records::trial::{Trial, Widened};
+use super::verdict::{Diagnosis, Rival, conclude, conclude_located, conclude_small, conclude_unless, hypotheses};
 use crate::identify::open_loop;
 use crate::identify::plausibility::RecordFault;
 use crate::identify::polluted::{self, PollutedLines};
@@ -138,6 +138,29 @@ impl<'a> Begun<'a> {
     }
 }
 
+/// One effect on a machine that is further off than usual, where that scores below `plain` and leaves a gap below 1 on
+/// all records and on those held out.
+fn one_effect_on_wide(
+    widths: &[Widened],
+    plain: &Diagnosis,
+    gross: &[FoundFault],
+    progress: &(dyn Fn(&str) + Sync),
+) -> Result<Option<Diagnosis>, DiagnoseError> {
+    progress("one effect on a machine that is further off than usual");
+    let mut lowest = plain.score;
+    let mut best = None;
+    for wide in widths {
+        let found = conclude(&wide.trial, &wide.null, (gross.to_vec(), 1), progress)?;
+        let named = matches!(found.verdict, Verdict::Named | Verdict::Probable);
+        let explains = named && found.gap_after <= 1.0 && found.gap_after_held_out <= 1.0;
+        if explains && found.score + wide.cost < lowest {
+            lowest = found.score + wide.cost;
+            best = Some(found);
+        }
+    }
+    Ok(best)
+}
+
 /// The course of a diagnosis of records of which these gross mistakes are corrected.
 fn course(
     begun: Begun,
@@ -158,7 +181,9 @@ fn course(
             return or_one_effect((&trial, &null), &found, (gross, without), progress);
         }
     }
-    let wide = if explained_by_nothing { None } else { trial.widen_tolerances(&null)? };
+    let widths = if explained_by_nothing { vec![] } else { trial.widen_tolerances(&null)? };
+    let by_score = |a: &&Widened, b: &&Widened| a.score().total_cmp(&b.score());
+    let wide = widths.iter().filter(|wide| wide.complete).min_by(by_score);
     // A machine that is off everywhere has one explanation; three effects and more would not be a simpler one.
     let most = if wide.is_some() { 2 } else { MOST_EFFECTS };
     let beside = |best: &[Candidate]| {
@@ -171,9 +196,16 @@ fn course(
     let plain = conclude_unless(&trial, &null, (gross.clone(), most), &beside, progress)?;
     // One effect is simpler than a machine that is off everywhere.
     let many = plain.verdict == Verdict::Unexplained || plain.effects.len() > 1;
-    if let Some(wide) = wide.filter(|w| many && w.score < plain.score) {
+    if let Some(wide) = wide.filter(|w| many && w.score() < plain.score) {
         progress("a machine that is further off than usual");
         return conclude(&wide.trial, &wide.null, (gross, MOST_EFFECTS), progress);
+    }
+    // So is one effect on such a machine.
+    if many
+        && wide.is_none()
+        && let Some(probable) = one_effect_on_wide(&widths, &plain, &gross, progress)?
+    {
+        return Ok(probable);
     }
     if plain.verdict == Verdict::Unexplained
         && let Some(both) = effect_and_fault(&trial, &gross, alternatives, None, progress)?
@@ -212,10 +244,13 @@ fn course(
             continue;
         }
         let rest = Begun::new(&trial.machine, rest)?;
+        let alone = FoundFault { record, fault: RecordFault::Disagrees, name: None };
+        let faults = gross.iter().cloned().chain([alone]).collect();
         if rest.complete {
-            let alone = FoundFault { record, fault: RecordFault::Disagrees, name: None };
-            let faults = gross.into_iter().chain([alone]).collect();
             return conclude(&rest.trial, &rest.null, (faults, MOST_EFFECTS), progress);
+        }
+        if let Some(found) = conclude_located(&rest.trial, &rest.null, &plain.localisation, faults, progress)? {
+            return Ok(found);
         }
     }
     Ok(plain)

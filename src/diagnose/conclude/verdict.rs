@@ -13,7 +13,8 @@ use super::super::decide::judgement::{Judgement, Verdict, judge, lowers_the_gap,
 use super::super::decide::misfit::Misfit;
 use super::super::decide::next_measurement::{Proposal, proposals};
 use super::super::decide::residuals::{Fitted, MeasuredChannel, channels, gaps};
-use super::super::decide::selection::{Chosen, choose};
+use super::super::decide::screening::ScreeningRound;
+use super::super::decide::selection::{Chosen, choose, settle};
 use super::super::decide::tie::indistinguishable;
 use super::super::fit::hypothesis::{self, Hypothesis, Scope, catalogue};
 use super::super::fit::model::{FurtherOff, Model};
@@ -192,6 +193,27 @@ pub(super) fn conclude_small(
     Ok((found.verdict != Verdict::Unexplained).then_some(found))
 }
 
+/// The diagnosis with one effect that a free law reads off, where it explains the records.
+pub(super) fn conclude_located(
+    trial: &Trial,
+    null: &Standing,
+    localisation: &Localisation,
+    faults: Vec<FoundFault>,
+    progress: &(dyn Fn(&str) + Sync),
+) -> Result<Option<Diagnosis>, DiagnoseError> {
+    let catalogue = hypotheses(&trial.machine, &trial.model, &trial.evidence)?;
+    let case = trial.case(&catalogue, progress);
+    let mut round = ScreeningRound { finalists: vec![], others: vec![] };
+    case.add_located(localisation, &mut round)?;
+    let Some(best) = round.finalists.first().filter(|c| case.within(c)) else {
+        return Ok(None);
+    };
+    let standing = settle(&case, best)?;
+    let chosen = Chosen { standing, rivals: round.finalists, ranking: vec![], strength: 0.0 };
+    let found = conclude_diagnosis(trial, &case, null, localisation.clone(), chosen, faults)?;
+    Ok((found.verdict != Verdict::Unexplained).then_some(found))
+}
+
 /// The diagnosis in which these effects were chosen.
 fn conclude_diagnosis(
     trial: &Trial,
@@ -225,6 +247,10 @@ fn conclude_diagnosis(
     };
     if !tie.is_empty() {
         verdict = Verdict::Tie;
+    }
+    let further_off = trial.model.further_off(&best.fit.at.p);
+    if verdict == Verdict::Named && !best.effects.is_empty() && !further_off.is_empty() {
+        verdict = Verdict::Probable;
     }
     let mut shown = ShownMachine::of(verdict, &best, &trained, null)?;
     let correction = match (verdict, localisation.named_port()) {
@@ -275,7 +301,7 @@ fn conclude_diagnosis(
         gap_nearest: after.all,
         slope_read,
         strained,
-        further_off: trial.model.further_off(&shown.point.p),
+        further_off: if verdict == Verdict::Unexplained { vec![] } else { further_off },
         score: match verdict {
             Verdict::Unexplained => f64::INFINITY,
             _ => best.score(),

@@ -1,7 +1,7 @@
 //! Sets of effects that only imitate a law which is in no catalogue.
 //!
-//! Lags in the loop (delay, amplifier, iron, sensor filter) are all smooth in frequency, and a few of them together come
-//! close to any smooth law. Two that work against each other, or three, say the law and not what makes it.
+//! Lags in the loop (delay, amplifier, iron, sensor filter) are all smooth in frequency, and a few of them together
+//! come close to any smooth law. Two that work against each other, or three, say the law and not what makes it.
 
 use super::candidate::Candidate;
 use crate::spindle::EffectKind;
@@ -19,7 +19,7 @@ pub(crate) fn imitates_a_lag(set: &Candidate) -> bool {
     opposed || slower.len() + faster.len() > MOST_LAGS
 }
 
-/// Effects of the electronics that the whole loop can have, except for gains: their first coordinate grows with the lag.
+/// Effects of the electronics that the whole loop can have, but for gains: their first coordinate grows with the lag.
 fn is_lag(kind: EffectKind) -> bool {
     let is_gain = matches!(kind, EffectKind::ForceConstant | EffectKind::SensorGain);
     kind.entry().sites.contains(&Site::Loop) && !is_gain

@@ -37,6 +37,8 @@ pub enum Verdict {
     Adequate,
     /// The effects are named.
     Named,
+    /// The effects are named on a machine whose numbers are further off than careful work leaves.
+    Probable,
     /// Several explanations fit alike.
     Tie,
     /// Something is missing that is in no catalogue.
@@ -49,6 +51,7 @@ impl Verdict {
         match self {
             Self::Adequate => "adequate",
             Self::Named => "named",
+            Self::Probable => "probable",
             Self::Tie => "tie",
             Self::Unexplained => "unexplained",
         }

@@ -72,10 +72,10 @@ fn readings(port: &PortScore) -> Vec<Reading> {
     let z = port.place.position_m().unwrap_or_default();
     let of_shape = |shape: LawShape| match shape {
         LawShape::Constant(k) => vec![(EffectKind::AddedStiffness, k)],
-        LawShape::Damper(c) => vec![(EffectKind::AddedDamping, c)],
+        LawShape::Damper(c) => vec![(EffectKind::AddedDamper, c)],
         LawShape::Mass(m) => vec![(EffectKind::AddedMass, m)],
         LawShape::SpringMassDamper(k, m, c) => {
-            vec![(EffectKind::AddedStiffness, k), (EffectKind::AddedMass, m), (EffectKind::AddedDamping, c)]
+            vec![(EffectKind::AddedStiffness, k), (EffectKind::AddedMass, m), (EffectKind::AddedDamper, c)]
         }
         _ => vec![],
     };

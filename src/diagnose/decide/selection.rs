@@ -379,7 +379,7 @@ fn better(case: &Case, finalists: &[Candidate], fall: f64, least: f64) -> Result
     Ok((significant || joint).then_some(settled))
 }
 
-fn settle(case: &Case, best: &Candidate) -> Result<Standing, DiagnoseError> {
+pub(crate) fn settle(case: &Case, best: &Candidate) -> Result<Standing, DiagnoseError> {
     if !fails(&best.fit) {
         return Ok(Standing {
             candidate: best.clone(),

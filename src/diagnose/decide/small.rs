@@ -1,7 +1,7 @@
 //! Effects that are too small for a name, as nuisance parameters of the machine as it is.
 //!
-//! Every rig has a ring that is turned by a few hundredths of a degree and a plane that sits a tenth of a millimetre off.
-//! Alone such an effect matters to nobody, but precise records show it, and an effect that does matter would take it up.
+//! Every rig has a ring that is turned by a few hundredths of a degree and a plane that sits a tenth of a millimetre
+//! off. Such an effect matters to nobody, but precise records show it, and one that does matter would take it up.
 
 use super::super::DiagnoseError;
 use super::super::data::evidence::Subset;

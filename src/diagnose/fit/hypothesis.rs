@@ -273,6 +273,10 @@ fn places(
     match location {
         LocationKind::None => vec![Location::None],
         LocationKind::Bearing => [Bearings::Front, Bearings::Rear, Bearings::Both].map(Location::Bearing).to_vec(),
+        LocationKind::Across => {
+            let pairs = (0..4).flat_map(|from| (0..4).map(move |to| Location::Across { from, to }));
+            pairs.filter(|pair| !matches!(pair, Location::Across { from, to } if from == to)).collect()
+        }
         LocationKind::Position => (0..STATIONS)
             .map(|i| (i as f64 + 0.5) / STATIONS as f64)
             .map(|share| Location::Position(span_m.0 + (span_m.1 - span_m.0) * share))

@@ -34,8 +34,17 @@ pub(crate) struct Widened<'a> {
     pub trial: Trial<'a>,
     /// Its fit without effects.
     pub null: Standing,
-    /// Its score, with what the width costs.
-    pub score: f64,
+    /// Whether that leaves nothing significant.
+    pub complete: bool,
+    /// What the width adds to a score: the logarithm of itself for each number that the data know.
+    pub cost: f64,
+}
+
+impl Widened<'_> {
+    /// The score of the fit without effects, with what the width costs.
+    pub(crate) fn score(&self) -> f64 {
+        self.null.candidate.score() + self.cost
+    }
 }
 
 impl<'a> Trial<'a> {
@@ -130,28 +139,23 @@ impl<'a> Trial<'a> {
         Ok((standing, complete))
     }
 
-    /// The machine with all priors wider, and its fit, where that explains the records: a machine that was updated less
-    /// carefully has every number further off, a missing effect only few. The width costs the logarithm of itself for
-    /// each number that the data know.
+    /// The machine with all priors wider, once for each width: a machine that was updated less carefully has every number
+    /// further off, a missing effect only few.
     ///
     /// # Errors
     /// [`DiagnoseError`] when a model cannot be assembled.
-    pub(crate) fn widen_tolerances(&self, null: &Standing) -> Result<Option<Widened<'a>>, DiagnoseError> {
+    pub(crate) fn widen_tolerances(&self, null: &Standing) -> Result<Vec<Widened<'a>>, DiagnoseError> {
         let covariance = null.candidate.fit.covariance()?;
         let own = self.model.layout.machine.mesh();
         let sd = &self.model.layout.sd;
         let known = (0..own).filter(|k| covariance[(*k, *k)] < KNOWN * sd[*k].powi(2));
         let known = known.count() as f64;
-        let mut best: Option<Widened<'a>> = None;
-        for width in WIDTHS {
+        let widen = |width: f64| {
             let mut trial = self.observing(self.evidence.clone());
             trial.model.layout.widen_priors(width);
             let (null, complete) = trial.stands(Subset::ALL)?;
-            let score = null.candidate.score() + 2.0 * known * width.ln();
-            if complete && best.as_ref().is_none_or(|b| score < b.score) {
-                best = Some(Widened { trial, null, score });
-            }
-        }
-        Ok(best)
+            Ok(Widened { trial, null, complete, cost: 2.0 * known * width.ln() })
+        };
+        WIDTHS.into_iter().map(widen).collect()
     }
 }

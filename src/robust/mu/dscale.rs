@@ -3,8 +3,8 @@
 //!
 //! Start: block Osborne balancing. Then the method of centres (`dscale_centre`), which ends with a certificate.
 //!
-//! Limits: blocks with one number each. Repeated scalars and real parameters go to `mixed`. The tests check both against
-//! the matrix inequality, solved by clarabel.
+//! Limits: blocks with one number each. Repeated scalars and real parameters go to `mixed`. The tests check both
+//! against the matrix inequality, solved by clarabel.
 
 use super::dscale_centre::{BlockRange, End, centres};
 use crate::linalg::largest_singular::largest_singular_value;

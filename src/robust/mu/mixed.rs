@@ -6,11 +6,10 @@
 //! Newton's method finds the centre of a level, where −log det S − log det X is least; the level then falls to just
 //! above the bound that the centre proves. Symbols: λ = β², v holds the entries of X and G.
 
+use crate::linalg::dense::solve_normal;
 use crate::linalg::hermitian::{cholesky, inverse_complex};
 use crate::linalg::{Mat, NumericError, c64, max_singular_value_complex};
 use crate::robust::structure::{Scaling, Span, Structure};
-use faer::Side;
-use faer::linalg::solvers::Solve;
 
 /// Share of the distance between a level and the bound of its centre that the next level keeps.
 const KEPT: f64 = 0.1;
@@ -28,7 +27,7 @@ const LOWERED: f64 = 0.1;
 /// −r X ⪯ G ⪯ r X with this r in units of the scaled matrix. Where rounding alone makes an entry of M complex a G
 /// without limit would prove a bound of zero.
 const G_RANGE: f64 = 1e5;
-/// Part of the diagonal of the Hessian that is added to it: a G without effect leaves it singular.
+/// Part of the diagonal of the Hessian that is added to it: a G with next to no effect leaves it nearly singular.
 const RIDGE: f64 = 1e-13;
 /// Coordinates that are tried: those of the start, in which an optimum with X near the boundary (real parameters) stays
 /// well scaled, then those of what was found, which reach a D of large condition.
@@ -134,7 +133,10 @@ impl Barrier {
                 let by_level = Mat::zeros(fixed.nrows(), fixed.nrows());
                 Term { variable, by_level, fixed }
             };
-            let scale = |factor: f64, element: &Element| element.matrix(n) * faer::Scale(c64::new(factor, 0.0));
+            let scale = |factor: f64, element: &Element| {
+                let matrix = element.matrix(n);
+                Mat::from_fn(n, n, |i, j| matrix[(i, j)] * factor)
+            };
             // X, or rX + G and rX − G.
             let mut definite = if span.is_real() { vec![vec![], vec![]] } else { vec![vec![]] };
             for element in hermitian_basis(n) {
@@ -182,7 +184,8 @@ impl Barrier {
         let mut blocks: Vec<Mat<c64>> = self.sizes.iter().map(|n| Mat::zeros(*n, *n)).collect();
         for (variable, value) in self.variables.iter().zip(v).filter(|(variable, _)| variable.is_skew == is_skew) {
             let n = self.sizes[variable.span];
-            blocks[variable.span] += variable.element.matrix(n) * faer::Scale(c64::new(*value, 0.0));
+            let element = variable.element.matrix(n);
+            blocks[variable.span] += Mat::from_fn(n, n, |i, j| element[(i, j)] * *value);
         }
         blocks
     }
@@ -229,7 +232,7 @@ impl Barrier {
         true
     }
 
-    /// The Newton step that keeps the trace of X_R; `None` when the Hessian is not definite.
+    /// The Newton step that keeps the trace of X_R; `None` when the Hessian is singular.
     fn newton(&self, factors: &[Mat<c64>], level: f64) -> Option<NewtonStep> {
         let n = self.variables.len();
         let (mut gradient, mut hessian) = (vec![0.0; n], Mat::<f64>::zeros(n, n));
@@ -253,18 +256,14 @@ impl Barrier {
                 }
             }
         }
-        // In units in which the diagonal is one.
-        let unit: Vec<f64> = (0..n).map(|k| hessian[(k, k)].sqrt().recip()).collect();
-        let scaled = |k: usize, l: usize| {
-            let ridge = if k == l { RIDGE } else { 0.0 };
-            unit[k] * unit[l] * hessian[(k, l)] + ridge
-        };
-        let solver = Mat::from_fn(n, n, scaled).llt(Side::Lower).ok()?;
-        let rhs = Mat::from_fn(n, 2, |k, c| unit[k] * if c == 0 { gradient[k] } else { self.trace[k] });
-        let solution = solver.solve(&rhs);
-        let along = |c: usize| (0..n).map(|k| self.trace[k] * unit[k] * solution[(k, c)]).sum::<f64>();
+        for k in 0..n {
+            hessian[(k, k)] *= 1.0 + RIDGE;
+        }
+        let rhs = Mat::from_fn(n, 2, |k, c| if c == 0 { gradient[k] } else { self.trace[k] });
+        let solution = solve_normal(&hessian, &rhs).ok()?;
+        let along = |c: usize| (0..n).map(|k| self.trace[k] * solution[(k, c)]).sum::<f64>();
         let pull = along(0) / along(1);
-        let direction: Vec<f64> = (0..n).map(|k| unit[k] * (pull * solution[(k, 1)] - solution[(k, 0)])).collect();
+        let direction: Vec<f64> = (0..n).map(|k| pull * solution[(k, 1)] - solution[(k, 0)]).collect();
         let squared = -direction.iter().zip(&gradient).map(|(d, g)| d * g).sum::<f64>();
         squared.is_finite().then(|| NewtonStep { direction, decrement: squared.max(0.0).sqrt() })
     }

@@ -21,7 +21,7 @@ pub(crate) fn on_machine(effect: &Effect, machine: &mut Effective) {
         (EffectKind::AddedStiffness, Location::Position(z)) => {
             attach(machine, *z, Motion::Displacement, FeedbackLaw::Spring, value);
         }
-        (EffectKind::AddedDamping, Location::Position(z)) => {
+        (EffectKind::AddedDamper, Location::Position(z)) => {
             attach(machine, *z, Motion::Displacement, FeedbackLaw::Dashpot, value);
         }
         (EffectKind::AddedStiffness, Location::InPlane(z, plane)) => {
@@ -40,6 +40,9 @@ pub(crate) fn on_machine(effect: &Effect, machine: &mut Effective) {
             if let [mass_kg, frequency_hz, damping_ratio] = effect.values[..] {
                 machine.housings.push(Housing { mass_kg, omega_rad_s: TAU * frequency_hz, damping_ratio });
             }
+        }
+        (EffectKind::SensorCrosstalk, Location::Across { from: from @ 0..4, to: to @ 0..4 }) => {
+            machine.crosstalk[*to][*from] += value;
         }
         (kind, Location::Bearing(which)) => on_bearings(kind, *which, value, &mut machine.bearings),
         (EffectKind::SensorGain, Location::Axis(axis @ 0..4)) => {
@@ -62,7 +65,7 @@ fn on_bearings(kind: EffectKind, which: Bearings, value: f64, bearings: &mut [Ef
         match kind {
             EffectKind::AmplifierBandwidth => bearing.amplifier_bandwidth_hz = value,
             EffectKind::EddyCurrents => bearing.eddy_corner_hz = Some(value),
-            EffectKind::LaminatedIron => bearing.lamination_corner_hz = Some(value),
+            EffectKind::LaminatedCore => bearing.lamination_corner_hz = Some(value),
             EffectKind::SensorLowpass => bearing.sensor_lowpass_hz = Some(value),
             EffectKind::SensorOffset => bearing.sensor_m += value,
             EffectKind::ActuatorOffset => bearing.actuator_m += value,

@@ -42,6 +42,7 @@ impl Effect {
             (self.kind.location(), &self.location),
             (LocationKind::None, Location::None)
                 | (LocationKind::Bearing, Location::Bearing(_))
+                | (LocationKind::Across, Location::Across { from: 0..4, to: 0..4 })
                 | (LocationKind::Position, Location::Position(_))
                 | (LocationKind::Mode, Location::Mode(_))
                 | (LocationKind::Region, Location::Region(_))
@@ -60,6 +61,7 @@ impl Effect {
                         "needs bearing: front, rear or both, or one axis".into()
                     }
                     LocationKind::Bearing => "needs bearing: front, rear or both".into(),
+                    LocationKind::Across => "needs from and to, each an axis".into(),
                     LocationKind::Position if self.kind.entry().one_axis => {
                         "needs position_m, with axis: x or y where it acts in one plane".into()
                     }

@@ -10,7 +10,7 @@ pub enum EffectKind {
     /// ki → ki/(1 + √(jω/ω_e)).
     EddyCurrents,
     /// ki → ki tanh(√(jω/ω_l))/√(jω/ω_l).
-    LaminatedIron,
+    LaminatedCore,
     /// Second-order low-pass in the sensor, ζ = 0.707.
     SensorLowpass,
     /// Axial shift of the sensor plane, + to the rear.
@@ -27,6 +27,8 @@ pub enum EffectKind {
     BearingCoupling,
     /// Sensor axes turned by an angle: x' = x cos θ + y sin θ, y' = −x sin θ + y cos θ.
     AxisMisalignment,
+    /// Share of one sensor signal in another.
+    SensorCrosstalk,
     /// Factor on the gyroscopic matrix; replaces `gyroscopics: false`.
     Gyroscopic,
     /// Rotating stiffness-proportional damping: βK(ṙ − jΩr).
@@ -48,7 +50,7 @@ pub enum EffectKind {
     /// Spring to ground at a position; negative is a pull.
     AddedStiffness,
     /// Damper to ground at a position.
-    AddedDamping,
+    AddedDamper,
     /// Moment against the slope of the shaft at a position; negative for the magnetic tilting of a thrust disc.
     TiltingStiffness,
 }

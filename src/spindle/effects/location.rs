@@ -75,6 +75,13 @@ pub enum Location {
     Bearing(Bearings),
     /// At one axis of a bearing, counted from 0 in channel order (`axis:`, in place of `bearing:`).
     Axis(usize),
+    /// From one axis to another, counted from 0 in channel order (`from:` and `to:`).
+    Across {
+        /// The axis that is seen.
+        from: usize,
+        /// The axis that sees it.
+        to: usize,
+    },
     /// At an axial position, m from the nose face (`position_m:`).
     Position(f64),
     /// At an axial position, m from the nose face, in one plane only (`position_m:` and `axis:`).
@@ -112,6 +119,8 @@ pub enum LocationKind {
     None,
     /// `bearing: front | rear | both`.
     Bearing,
+    /// `from:` and `to:`, each an axis.
+    Across,
     /// `position_m:`.
     Position,
     /// `mode:`.
@@ -121,14 +130,15 @@ pub enum LocationKind {
 }
 
 impl LocationKind {
-    /// The key of the location in files; none for an effect of the whole machine.
-    pub fn key(self) -> Option<&'static str> {
+    /// The keys of the location in files; none for an effect of the whole machine.
+    pub fn keys(self) -> &'static [&'static str] {
         match self {
-            Self::None => None,
-            Self::Bearing => Some("bearing"),
-            Self::Position => Some("position_m"),
-            Self::Mode => Some("mode"),
-            Self::Region => Some("region"),
+            Self::None => &[],
+            Self::Bearing => &["bearing"],
+            Self::Across => &["from", "to"],
+            Self::Position => &["position_m"],
+            Self::Mode => &["mode"],
+            Self::Region => &["region"],
         }
     }
 }

@@ -9,6 +9,7 @@ pub(crate) mod effect;
 pub mod entry;
 pub(crate) mod kind;
 pub(crate) mod location;
+mod lookup;
 pub mod scale;
 pub mod table;
 

@@ -89,8 +89,8 @@ pub const TABLE: &[Entry] = &[
         ..ELECTRONIC
     },
     Entry {
-        kind: EffectKind::LaminatedIron,
-        name: "laminated_iron",
+        kind: EffectKind::LaminatedCore,
+        name: "laminated_core",
         parameters: &[positive(
             "corner_hz",
             Coordinate::Inverse(MachineScale::half_sample_rate_hz),
@@ -103,7 +103,7 @@ pub const TABLE: &[Entry] = &[
         // A lag of 1/(3 ω_l), a hundredth of a sample, as a delay of that length.
         matters: |size, _, _| size.abs() > 0.1,
         sentence: "eddy currents in the laminations weaken {at} from a corner of {0} on",
-        advice: "measure coil current to flux, compare with the thickness of the sheets, and design with the corrected file",
+        advice: "compare with the thickness of the sheets, and design with the corrected file",
         ..ELECTRONIC
     },
     Entry {
@@ -213,6 +213,23 @@ pub const TABLE: &[Entry] = &[
         matters: |size, _, _| size.abs() > 0.1,
         sentence: "the sensor axes of {at} are turned by {0}",
         advice: "turn the sensor ring back, or rotate its signals in the controller",
+        ..ELECTRONIC
+    },
+    Entry {
+        kind: EffectKind::SensorCrosstalk,
+        name: "sensor_crosstalk",
+        location: LocationKind::Across,
+        parameters: &[signed_parameter(
+            "ratio",
+            Coordinate::Linear(|_| 1e-2),
+            |_| (-50.0, 50.0),
+            Shown::Scaled(100.0, " %"),
+        )],
+        couples_planes: true,
+        // 0.1 % of a signal.
+        matters: |size, _, _| size.abs() > 0.1,
+        sentence: "{0} of one sensor signal leaks into another, {at}",
+        advice: "check cables, connectors and multiplexer of these two channels",
         ..ELECTRONIC
     },
     Entry {
@@ -416,8 +433,8 @@ pub const TABLE: &[Entry] = &[
         ..COMMON
     },
     Entry {
-        kind: EffectKind::AddedDamping,
-        name: "added_damping",
+        kind: EffectKind::AddedDamper,
+        name: "added_damper",
         location: LocationKind::Position,
         parameters: &[signed_parameter(
             "damping_n_s_per_m",
@@ -459,35 +476,3 @@ pub const TABLE: &[Entry] = &[
         ..COMMON
     },
 ];
-
-impl EffectKind {
-    /// Every kind, in the order of the table.
-    pub fn all() -> impl Iterator<Item = Self> {
-        TABLE.iter().map(|entry| entry.kind)
-    }
-
-    /// Its entry of the table.
-    pub fn entry(self) -> &'static Entry {
-        &TABLE[self as usize]
-    }
-
-    /// The name in files.
-    pub fn name(self) -> &'static str {
-        self.entry().name
-    }
-
-    /// The kind of that name.
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::all().find(|kind| kind.name() == name)
-    }
-
-    /// What location it needs.
-    pub fn location(self) -> LocationKind {
-        self.entry().location
-    }
-
-    /// Its numbers, in the order of the values of an effect.
-    pub fn parameters(self) -> &'static [Parameter] {
-        self.entry().parameters
-    }
-}

@@ -79,7 +79,7 @@ impl ReducedMachine {
             (EffectKind::CrossCoupling, Location::Position(z)) => {
                 placed(&mut probe, across(*z), FeedbackLaw::Circulatory)
             }
-            (EffectKind::AddedDamping, Location::Position(z)) => placed(&mut probe, across(*z), FeedbackLaw::Dashpot),
+            (EffectKind::AddedDamper, Location::Position(z)) => placed(&mut probe, across(*z), FeedbackLaw::Dashpot),
             (EffectKind::AddedMass, Location::Position(z)) => placed(&mut probe, across(*z), FeedbackLaw::Mass),
             (EffectKind::ToolMass, _) => {
                 let tip = probe(Probe::Station(self.span_m().0));

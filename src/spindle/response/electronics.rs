@@ -19,6 +19,8 @@ pub(crate) struct ElectronicsLine {
     force: [[c64; 4]; 2],
     /// Signals per displacements, −.
     axes: [[c64; 4]; 2],
+    /// Share of the signal of each axis in that of another, where there is any.
+    crosstalk: Option<[[f64; 4]; 4]>,
 }
 
 impl ElectronicsLine {
@@ -28,7 +30,9 @@ impl ElectronicsLine {
         let delay = (-s * machine.delay_s).exp();
         let blocks =
             |gain: c64, shape: [[f64; 2]; 2]| -> [c64; 4] { std::array::from_fn(|k| gain * shape[k / 2][k % 2]) };
+        let is_mixed = machine.crosstalk.as_flattened().iter().any(|share| *share != 0.0);
         Self {
+            crosstalk: is_mixed.then_some(machine.crosstalk),
             force: machine.bearings.each_ref().map(|b| blocks(delay * amplifier(b, s), b.force_matrix())),
             axes: machine.bearings.each_ref().map(|b| {
                 let gain = sensor(b, machine.sensor_bandwidth_hz, s) * b.sensor_gain;
@@ -40,7 +44,7 @@ impl ElectronicsLine {
     /// F from the closed receptance forwards and backwards (3×3: sensors and tool from magnets and tool).
     pub(crate) fn apply(&self, plus: &[c64; 9], minus: Option<&[c64; 9]>) -> Square {
         let mut f = [ZERO; SIDE * SIDE];
-        let apart = self.force.iter().chain(&self.axes).all(apart);
+        let apart = self.crosstalk.is_none() && self.force.iter().chain(&self.axes).all(apart);
         for k in 0..9 {
             let (o, i) = (2 * (k / 3), 2 * (k % 3));
             let (a, b) = planar(plus[k], minus.map(|minus| minus[k]));
@@ -83,6 +87,9 @@ impl ElectronicsLine {
         for (n, value) in block.into_iter().enumerate() {
             f[(2 * o + n / 2) * SIDE + 2 * i + n % 2] = value;
         }
+        if let Some(shares) = &self.crosstalk {
+            mix(&mut f, shares, SIDE);
+        }
         f
     }
 
@@ -112,6 +119,20 @@ impl ElectronicsLine {
                     (m[0] * of_x + m[1] * of_y, m[2] * of_x + m[3] * of_y)
                 };
             }
+        }
+        if let Some(shares) = &self.crosstalk {
+            mix(f, shares, side);
+        }
+    }
+}
+
+/// Adds to the signals, the first four rows of a square row-major response, their shares of each other.
+pub(super) fn mix(f: &mut [c64], shares: &[[f64; 4]; 4], side: usize) {
+    let own: Vec<c64> = f[..4 * side].to_vec();
+    for (to, row) in shares.iter().enumerate() {
+        for (from, share) in row.iter().enumerate().filter(|(_, share)| **share != 0.0) {
+            let seen = own[from * side..(from + 1) * side].iter();
+            f[to * side..(to + 1) * side].iter_mut().zip(seen).for_each(|(f, seen)| *f += seen * *share);
         }
     }
 }

@@ -4,8 +4,9 @@
 //! (M⁻¹dM), and of these factors all but those of crossed currents and turned axes are numbers.
 
 use super::channels::{SIDE, Square, ZERO};
-use super::electronics::LOWPASS_DAMPING;
+use super::electronics::{LOWPASS_DAMPING, mix};
 use crate::linalg::c64;
+use crate::linalg::small::eliminate;
 use crate::spindle::effects::entry::Domain;
 use crate::spindle::{Effect, EffectKind, Effective, Location};
 use std::f64::consts::TAU;
@@ -17,6 +18,8 @@ pub struct Change {
     value: f64,
     /// Axes at which no later effect of the kind takes its place.
     axes: [bool; 4],
+    /// The axis that is seen and the one that sees it, of a crosstalk.
+    across: Option<[usize; 2]>,
     /// Factor on the derivative.
     pub factor: f64,
 }
@@ -39,12 +42,34 @@ impl Change {
             kind: effect.kind,
             value: effect.values.first().copied()?,
             axes: [0, 1, 2, 3].map(|axis| on(effect, axis) && !later(axis)),
+            across: match effect.location {
+                Location::Across { from, to } => Some([from, to]),
+                _ => None,
+            },
             factor: 1.0,
         })
     }
 
     /// ∂F of a response F of a machine at a line.
     pub(crate) fn slope(&self, machine: &Effective, f: &Square, omega_rad_s: f64) -> Square {
+        let shares = &machine.crosstalk;
+        let is_mixed = shares.as_flattened().iter().any(|share| *share != 0.0);
+        let before = if is_mixed { unmix(f, shares) } else { *f };
+        if let Some([from, to]) = self.across {
+            let mut all = [ZERO; SIDE * SIDE];
+            let seen = &before[from * SIDE..(from + 1) * SIDE];
+            all[to * SIDE..(to + 1) * SIDE].iter_mut().zip(seen).for_each(|(d, seen)| *d = seen * self.factor);
+            return all;
+        }
+        let mut all = self.slope_before_crosstalk(machine, &before, omega_rad_s);
+        if is_mixed {
+            mix(&mut all, shares, SIDE);
+        }
+        all
+    }
+
+    /// The same of a response before the signals mix.
+    fn slope_before_crosstalk(&self, machine: &Effective, f: &Square, omega_rad_s: f64) -> Square {
         let s = c64::new(0.0, omega_rad_s);
         let mut all = [ZERO; SIDE * SIDE];
         for b in (0..2).filter(|b| self.axes[2 * b] || self.axes[2 * b + 1]) {
@@ -58,7 +83,7 @@ impl Change {
                     let root = corner.sqrt();
                     (true, root * 0.5 / value / (root + 1.0), ZERO)
                 }
-                EffectKind::LaminatedIron => {
+                EffectKind::LaminatedCore => {
                     // d ln(tanh x/x) = (2/sinh 2x − 1/x) dx with x² = s/ω_l; by parts of e⁻²ˣ, which do not overflow.
                     let x = corner.sqrt();
                     let decayed = (x * -2.0).exp();
@@ -113,6 +138,15 @@ impl Change {
         }
         all.map(|entry| entry * self.factor)
     }
+}
+
+/// The response before its signals, the first four rows, had these shares of each other.
+fn unmix(f: &Square, shares: &[[f64; 4]; 4]) -> Square {
+    let own = |i: usize, j: usize| shares[i][j] + f64::from(u8::from(i == j));
+    let mut unit: Vec<c64> = (0..16).map(|k| c64::new(own(k / 4, k % 4), 0.0)).collect();
+    let mut before = *f;
+    eliminate(&mut unit, &mut before[..4 * SIDE], 4, SIDE);
+    before
 }
 
 /// Whether effects of a kind leave the receptance of the shaft as it is.

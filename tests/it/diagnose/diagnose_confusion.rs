@@ -133,7 +133,7 @@ fn drawn(kind: EffectKind, machine: &Machine, draw: &mut Draw) -> Effect {
             vec![nominal * if sign > 0.0 { 1.5 } else { 0.65 }]
         }
         EffectKind::EddyCurrents => vec![between(draw, 2e3, 2e4)],
-        EffectKind::LaminatedIron => vec![between(draw, 1e3, 8e3)],
+        EffectKind::LaminatedCore => vec![between(draw, 1e3, 8e3)],
         EffectKind::SensorLowpass => vec![between(draw, 4e3, 1e4)],
         EffectKind::SensorOffset | EffectKind::ActuatorOffset => {
             vec![sign * scale * between(draw, 2e-3, 6e-3)]
@@ -141,6 +141,7 @@ fn drawn(kind: EffectKind, machine: &Machine, draw: &mut Draw) -> Effect {
         EffectKind::NegativeStiffness => vec![1.0 + sign * between(draw, 0.25, 0.4)],
         EffectKind::ForceConstant => vec![1.0 + sign * between(draw, 0.12, 0.2)],
         EffectKind::SensorGain => vec![1.0 + sign * between(draw, 0.06, 0.12)],
+        EffectKind::SensorCrosstalk => vec![sign * between(draw, 0.01, 0.03)],
         EffectKind::BearingCoupling => vec![sign * between(draw, 0.02, 0.08)],
         EffectKind::AxisMisalignment => vec![sign * between(draw, 1.0, 5.0)],
         EffectKind::ModalDamping => vec![between(draw, 3.0, 5.0)],
@@ -154,7 +155,7 @@ fn drawn(kind: EffectKind, machine: &Machine, draw: &mut Draw) -> Effect {
         }
         EffectKind::RegionStiffness => vec![1.0 + sign * between(draw, 0.15, 0.3)],
         EffectKind::AddedStiffness => vec![sign * stiff * between(draw, 4e5, 1e6)],
-        EffectKind::AddedDamping => vec![stiff * between(draw, 2e2, 6e2)],
+        EffectKind::AddedDamper => vec![stiff * between(draw, 2e2, 6e2)],
         EffectKind::TiltingStiffness => {
             vec![sign * stiff * scale * scale * between(draw, 5e4, 2e5)]
         }

@@ -25,7 +25,7 @@ fn drawn(kind: EffectKind, machine: &Machine, draw: &mut Draw) -> Effect {
         EffectKind::LoopDelay => vec![between(draw, 3e-6, 5e-5)],
         EffectKind::AmplifierBandwidth => vec![2000.0 * between(draw, 0.6, 1.6)],
         EffectKind::EddyCurrents => vec![between(draw, 2e3, 5e4)],
-        EffectKind::LaminatedIron => vec![between(draw, 1e3, 1e4)],
+        EffectKind::LaminatedCore => vec![between(draw, 1e3, 1e4)],
         EffectKind::SensorLowpass => vec![between(draw, 4e3, 2e4)],
         EffectKind::SensorOffset | EffectKind::ActuatorOffset => {
             vec![sign * between(draw, 1e-3, 6e-3)]
@@ -33,6 +33,7 @@ fn drawn(kind: EffectKind, machine: &Machine, draw: &mut Draw) -> Effect {
         EffectKind::NegativeStiffness => vec![1.0 + sign * between(draw, 0.2, 0.4)],
         EffectKind::ForceConstant => vec![1.0 + sign * between(draw, 0.1, 0.2)],
         EffectKind::SensorGain => vec![1.0 + sign * between(draw, 0.05, 0.12)],
+        EffectKind::SensorCrosstalk => vec![sign * between(draw, 0.005, 0.03)],
         EffectKind::BearingCoupling => vec![sign * between(draw, 0.005, 0.08)],
         EffectKind::AxisMisalignment => vec![sign * between(draw, 0.5, 5.0)],
         EffectKind::Gyroscopic => vec![1.0],
@@ -47,7 +48,7 @@ fn drawn(kind: EffectKind, machine: &Machine, draw: &mut Draw) -> Effect {
         }
         EffectKind::RegionStiffness => vec![1.0 + sign * between(draw, 0.1, 0.3)],
         EffectKind::AddedStiffness => vec![sign * between(draw, 2e5, 1e6)],
-        EffectKind::AddedDamping => vec![between(draw, 1e2, 6e2)],
+        EffectKind::AddedDamper => vec![between(draw, 1e2, 6e2)],
         EffectKind::TiltingStiffness => vec![sign * between(draw, 2e4, 2e5)],
     };
     let location = drawn_site(kind, machine, draw, (0.05, 0.35), 3);

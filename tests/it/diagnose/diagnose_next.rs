@@ -27,9 +27,11 @@ fn size(effect: &Effect, kind: EffectKind) -> f64 {
     match kind {
         // Bandwidths, corners, stiffness of a joint and mass of a housing: the larger, the less.
         EffectKind::AmplifierBandwidth => (1.0 / value - 1.0 / 2000.0).abs(),
-        EffectKind::EddyCurrents | EffectKind::SensorLowpass | EffectKind::ToolJoint | EffectKind::HousingMode => {
-            1.0 / value
-        }
+        EffectKind::EddyCurrents
+        | EffectKind::LaminatedCore
+        | EffectKind::SensorLowpass
+        | EffectKind::ToolJoint
+        | EffectKind::HousingMode => 1.0 / value,
         EffectKind::NegativeStiffness
         | EffectKind::ForceConstant
         | EffectKind::SensorGain

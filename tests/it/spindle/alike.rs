@@ -4,9 +4,10 @@
 use serde_yaml::Value;
 
 /// Ends of keys, and the power of s with which their numbers grow; the first that fits counts.
-const POWERS: [(&str, i32); 12] = [
+const POWERS: [(&str, i32); 13] = [
     ("_n_m_s_per_rad", 4),
     ("_n_m_per_rad", 3),
+    ("_n_s_per_m", 2),
     ("_n_per_m", 1),
     ("_n_per_a", 2),
     ("_n", 2),

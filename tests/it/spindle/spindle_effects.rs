@@ -30,6 +30,18 @@ fn scales(machine: &Machine, left: impl Fn(usize, f64) -> c64, right: impl Fn(us
     }
 }
 
+#[test]
+fn a_signal_that_leaks_into_another_adds_its_row() {
+    let machine = with(EffectKind::SensorCrosstalk, Location::Across { from: 0, to: 3 }, &[0.02]);
+    let (nominal, changed) = (plant(&reference(), krpm(20.0)), plant(&machine, krpm(20.0)));
+    for w in [30.0, 700.0, 2500.0].map(|hz| TAU * hz) {
+        let g = nominal.at(w);
+        let seen = |i: usize, j: usize| if i == 3 { g[(0, j)] * 0.02 } else { c64::new(0.0, 0.0) };
+        let expected = Mat::from_fn(10, 10, |i, j| g[(i, j)] + seen(i, j));
+        assert!(block_error(&changed.at(w), &expected) < 1e-12);
+    }
+}
+
 fn same(a: &Machine, b: &Machine, tolerance: f64) {
     for speed in [0.0, krpm(40.0)] {
         let (a, b) = (plant(a, speed), plant(b, speed));
@@ -62,7 +74,7 @@ fn chain_effects_are_factors_on_columns_and_rows() {
         (ONE + root).inv()
     };
     scales(&eddy, none, column(0..2, half));
-    let sheets = with(EffectKind::LaminatedIron, FRONT, &[3000.0]);
+    let sheets = with(EffectKind::LaminatedCore, FRONT, &[3000.0]);
     // tanh(a + ja) = (sinh 2a + j sin 2a)/(cosh 2a + cos 2a).
     let flux = |w: f64| {
         let a = (0.5 * w / (TAU * 3000.0)).sqrt();

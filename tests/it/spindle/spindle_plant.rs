@@ -168,7 +168,7 @@ pub fn catalogue() -> Vec<Effect> {
         effect(EffectKind::LoopDelay, Location::None, &[37e-6]),
         effect(EffectKind::AmplifierBandwidth, at(Front), &[1400.0]),
         effect(EffectKind::EddyCurrents, at(Rear), &[9000.0]),
-        effect(EffectKind::LaminatedIron, at(Rear), &[3000.0]),
+        effect(EffectKind::LaminatedCore, at(Rear), &[3000.0]),
         effect(EffectKind::SensorLowpass, at(Both), &[6000.0]),
         effect(EffectKind::SensorOffset, at(Front), &[0.004]),
         effect(EffectKind::ActuatorOffset, at(Rear), &[-0.003]),
@@ -177,6 +177,7 @@ pub fn catalogue() -> Vec<Effect> {
         effect(EffectKind::SensorGain, at(Front), &[1.05]),
         effect(EffectKind::BearingCoupling, at(Front), &[0.06]),
         effect(EffectKind::AxisMisalignment, at(Rear), &[4.0]),
+        effect(EffectKind::SensorCrosstalk, Location::Across { from: 0, to: 3 }, &[0.03]),
         effect(EffectKind::Gyroscopic, Location::None, &[0.8]),
         effect(EffectKind::InternalDamping, Location::None, &[3e-7]),
         effect(EffectKind::CrossCoupling, Location::Position(0.25), &[2e5]),
@@ -187,7 +188,7 @@ pub fn catalogue() -> Vec<Effect> {
         effect(EffectKind::HousingMode, Location::None, &[90.0, 550.0, 0.04]),
         effect(EffectKind::RegionStiffness, Location::Region("e7".into()), &[0.85]),
         effect(EffectKind::AddedStiffness, Location::Position(0.23), &[-4e5]),
-        effect(EffectKind::AddedDamping, Location::Position(0.23), &[400.0]),
+        effect(EffectKind::AddedDamper, Location::Position(0.23), &[400.0]),
         effect(EffectKind::TiltingStiffness, Location::Position(0.23), &[-3e4]),
     ]
 }
@@ -238,7 +239,7 @@ fn the_state_space_answers_like_the_plant_for_every_effect() {
         let tolerance = match effect.kind {
             EffectKind::EddyCurrents => 0.01,
             // What the lags beyond the last leave of their curvature.
-            EffectKind::LaminatedIron => 1e-5,
+            EffectKind::LaminatedCore => 1e-5,
             _ => 1e-6,
         };
         for detail in [ModelDetail::Full, ModelDetail::Modes { flexible: 4, static_residual: true }] {

@@ -256,7 +256,7 @@ pub fn simulate(
                 ports.push(amplitude(&row(*p)));
                 extra.push(Box::new(move |_| c64::new(-value, 0.0)));
             }
-            (EffectKind::AddedDamping, Location::Position(p)) => {
+            (EffectKind::AddedDamper, Location::Position(p)) => {
                 ports.push(amplitude(&row(*p)));
                 extra.push(Box::new(move |w| c64::new(0.0, -w * value)));
             }
@@ -373,7 +373,7 @@ pub fn simulate(
             if let Some(corner) = at_bearing(EffectKind::EddyCurrents, b) {
                 act /= one + (s / (TAU * corner)).sqrt();
             }
-            if let Some(corner) = at_bearing(EffectKind::LaminatedIron, b) {
+            if let Some(corner) = at_bearing(EffectKind::LaminatedCore, b) {
                 let x = (s / (TAU * corner)).sqrt();
                 act *= x.sinh() / x.cosh() / x;
             }
@@ -406,6 +406,14 @@ pub fn simulate(
         if let Some(Outside::CrossTalk(share)) = outside {
             inputs[(2, 0)] = inputs[(2, 2)] * share;
             inputs[(3, 1)] = inputs[(3, 3)] * share;
+        }
+        let unmixed = outputs.clone();
+        for e in effects.iter().filter(|e| e.kind == EffectKind::SensorCrosstalk) {
+            if let Location::Across { from, to } = e.location {
+                for j in 0..outputs.ncols() {
+                    outputs[(to, j)] += unmixed[(from, j)] * e.values[0];
+                }
+            }
         }
         outputs * f * inputs
     };

@@ -23,8 +23,12 @@ pub fn drawn_site(
         EffectKind::CrossCoupling
         | EffectKind::AddedMass
         | EffectKind::AddedStiffness
-        | EffectKind::AddedDamping
+        | EffectKind::AddedDamper
         | EffectKind::TiltingStiffness => Location::Position(draw.uniform(from_m, to_m)),
+        EffectKind::SensorCrosstalk => {
+            let from = draw.uniform(0.0, 4.0 - 1e-9) as usize;
+            Location::Across { from, to: (from + 1 + draw.uniform(0.0, 3.0 - 1e-9) as usize) % 4 }
+        }
         EffectKind::ModalDamping => Location::Mode(1 + draw.uniform(0.0, modes as f64 - 1e-3) as usize),
         EffectKind::RegionStiffness => {
             let regions = machine.regions();
