@@ -110,8 +110,8 @@ fn judged(case: &Case, d: &Diagnosis) -> &'static str {
         Verdict::Unexplained if case.outside.is_some() => "right",
         Verdict::Unexplained => "unexplained",
         _ if case.outside.is_some() => "wrong",
-        Verdict::Named if matches(&of(&d.effects)) => "right",
-        Verdict::Named => "wrong",
+        Verdict::Named | Verdict::Probable if matches(&of(&d.effects)) => "right",
+        Verdict::Named | Verdict::Probable => "wrong",
         Verdict::Tie if d.tie.iter().any(|r| matches(&of(&r.effects))) => "tie",
         Verdict::Tie => "wrong",
     }
