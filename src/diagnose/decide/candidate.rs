@@ -164,9 +164,18 @@ impl Case<'_> {
         let leading = self.problem(effects, self.leading(usage));
         let (mut at, mut last) = (from.clone(), None);
         for model_error in MODEL_ERRORS.into_iter().filter(|f| *f <= top) {
-            let (problem, iterations) =
-                if model_error == FINAL_MODEL_ERROR { (&whole, FINAL_ITERATIONS) } else { (&leading, ITERATIONS) };
-            let fit = problem.fit(&at, &[(model_error, iterations)])?;
+            let last_stage = model_error == FINAL_MODEL_ERROR;
+            let iterations = if last_stage { FINAL_ITERATIONS } else { ITERATIONS };
+            let mut fit = None;
+            // Where there are many lines, most of the way at the final model error is gone on some of them, too.
+            if !last_stage || leading.usage != whole.usage {
+                fit = Some(leading.fit(&at, &[(model_error, iterations)])?);
+            }
+            if last_stage {
+                let from = fit.as_ref().map_or(&at, |fit| &fit.at);
+                fit = Some(whole.fit(from, &[(model_error, iterations)])?);
+            }
+            let Some(fit) = fit else { continue };
             let hopeless = fit.data_chi2 > HOPELESS_CHI2 * fit.residuals as f64;
             at = fit.at.clone();
             last = Some((fit, model_error));

@@ -62,6 +62,9 @@ fn beside(origin: &Point, h: &Hypothesis) -> Point {
     from
 }
 
+/// Model error at which a machine fails that a strong effect may be missing of.
+const STRONG_FROM: f64 = 0.01;
+
 /// What a round found.
 #[derive(Clone, Debug)]
 pub struct ScreeningRound {
@@ -141,7 +144,9 @@ impl Case<'_> {
     /// As [`Self::fit_down`].
     pub(crate) fn add_strong(&self, standing: &Standing, round: &mut ScreeningRound) -> Result<bool, DiagnoseError> {
         let finalists = &mut round.finalists;
-        if is_settled(standing) || finalists.first().is_some_and(|c| self.within(c)) {
+        // What passes at 1 % moves no resonance by its width: a linear step has found it.
+        let strong = standing.working_error >= STRONG_FROM;
+        if !strong || is_settled(standing) || finalists.first().is_some_and(|c| self.within(c)) {
             return Ok(false);
         }
         (self.progress)("strong effects of any size");

@@ -11,4 +11,5 @@ mod diagnose_model;
 mod diagnose_next;
 mod diagnose_records;
 mod diagnose_rehearsed;
+mod diagnose_small;
 pub mod generator;
