@@ -31,7 +31,7 @@ use crate::pipeline::simulation::{
     SimulationCase, SimulationWish, USUAL_GRADE_MM_S, USUAL_RAMP_S, simulate_controller,
 };
 use crate::pipeline::study::{Questions, study};
-use crate::predict::chatter::{CuttingMaterial, Engagement};
+use crate::predict::chatter::{CuttingMaterial, Engagement, USUAL_TEETH, USUAL_WIDTH};
 use crate::predict::time::TimeSettings;
 use crate::report::batch::BatchRow;
 use crate::report::compared::{add_compared, add_own, all_acceptable, controller_keys};
@@ -246,8 +246,8 @@ impl NativeMachine {
                 machine: &machine,
                 speeds_rpm: &rpm,
                 mode_uncertainty: &weights.mode_uncertainty,
-                material: &CuttingMaterial { tangential_pa: 8e8, radial_ratio: 0.3 },
-                cut: &Engagement::down_milling(2, 0.5),
+                material: &CuttingMaterial::ALUMINIUM,
+                cut: &Engagement::down_milling(machine.tool.teeth.unwrap_or(USUAL_TEETH), USUAL_WIDTH),
             };
             let mut report = Report::of("compare", &machine);
             let (mut met, mut list) = (true, vec![]);
