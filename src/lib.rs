@@ -15,7 +15,7 @@
 //! | [`predict`] | stiffness at the tool, sensitivity, worst cases, time responses |
 //! | [`diagnose`] | which effect is missing from the model |
 //! | [`pipeline`] | the steps of a run, without files |
-//! | [`input`], [`report`], [`cli`] | files, pages and tables, commands |
+//! | [`input`], [`report`], [`workflow`], [`cli`] | files, pages and tables, what commands and Python share, commands |
 //!
 //! One sign convention: u = K y, closed by linear fractional transformations:
 //!
@@ -175,6 +175,9 @@ pub mod export;
 
 #[cfg(feature = "cli")]
 pub mod report;
+
+#[cfg(feature = "cli")]
+pub mod workflow;
 
 pub mod prelude;
 

@@ -34,6 +34,7 @@ mod rotating_loop;
 pub mod run;
 pub(crate) mod sampled;
 pub mod settings;
+pub mod shank_limit;
 pub(crate) mod simulation;
 pub mod specification_scale;
 pub mod speed_mu;

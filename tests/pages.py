@@ -3,8 +3,9 @@
 usage: python3 tests/pages.py FOLDER ...    (folders with a report.html; exit 1 when something is found)
 Needs chromium (Debian package `chromium`). Exit 77 says that it is missing.
 
-Found are: errors of the page's script, text that lies on other text of the same figure, a page wider than its window, and figures
-with an axis that names no unit where its values have one.
+Found are: errors of the page's script, text that lies on other text of the same figure, a page wider than its window, figures
+with an axis that names no unit where its values have one, what is cut at its right without a sign, a title without a machine, and
+a long page without contents.
 """
 import html
 import json
@@ -39,6 +40,30 @@ window.addEventListener('load', () => setTimeout(() => {
     if (texts.length && !texts.some(t => /\\(.+\\)|\\[.+\\]|µ|μ|order|factor|share|zone|ratio|part/i.test(t.textContent)))
       found.push('figure "' + name + '" names no unit');
   });
+  document.querySelectorAll('.view, .scroll').forEach(box => {
+    if (box.scrollWidth <= box.clientWidth + 1) return;
+    const caption = box.parentElement.querySelector('figcaption');
+    const sign = box.matches('.view') ? caption && getComputedStyle(caption, '::after').content.includes('→')
+      : getComputedStyle(box).backgroundImage.includes('gradient');
+    if (!sign) found.push('cut without a sign: ' + box.textContent.trim().slice(0, 60));
+    // A computer's window has room for every column.
+    if (box.matches('.scroll') && window.innerWidth >= 1400)
+      found.push('a table of ' + box.scrollWidth + ' px is cut at ' + box.clientWidth + ': ' + box.textContent.trim().slice(0, 60));
+  });
+  document.querySelectorAll('figure .view').forEach(view => {
+    const svg = view.querySelector('svg'), metadata = svg && svg.querySelector('metadata');
+    if (!metadata) return;
+    const r = JSON.parse(metadata.textContent)[0].r, whole = svg.getAttribute('viewBox').split(' ').map(Number);
+    const box = svg.getBoundingClientRect();
+    if (!box.width) return;
+    svg.dispatchEvent(new PointerEvent('pointermove', { clientX: box.left + (r[0] + r[2]) / 2 / whole[2] * box.width,
+      clientY: box.top + (r[1] + r[3]) / 2 / whole[3] * box.height }));
+    const read = view.querySelector('.read');
+    if (!read || read.hidden || !/\d/.test(read.textContent)) found.push('no value at the pointer: ' + svg.querySelector('title').textContent);
+  });
+  if (document.querySelector('h1').textContent.trim() === 'muspin') found.push('the title names no machine');
+  if (document.documentElement.scrollHeight > 3 * window.innerHeight && document.querySelectorAll('section').length > 1
+    && !document.querySelector('nav')) found.push('more than three screens without contents');
   const answer = document.createElement('pre');
   answer.id = 'probe-answer';
   answer.textContent = JSON.stringify(found);

@@ -1,7 +1,8 @@
 """The Python package against python-control, SciPy, SLICOT and the cases of tests/data/control.
 
-usage: pip install .[control] scipy slycot && python3 tests/python_package.py
-Exit 77 says that the package, control or scipy is missing; without slycot its comparisons are left out.
+usage: pip install .[control,plot] scipy slycot && python3 tests/python_package.py
+Exit 77 says that the package, control or scipy is missing; without slycot its comparisons are left out, without matplotlib the
+pictures and the notebook of the guide.
 """
 
 import copy
@@ -30,10 +31,18 @@ try:
     import slycot
 except ImportError:
     slycot = None
+try:
+    import matplotlib
+
+    matplotlib.use("Agg")
+except ImportError:
+    matplotlib = None
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 CASES = os.path.join(HERE, "data", "control")
 ran = 0
+# A process in the background of a shell is born deaf to Ctrl-C.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def cases(kind):
@@ -318,6 +327,37 @@ try:
     check(len(frame) > 1000 and "sensor_front_x_m" in frame.columns, "pandas takes the table")
 except ImportError:
     pass
+if matplotlib is not None:
+    # Every number of a table stands in a curve, on an axis as the page has it.
+    figure = compared.plot("stiffness")
+    axes = [axes for axes in figure.axes if axes.get_visible()]
+    table = compared.tables["plots/stiffness"]
+    drawn = sum(len(line.get_xdata()) for panel in axes for line in panel.lines)
+    columns = [name for name in table if name != "frequency_hz"]
+    expected = sum(np.count_nonzero(~np.isnan(table[name])) for name in columns)
+    check(drawn == expected > 100, f"plot: {drawn} points of {expected}")
+    check(axes[0].get_xscale() == "log" and "(N/µm)" in axes[0].get_ylabel(), "plot: axes")
+    for results in (compared, step, pid, updating, diagnosed):
+        for name in results.pictures:
+            panels = [axes for axes in results.plot(name).axes if axes.get_visible()]
+            check(panels and all(p.lines or p.collections or p.patches for p in panels), f"plot: {name}")
+            matplotlib.pyplot.close("all")
+try:
+    step.plot("nothing")
+    check(False, "a picture that there is not")
+except ValueError as error:
+    check("response" in str(error), f"plot: {error}")
+
+# A batch: the controllers are those of a design each, what fails is told in its row.
+batch = spindle.batch(["paper-tool", "drill-8"], polish=False, quick=True)
+check(batch.table["tool"] == ["paper-tool", "drill-8"], f"batch: {batch.table}")
+made = json.loads(batch.results["paper-tool"].read("discrete.json"))
+alone, figures = spindle.design("benchmark", polish=False)
+check(np.array_equal(np.array(made["A"]), alone.A) and np.array_equal(np.array(made["D"]), alone.D), "batch: the design's controller")
+check(batch.rows[0]["figures"]["largest_mu"] == figures["design"]["largest_mu"], "batch: figures")
+failed = spindle.batch(["paper-tool"], weights="no such weights")
+check("no such weights" in failed.rows[0]["failure"] and not failed.results, f"batch: {failed.rows}")
+
 for call in (lambda: spindle.simulate(pid, "jump"), lambda: spindle.simulate(pid, force=-1.0), lambda: spindle.compare("no such file")):
     try:
         call()
@@ -448,9 +488,37 @@ ended.set()
 # It asks to run every 10 ms; a third of that is left where the machine is loaded.
 check(counted > took / 0.01 / 3, f"another thread ran {counted} times in {took} s beside the design")
 
+# Ctrl-C ends the computing thread as well: soon after it the process computes no more.
+with tempfile.TemporaryDirectory() as folder:
+    rig = os.path.join(folder, "rig")
+    spindle.rehearse(rig, rpm=np.linspace(0.0, 20000.0, 9), repeats=40)
+    for name, work in (
+        ("rehearse", lambda: spindle.rehearse(os.path.join(folder, "long"), rpm=np.linspace(0.0, 20000.0, 41), repeats=40)),
+        ("identify", lambda: spindle.identify(rig)),
+    ):
+        threading.Timer(0.5, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+        try:
+            work()
+            check(False, f"{name} was not interrupted")
+        except KeyboardInterrupt:
+            pass
+        time.sleep(2.0)
+        before = time.process_time()
+        time.sleep(1.0)
+        check(time.process_time() - before < 0.3, f"{name} computes on after Ctrl-C")
+
 # The command line of the package.
 version = subprocess.run([sys.executable, "-m", "muspin", "--version"], capture_output=True, text=True, check=True).stdout
 check(muspin.__version__ in version, version)
+
+# The notebook of the guide runs as it is.
+if matplotlib is not None:
+    with open(os.path.join(os.path.dirname(HERE), "src", "guide", "first_loop.ipynb"), encoding="utf-8") as file:
+        notebook = json.load(file)
+    names = {}
+    for number, cell in enumerate(cell for cell in notebook["cells"] if cell["cell_type"] == "code"):
+        exec(compile("".join(cell["source"]), f"first_loop.ipynb, code cell {number + 1}", "exec"), names)
+    check("firmware" in names and "controller.c" in names["firmware"].files, "the notebook comes to its end")
 
 # A design within the limits of the specification, with the figures of `muspin design`.
 if "--design" in sys.argv:

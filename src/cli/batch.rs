@@ -17,7 +17,7 @@ use crate::input::load_weights;
 use crate::pipeline::batch::one_tool;
 use crate::pipeline::run::{Extent, Task};
 use crate::pipeline::settings::{DesignSettings, EarlierDesign};
-use crate::report::batch::{BatchRow, ROW_FILE, figures, overview, sentences, shown_rows, table, verdict};
+use crate::report::batch::{BatchRow, ROW_FILE, figures, overview, sentences, shown_rows, table, tools_words, verdict};
 use crate::report::tool::tool_report;
 use crate::report::whole::{Report, ReportError, machine_tag};
 use std::path::Path;
@@ -50,8 +50,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     drop(progress);
     let top_hz = variants.first().map(|v| v.machine.spindle.max_rpm / 60.0);
     let mut report = Report::default();
-    report.summary.set("run", "batch");
-    report.summary.set("spindle", arguments.spindle.as_str());
+    report.summary.set("spindle", variants.first().map(|v| v.machine.spindle.name.as_str()));
     report.summary.set("weights", weights.name.as_str());
     if rows.iter().all(|r| r.failure.is_some()) {
         let first = rows.first().and_then(|r| r.failure.clone());
@@ -193,6 +192,8 @@ fn finish(
 ) -> Result<Outcome, Failure> {
     let met = rows.iter().all(BatchRow::met);
     let sentence = verdict(rows);
+    report.summary.set("run", "batch");
+    report.summary.set("tool", tools_words(rows));
     report.summary.set("plain_words", sentences(rows));
     report.summary.set("table", overview(rows));
     report.verdict(met, &sentence);

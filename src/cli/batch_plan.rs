@@ -132,12 +132,16 @@ pub(super) fn collect_rows(folder: &str) -> Result<Vec<BatchRow>, Failure> {
     let rows: Vec<BatchRow> = names
         .iter()
         .map(|name| {
-            read_row(&results.join(name).join(ROW_FILE))
-                .unwrap_or_else(|| BatchRow::failed_row(name, "", "not finished".to_owned()))
+            let own = results.join(name);
+            let why = if own.is_dir() { "not finished" } else { "not started" };
+            read_row(&own.join(ROW_FILE)).unwrap_or_else(|| BatchRow::failed_row(name, "", why.to_owned()))
         })
         .collect();
     if rows.iter().all(|r| r.figures.is_none()) {
-        return Err(Failure::new(format!("{folder}: no finished variant ({ROW_FILE}) is in it"))
+        let waiting = rows.iter().filter_map(|r| Some(format!("{} {}", r.tool, r.failure.as_ref()?)));
+        let waiting: Vec<String> = waiting.collect();
+        let list = if waiting.is_empty() { String::new() } else { format!(": {}", waiting.join(", ")) };
+        return Err(Failure::new(format!("{folder}: no finished variant ({ROW_FILE}) is in it{list}"))
             .with_hint("give the folder of a plan whose commands were run, or of a batch"));
     }
     Ok(rows)

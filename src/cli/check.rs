@@ -3,7 +3,6 @@
 
 use super::console::{CommandEnd, Console};
 use super::machine::{model_warnings, say};
-use super::plausibility::Records;
 use super::reading::ReadingProgress;
 use super::{Failure, Outcome};
 use crate::input::file::Watch;
@@ -17,6 +16,7 @@ use crate::input::{
     uff_frf,
 };
 use crate::spindle::Spindle;
+use crate::workflow::plausibility::Records;
 use serde_json::json;
 use std::path::Path;
 
@@ -164,7 +164,7 @@ fn check_measurement(source: &str, watch: Watch<'_>) -> Result<bool, Failure> {
     for controller in sweeps.chain(hammers).flatten() {
         load_controller(controller)?;
     }
-    let records = Records::of(&measurement, &machine)?;
-    records.say();
+    let records = Records::of(&measurement, &machine, &|| {})?;
+    records.lines().for_each(|line| eprintln!("{line}"));
     Ok(records.plausible())
 }

@@ -16,7 +16,7 @@ use crate::controller::Controller;
 use crate::input::{load_tagged_controller, load_weights};
 use crate::pipeline::compared::{Compared, Ground, KnownFigures, compare_controller, own_controllers};
 use crate::pipeline::loop_stability::unstable_words;
-use crate::predict::chatter::{CuttingMaterial, Engagement};
+use crate::predict::chatter::{CuttingMaterial, Engagement, USUAL_TEETH, USUAL_WIDTH};
 use crate::predict::stiffness::stiffness_words;
 use crate::report::compared::{HammerCurve, add_compared, add_own, all_acceptable, controller_keys};
 use crate::report::plot::Role;
@@ -45,16 +45,16 @@ pub(super) struct Arguments {
     #[arg(long, value_delimiter = ',')]
     mode_uncertainty: Vec<f64>,
     /// Tangential cutting force coefficient of the workpiece for the stability lobes, Pa (aluminium 8e8, steel 2e9)
-    #[arg(long, default_value_t = 8e8)]
+    #[arg(long, default_value_t = CuttingMaterial::ALUMINIUM.tangential_pa)]
     tangential_pa: f64,
     /// Radial over tangential cutting force
-    #[arg(long, default_value_t = 0.3)]
+    #[arg(long, default_value_t = CuttingMaterial::ALUMINIUM.radial_ratio)]
     radial_ratio: f64,
-    /// Teeth of the cutter
-    #[arg(long, default_value_t = 2)]
-    teeth: usize,
+    /// Teeth of the cutter; default: those of the tool, else 2
+    #[arg(long)]
+    teeth: Option<usize>,
     /// Radial width of cut over diameter, down milling; 1 is a slot
-    #[arg(long, default_value_t = 0.5)]
+    #[arg(long, default_value_t = USUAL_WIDTH)]
     radial_width: f64,
     /// Folder for summary, pictures and report
     #[arg(long, default_value = "results/compare")]
@@ -68,7 +68,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     let weights = load_weights(&arguments.machine.weights)?;
     let (machine, mut controllers, used, remarks) = read_inputs(arguments)?;
     let weights = weights.on(&machine)?;
-    let (material, cut) = cut(arguments)?;
+    let (material, cut) = cut(arguments, &machine)?;
     let ends_rpm = [0.0, machine.spindle.max_rpm];
     let ground = Ground {
         machine: &machine,
@@ -175,14 +175,14 @@ fn mode_uncertainty(arguments: &Arguments, weights: &Weights) -> Result<Vec<f64>
     })
 }
 
-fn cut(arguments: &Arguments) -> Result<(CuttingMaterial, Engagement), Failure> {
+fn cut(arguments: &Arguments, machine: &Machine) -> Result<(CuttingMaterial, Engagement), Failure> {
     let width = arguments.radial_width;
     if !(width > 0.0 && width <= 1.0) {
         return Err(Failure::new(format!("--radial-width: {width} must lie between 0 and 1"))
             .with_hint("1 is a slot, 0.5 half the diameter"));
     }
     let material = CuttingMaterial { tangential_pa: arguments.tangential_pa, radial_ratio: arguments.radial_ratio };
-    Ok((material, Engagement::down_milling(arguments.teeth, width)))
+    Ok((material, Engagement::down_milling(arguments.teeth.or(machine.tool.teeth).unwrap_or(USUAL_TEETH), width)))
 }
 
 fn show_comparison(sentence: &str, ended: Outcome, list: &[(Role, Compared)], out: &str) -> CommandEnd {

@@ -8,7 +8,6 @@ use super::output::{REPORT, claim};
 use super::progress::Progress;
 use super::timings::Timings;
 use super::{Failure, Outcome};
-use crate::pipeline::PipelineError;
 use crate::pipeline::certificates::mu_words;
 use crate::pipeline::comparison::Prediction;
 use crate::pipeline::design::{Design, NO_FIRMWARE};
@@ -59,18 +58,6 @@ pub(super) struct Arguments {
     from: EarlierArgument,
     #[command(flatten)]
     timings: Timings,
-}
-
-impl From<PipelineError> for Failure {
-    fn from(error: PipelineError) -> Self {
-        let hint = match &error {
-            PipelineError::Synthesis(inner) => inner.advice().to_owned(),
-            PipelineError::Plant(_) => "`muspin check` on the spindle and tool files shows more".to_owned(),
-            PipelineError::Emulated { .. } => "use --route direct, or a higher sample rate".to_owned(),
-            _ => "loosen the weights, or check the spindle's data".to_owned(),
-        };
-        Self::new(error.to_string()).with_hint(hint)
-    }
 }
 
 /// Runs the command.

@@ -7,6 +7,7 @@ use super::machine::Remarks;
 use super::output::claim;
 use super::speeds::parse_one_speed;
 use super::{Failure, Outcome};
+use crate::controller::Controller;
 use crate::controller::anti_windup::{AntiWindup, with_anti_windup};
 use crate::controller::fidelity::TransferChange;
 use crate::controller::realise::{Form, modal_form};
@@ -14,10 +15,8 @@ use crate::controller::scaling::{ScaledRealisation, SignalLimits, scale_realisat
 use crate::controller::sections::second_order_sections;
 use crate::controller::verification::Verification;
 use crate::controller::verification::growth_words;
-use crate::controller::verification_error::VerificationError;
-use crate::controller::{Controller, ControllerError};
 use crate::export::c::{c_identifier, is_prefix, stability_words};
-use crate::export::firmware::{Firmware, FirmwareError, Format, write_all};
+use crate::export::firmware::{Firmware, Format, write_all};
 use crate::export::fmu::{controller_unit, machine_unit};
 use crate::export::table::controller_table;
 use crate::lti::{Discrete, StateSpace};
@@ -79,27 +78,6 @@ enum FormArgument {
     Modal,
     /// Second-order sections, for decentralised controllers
     Sections,
-}
-
-impl From<ControllerError> for Failure {
-    fn from(error: ControllerError) -> Self {
-        Self::new(error.to_string())
-    }
-}
-
-impl From<VerificationError> for Failure {
-    fn from(error: VerificationError) -> Self {
-        match error {
-            VerificationError::Plant(e) => e.into(),
-            VerificationError::Loop(e) => e.into(),
-        }
-    }
-}
-
-impl From<FirmwareError> for Failure {
-    fn from(error: FirmwareError) -> Self {
-        Self::new(error.to_string())
-    }
 }
 
 /// One controller as it is exported.

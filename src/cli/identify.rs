@@ -4,16 +4,11 @@
 use super::console::{CommandEnd, Console};
 use super::machine::of_measurement;
 use super::output::claim;
-use super::plausibility::{Records, name_record};
 use super::reading::load_measurement;
 use super::{Failure, Outcome};
-use crate::identify::{Identification, IdentifyError, identify, pole_drift};
-use crate::input::Measurement;
-use crate::report::identification::{DriftSummary, IdentificationSummary, PlausibilitySummary, response_files};
-use crate::report::results::ResultsFolder;
 use crate::report::summary::json;
-use crate::spindle::Machine;
-use serde::Serialize;
+use crate::workflow::identify::{IdentifiedRecords, identify_records};
+use crate::workflow::plausibility::Records;
 use std::path::Path;
 
 /// Arguments of `muspin identify`.
@@ -33,18 +28,6 @@ pub(super) struct Arguments {
     out: Option<String>,
 }
 
-impl From<IdentifyError> for Failure {
-    fn from(error: IdentifyError) -> Self {
-        let hint = match &error {
-            IdentifyError::Singular { .. } => "the four injections must differ: one axis each, at every line",
-            IdentifyError::NotAtRest { .. } => "add a sweep taken at 0 rpm to the measurement",
-            IdentifyError::NoResonance { .. } => "check frequency range, line spacing and excitation of the sweep",
-            _ => "check the record",
-        };
-        Self::new(error.to_string()).with_hint(hint)
-    }
-}
-
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     let measurement = load_measurement(&arguments.measurement, console)?;
@@ -54,102 +37,26 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
         let read = named.chain([&arguments.measurement]);
         claim(out, &[], read.map(String::as_str))?;
     }
-    let records = Records::of(&measurement, &machine)?;
-    records.say();
-    let found = identify_records(&measurement, &machine, &records)?;
+    let records = Records::of(&measurement, &machine, &|| {})?;
+    records.lines().for_each(|line| eprintln!("{line}"));
+    let found = identify_records(&measurement, &machine, &records, &|| {})?;
     if let Some(out) = &arguments.out {
         console.writing(|| found.folder.write(Path::new(out)))?;
     }
     let answer = &found.answer;
     console.json(&format!("{:#}\n", json(answer)), || {
-        let shown = show_identification(arguments, &records, found.peaks.as_ref());
+        let shown = show_identification(arguments, &found);
         answer.drift.iter().fold(shown, |shown, drift| shown.row([drift.words()]))
     })?;
-    Ok(if records.plausible() { Outcome::Done } else { Outcome::TargetMissed })
+    Ok(if found.verdict().0 { Outcome::Done } else { Outcome::TargetMissed })
 }
 
-/// What a measurement says of the free rotor, and its responses.
-pub(super) struct IdentifiedRecords {
-    /// As the command answers.
-    pub(super) answer: Answer,
-    /// Plausibility and responses with their covariance as CSV.
-    pub(super) folder: ResultsFolder,
-    peaks: Option<Identification>,
-}
-
-/// Identifies the free rotor from records that are estimated already.
-///
-/// # Errors
-/// [`Failure`] as `muspin identify` tells it.
-pub(super) fn identify_records(
-    measurement: &Measurement,
-    machine: &Machine,
-    records: &Records,
-) -> Result<IdentifiedRecords, Failure> {
-    let frfs = &records.frfs;
-    if frfs.is_empty() && measurement.hammers.is_empty() {
-        let folder = measurement.folder.display();
-        return Err(Failure::new(format!("{folder}: no record of kind sweep or hammer")).with_hint(
-            "identification needs a sweep; frequencies that are known already go straight into `muspin \
-            update`",
-        ));
-    }
-    let plausibility = PlausibilitySummary::of(&records.reports);
-    let (mut peaks, mut drift) = (None, None);
-    if let Some((frf, report)) = records.standstill() {
-        // Units and order of channels decide what the magnets' stiffness shifts: no peaks from an implausible record.
-        if report.plausible() {
-            let at_rest = |e| name_record(e, &record_at_rest(measurement));
-            let found = identify(frf, machine).map_err(at_rest)?;
-            if let Some(sweep) = measurement.sweeps.iter().find(|s| s.record.speed_rpm == 0.0) {
-                drift = pole_drift(&sweep.record, frf, machine, &found).map_err(at_rest)?;
-            }
-            peaks = Some(found);
-        }
-    } else if let Some(frf) = frfs.first() {
-        return Err(IdentifyError::NotAtRest { speed_rpm: frf.speed_rpm }.into());
-    }
-    let mut folder = ResultsFolder::new();
-    folder.add("plausibility.json", format!("{:#}\n", json(&plausibility)))?;
-    let mut names = vec![];
-    for (name, text) in response_files(frfs, &measurement.hammers) {
-        folder.add(&name, text)?;
-        names.push(name);
-    }
-    let answer = Answer {
-        plausibility,
-        identification: peaks.as_ref().map(IdentificationSummary::from),
-        drift: drift.as_ref().map(DriftSummary::from),
-        records: names,
+fn show_identification(arguments: &Arguments, found: &IdentifiedRecords) -> CommandEnd {
+    let mut shown = match found.verdict() {
+        (false, words) => CommandEnd::met(false, format!("{words}; what is wrong with it stands above")),
+        (true, words) => CommandEnd::done(words),
     };
-    Ok(IdentifiedRecords { answer, folder, peaks })
-}
-
-#[derive(Clone, Debug, Serialize)]
-pub(super) struct Answer {
-    plausibility: PlausibilitySummary,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    identification: Option<IdentificationSummary>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    drift: Option<DriftSummary>,
-    /// Files of the responses.
-    records: Vec<String>,
-}
-
-/// File of the first sweep at standstill.
-pub(super) fn record_at_rest(measurement: &Measurement) -> String {
-    let mut sweeps = measurement.sweeps.iter().map(|s| &s.record);
-    let found = sweeps.find(|r| r.speed_rpm == 0.0);
-    found.map_or(String::new(), |r| r.name.clone())
-}
-
-fn show_identification(arguments: &Arguments, records: &Records, found: Option<&Identification>) -> CommandEnd {
-    let mut shown = match (records.plausible(), found) {
-        (false, _) => CommandEnd::met(false, "a record contradicts the machine; what is wrong with it stands above"),
-        (true, None) => CommandEnd::done("the records are plausible; peaks need a sweep at rest"),
-        (true, Some(found)) => CommandEnd::done(format!("{} resonances of the free rotor", found.resonances.len())),
-    };
-    if let Some(found) = found {
+    if let Some(found) = &found.peaks {
         shown = shown.row(["", "Hz", "standard deviation, Hz", "damping ratio", "standard deviation"]);
         let lists = [
             ("resonance", &found.resonances),

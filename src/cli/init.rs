@@ -5,6 +5,7 @@ use super::console::{CommandEnd, Console};
 use super::output::claim;
 use super::start::{DIAGNOSE_LIST, PID, Truth, UPDATE_LIST, add_machine, add_measurement};
 use super::{Failure, Outcome};
+use crate::report::manifest::Manifest;
 use crate::report::results::ResultsFolder;
 use serde_json::json;
 use std::path::Path;
@@ -116,8 +117,24 @@ pub(super) fn run_example(arguments: &ExampleArguments, console: &Console) -> Re
     write(arguments.name, folder.unwrap_or(arguments.name.name()), console)
 }
 
+/// An example stands beside nothing else of muspin: its files would replace those of the same name.
+///
+/// # Errors
+/// [`Failure`] where a manifest lists files.
+fn refuse_other_files(target: &str) -> Result<(), Failure> {
+    let written = Manifest::read(Path::new(target)).map_err(|error| Failure::new(format!("{target}: {error}")))?;
+    match written.paths().next() {
+        None => Ok(()),
+        Some(first) => {
+            Err(Failure::new(format!("{target}: muspin has written files there already, {first} and others"))
+                .with_hint("choose another folder; nothing was replaced"))
+        }
+    }
+}
+
 fn write(example: Example, target: &str, console: &Console) -> Result<Outcome, Failure> {
     claim(target, &["README.md"], [])?;
+    refuse_other_files(target)?;
     let mut folder = ResultsFolder::new();
     folder.add("README.md", example.guide())?;
     example.stage(&mut folder)?;

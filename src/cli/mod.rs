@@ -1,7 +1,6 @@
 //! Arguments, commands, progress. Standard output carries data, standard error progress and errors.
 //! Exit 0 done; 1 done but a target is missed; 2 error, nothing written.
 
-pub(crate) mod failure;
 pub(crate) mod progress;
 
 mod batch;
@@ -17,8 +16,6 @@ mod design_arguments;
 mod design_progress;
 mod diagnose;
 mod earlier;
-#[cfg(feature = "python")]
-pub(crate) mod embedded;
 mod export;
 mod fmu;
 mod frf;
@@ -29,7 +26,6 @@ mod machine;
 mod modes;
 mod output;
 mod pid;
-mod plausibility;
 mod reading;
 mod rehearse;
 mod report;
@@ -38,19 +34,18 @@ mod run;
 mod schema;
 mod shell;
 mod simulate;
-pub(crate) mod solve;
+mod solve;
 mod speeds;
 mod start;
 mod stdout;
-mod surroundings;
 mod timings;
 mod update;
 mod version;
 
+pub(crate) use crate::workflow::Failure;
 use clap::parser::ValueSource;
 use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
 use console::{Console, ConsoleArguments};
-pub use failure::Failure;
 use interrupt::Writing;
 use std::ffi::OsString;
 use std::process::ExitCode;

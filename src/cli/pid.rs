@@ -13,7 +13,6 @@ use crate::controller::speed_proof::SpeedProof;
 use crate::controller::verification::rate_words;
 use crate::export::json::AXIS_NAMES;
 use crate::input::pid::load_pid;
-use crate::pid::given::GivenPidError;
 use crate::pid::settings::TuneSettings;
 use crate::pipeline::pid_loop::{PidController, PidLoop, PidOrigin, tune_pid};
 use crate::predict::stiffness::stiffness_words;
@@ -45,12 +44,6 @@ pub(super) struct Arguments {
     out: String,
     #[command(flatten)]
     timings: Timings,
-}
-
-impl From<GivenPidError> for Failure {
-    fn from(error: GivenPidError) -> Self {
-        Self::new(error.to_string()).with_hint("`muspin check` on the spindle, tool and PID files shows more")
-    }
 }
 
 /// Runs the command.

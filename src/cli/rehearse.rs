@@ -10,7 +10,7 @@ use super::{Failure, Outcome};
 use crate::identify::Rehearsal;
 use crate::input::load_controller;
 use crate::pipeline::levitating_pid::levitating_pid;
-use crate::report::rehearsed::{RehearsalError, rehearsed_folder};
+use crate::report::rehearsed::RehearsedRig;
 use crate::spindle::Machine;
 use serde_json::json;
 use std::path::Path;
@@ -61,18 +61,6 @@ pub(super) struct Arguments {
     out: String,
 }
 
-impl From<RehearsalError> for Failure {
-    fn from(error: RehearsalError) -> Self {
-        match error {
-            RehearsalError::Unstable(words) => Self::new(words)
-                .with_hint("a sweep needs a controller that floats the rotor: give one with --controller"),
-            RehearsalError::Pipeline(error) => error.into(),
-            RehearsalError::Results(error) => error.into(),
-            RehearsalError::Record(error) => error.into(),
-        }
-    }
-}
-
 /// Most lines: minutes of computation and a file of some hundred megabytes.
 const MOST_LINES: usize = 100_000;
 /// Most repeats: minutes of computation and a file of a gigabyte.
@@ -95,7 +83,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
         None => {
             let progress = Progress::start(console);
             progress.stage("PID that floats the rotor");
-            levitating_pid(&model, &truth, &arguments.speeds.0)?
+            levitating_pid(&model, &truth, &arguments.speeds.0, &|| {})?
         }
     };
     let mut rehearsal = Rehearsal::usual(&truth)?;
@@ -103,7 +91,12 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     rehearsal.repeats = arguments.repeats;
     rehearsal.seed = arguments.seed;
     rehearsal.injection_a = arguments.injection.unwrap_or(rehearsal.injection_a);
-    let (folder, records) = rehearsed_folder(&model, &truth, &controller, &rehearsal, &arguments.speeds.0)?;
+    let progress = Progress::start(console);
+    let watch = || progress.stage("records");
+    let (controller, speeds_rpm) = (&controller, &arguments.speeds.0[..]);
+    let rig = RehearsedRig { truth: &truth, controller, rehearsal: &rehearsal, speeds_rpm, watch: &watch };
+    let (folder, records) = rig.folder(&model)?;
+    drop(progress);
     console.writing(|| folder.write(Path::new(&arguments.out)))?;
     let files: Vec<&String> = records.iter().map(|(_, file, _)| file).collect();
     let answer = json!({

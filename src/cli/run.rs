@@ -7,11 +7,9 @@ use super::design_progress::told;
 use super::earlier::EarlierArgument;
 use super::machine::of_measurement;
 use super::output::{REPORT, claim};
-use super::plausibility::Records;
 use super::progress::Progress;
 use super::reading::show;
 use super::timings::Timings;
-use super::update::targets;
 use super::{Failure, Outcome};
 use crate::identify::Identification;
 use crate::input::{load_measurement_watched, load_weights};
@@ -21,6 +19,8 @@ use crate::pipeline::settings::DesignSettings;
 use crate::report::run::run_report;
 use crate::spindle::Machine;
 use crate::update::Targets;
+use crate::workflow::plausibility::Records;
+use crate::workflow::update::targets;
 
 /// Arguments of `muspin run`.
 #[derive(clap::Args, Debug)]
@@ -117,9 +117,9 @@ fn read_inputs(arguments: &Arguments, progress: &Progress) -> Result<Given, Fail
     let measurement = load_measurement_watched(source, &|share| show(progress, share))?;
     let (spindle, tool) = (arguments.spindle.as_deref(), arguments.tool.as_deref());
     let nominal = of_measurement(&measurement, spindle, tool)?;
-    let records = Records::of(&measurement, &nominal)?;
+    let records = Records::of(&measurement, &nominal, &|| {})?;
     records.refuse_for_updating()?;
-    records.say();
+    records.lines().for_each(|line| eprintln!("{line}"));
     let (targets, identification) = targets(&measurement, &records, &nominal, None)?;
     Ok(Given { nominal, targets: Some(targets), identification })
 }

@@ -9,7 +9,9 @@ use super::speeds::parse_one_speed;
 use super::{Failure, Outcome};
 use crate::pipeline::PipelineError;
 use crate::pipeline::loop_stability::unstable_words;
-use crate::pipeline::simulation::{SimulationCase, SimulationWish, simulate_controller};
+use crate::pipeline::simulation::{
+    SimulationCase, SimulationWish, USUAL_GRADE_MM_S, USUAL_RAMP_S, simulate_controller,
+};
 use crate::predict::time::{TimeError, TimeSettings};
 use crate::report::time_response::simulation_report;
 
@@ -26,7 +28,7 @@ pub(super) struct Arguments {
     #[arg(long = "speeds", alias = "speed", value_name = "SPEED", value_parser = parse_one_speed)]
     speed: Option<f64>,
     /// Balance grade in mm/s, for unbalance
-    #[arg(long, default_value_t = 0.4)]
+    #[arg(long, default_value_t = USUAL_GRADE_MM_S)]
     grade: f64,
     /// Force at the tool, N (impulse 50, step 40 unless given; contact: what no controller can hold within the
     /// clearance)
@@ -39,10 +41,10 @@ pub(super) struct Arguments {
     #[arg(long)]
     duration: Option<f64>,
     /// Time over which the reference moves from the rest position to the centre at lift-off, s
-    #[arg(long, default_value_t = 0.1)]
+    #[arg(long, default_value_t = USUAL_RAMP_S)]
     ramp: f64,
     /// Voltage of the amplifiers' bus, V
-    #[arg(long, default_value_t = 300.0)]
+    #[arg(long, default_value_t = TimeSettings::default().bus_voltage_v)]
     bus_voltage: f64,
     /// Step of the digitised sensor signals, m, 0 for none (unless given, that of 16 bit over ±10 V at 20 V/mm)
     #[arg(long, value_parser = parse_sensor_step)]
@@ -79,15 +81,6 @@ impl From<CaseArgument> for SimulationCase {
             CaseArgument::Unbalance => Self::Unbalance,
             CaseArgument::LiftOff => Self::LiftOff,
             CaseArgument::Contact => Self::Contact,
-        }
-    }
-}
-
-impl From<TimeError> for Failure {
-    fn from(error: TimeError) -> Self {
-        match error {
-            TimeError::Plant(e) => e.into(),
-            other => Self::new(other.to_string()),
         }
     }
 }

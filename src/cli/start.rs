@@ -5,7 +5,7 @@ use super::schema;
 use crate::identify::Rehearsal;
 use crate::input::schema::SchemaKind;
 use crate::input::{read_controller, read_spindle, read_tool};
-use crate::report::rehearsed::add_records;
+use crate::report::rehearsed::RehearsedRig;
 use crate::report::results::ResultsFolder;
 use crate::spindle::{Bearings, Effect, EffectKind, Location, Machine};
 
@@ -86,6 +86,8 @@ pub(super) fn add_measurement(folder: &mut ResultsFolder, list: &str, truth: Tru
     let truth = truth.of(&model)?;
     let rehearsal = Rehearsal::usual(&truth)?;
     folder.add("measurement/measurement.yaml", list)?;
-    add_records(folder, "measurement/", &truth, &controller, &rehearsal, &[0.0])?;
+    let (controller, rehearsal) = (&controller, &rehearsal);
+    let rig = RehearsedRig { truth: &truth, controller, rehearsal, speeds_rpm: &[0.0], watch: &|| {} };
+    rig.add_records(folder, "measurement/")?;
     Ok(())
 }

@@ -1,29 +1,22 @@
 //! `muspin update`: move the element moduli until resonances and antiresonances match; writes the updated files.
 
 use super::console::{CommandEnd, Console};
-use super::identify::record_at_rest;
 use super::machine::{files_of_measurement, load_machine, measured_mesh_warning, say};
 use super::output::claim;
-use super::plausibility::Records;
-use super::plausibility::name_record;
 use super::progress::Progress;
 use super::reading::load_measurement;
 use super::timings::Timings;
 use super::{Failure, Outcome};
 use crate::controller::Controller;
-use crate::identify::{Identification, identify};
-use crate::input::{Measurement, spindle_yaml, tool_yaml};
+use crate::input::Measurement;
 use crate::pipeline::loop_stability::{growth_rate_at, unstable_words};
 use crate::report::identification::{IdentificationSummary, PlausibilitySummary};
-use crate::report::results::ResultsFolder;
 use crate::report::summary::{finite, json};
-use crate::report::updating::{HammerError, UpdatingSummary, error_table, figures, shape_table};
+use crate::report::updating::{HammerError, UpdatingSummary};
 use crate::spindle::Machine;
-use crate::update::machine::identified_targets;
-use crate::update::{
-    Target, Targets, UpdateError, UpdateSettings, Updated, UpdatedMachine, front_and_rear, gauss_newton, nelder_mead,
-    tool_error_db,
-};
+use crate::update::{UpdateSettings, Updated, gauss_newton, nelder_mead, tool_error_db};
+use crate::workflow::plausibility::Records;
+use crate::workflow::update::{targets, updated_folder, verdict};
 use clap::ValueEnum;
 use serde::Serialize;
 use std::path::Path;
@@ -75,18 +68,6 @@ pub(super) struct Arguments {
     timings: Timings,
 }
 
-impl From<UpdateError> for Failure {
-    fn from(error: UpdateError) -> Self {
-        let hint = match &error {
-            UpdateError::NoRegions => "give elements of spindle or tool a `region`: those share one modulus factor",
-            UpdateError::NoTargets { .. } => "add a sweep at 0 rpm or a record of kind frequencies to the measurement",
-            UpdateError::NoMatch { .. } => "check that spindle and tool are those that were measured",
-            _ => "check spindle, tool and measurement",
-        };
-        Self::new(error.to_string()).with_hint(hint)
-    }
-}
-
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     let settings = settings(arguments)?;
@@ -98,9 +79,9 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     claim(&arguments.out, &["summary.json", "spindle.yaml"], read.map(String::as_str))?;
     let progress = Progress::start(console);
     progress.start_stage("records");
-    let records = Records::of(&measurement, &machine)?;
+    let records = Records::of(&measurement, &machine, &|| {})?;
     records.refuse_for_updating()?;
-    records.say();
+    records.lines().for_each(|line| eprintln!("{line}"));
     progress.start_stage("resonances and antiresonances");
     let (mut targets, identification) = targets(&measurement, &records, &machine, arguments.relative_deviation)?;
     for (frf, code) in targets.antiresonances.iter_mut().zip(FRF_CODES) {
@@ -145,11 +126,10 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     console.writing(|| folder.write(Path::new(&arguments.out)))?;
     arguments.timings.print(&progress.times());
     drop(progress);
-    let explanation = &delivered.fit.explanation;
-    let met = explanation.explained && records.plausible();
+    let (met, sentence) = verdict(&delivered.fit, &records);
     console.json(&text, || show_update(arguments, met, &delivered.fit))?;
-    if !explanation.explained {
-        eprintln!("{}", explanation.statement);
+    if !delivered.fit.explanation.explained {
+        eprintln!("{sentence}");
     }
     Ok(if met { Outcome::Done } else { Outcome::TargetMissed })
 }
@@ -203,35 +183,6 @@ fn settings(arguments: &Arguments) -> Result<UpdateSettings, Failure> {
     })
 }
 
-/// What to fit: the standstill sweep where there is one, else frequencies that were read off. The crossed FRFs of a
-/// sweep are held out.
-pub(super) fn targets(
-    measurement: &Measurement,
-    records: &Records,
-    machine: &Machine,
-    relative_deviation: Option<f64>,
-) -> Result<(Targets, Option<Identification>), Failure> {
-    let mut identification = None;
-    let mut targets = if let Some((frf, _)) = records.standstill() {
-        let found = identify(frf, machine).map_err(|e| name_record(e, &record_at_rest(measurement)))?;
-        let targets = identified_targets(machine, &found);
-        identification = Some(found);
-        targets
-    } else if let Some(read) = measurement.frequencies.first() {
-        let list = |frequencies: &[Option<f64>]| {
-            let each = |f: &Option<f64>| {
-                f.map(|f| Target { frequency_hz: f, standard_deviation_hz: relative_deviation.map(|r| r * f) })
-            };
-            frequencies.iter().map(each).collect()
-        };
-        front_and_rear(machine, list(&read.resonances_hz), list(&read.front_hz), list(&read.rear_hz))
-    } else {
-        return Err(UpdateError::NoTargets { what: "neither a sweep at 0 rpm nor frequencies" }.into());
-    };
-    targets.mode_shapes = measurement.mode_shapes.clone();
-    Ok((targets, identification))
-}
-
 /// How well the closed-loop compliance at the tool is predicted before and after: data that no fit has used.
 fn hammer_errors(
     measurement: &Measurement,
@@ -268,30 +219,4 @@ fn hammer_errors(
         });
     }
     Ok(list)
-}
-
-/// The updated files, tables and pictures.
-///
-/// # Errors
-/// [`Failure`] when a picture cannot be drawn.
-pub(super) fn updated_folder(
-    before: &Machine,
-    delivered: &UpdatedMachine,
-    models: &[(&str, &Updated)],
-) -> Result<ResultsFolder, Failure> {
-    let mut folder = ResultsFolder::new();
-    folder.add("spindle.yaml", spindle_yaml(&delivered.machine.spindle))?;
-    folder.add_table("errors.csv", &error_table(models))?;
-    let tool = &delivered.machine.tool;
-    if tool.sections.iter().any(|s| s.region.is_some()) {
-        folder.add("tool.yaml", tool_yaml(tool))?;
-    }
-    if !delivered.fit.shapes.is_empty() {
-        let table = shape_table(&delivered.fit.shapes);
-        folder.add_table("mode_shapes.csv", &table)?;
-    }
-    for (name, figure) in figures(before, models) {
-        folder.add_plot(name, &figure)?;
-    }
-    Ok(folder)
 }

@@ -237,12 +237,15 @@ pub const TOOL: &[KeyGroup] = &[
     group("discs[]", DISC),
     group(
         "",
-        &[required_key(
-            "tool_plane_m",
-            "m",
-            [[1e-3, 0.5], [0.0, 3.0]],
-            "tools stand out of the nose by some millimetres to some decimetres",
-        )],
+        &[
+            required_key(
+                "tool_plane_m",
+                "m",
+                [[1e-3, 0.5], [0.0, 3.0]],
+                "tools stand out of the nose by some millimetres to some decimetres",
+            ),
+            open("teeth", "", [[1.0, 12.0], [1.0, 200.0]], "cutters have some teeth"),
+        ],
     ),
 ];
 

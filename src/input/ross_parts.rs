@@ -51,6 +51,7 @@ pub(crate) fn parts(rotor: &RossRotor, nose_m: f64) -> Result<Parts, f64> {
             sections: outwards,
             discs: front.iter().rev().map(Disc::mirror_ends).collect(),
             tool_plane_m: nose_m,
+            teeth: None,
         });
     }
     let left_out = rotor.left_out.iter();

@@ -28,6 +28,9 @@ pub(super) struct ToolFile {
     discs: Option<Vec<DiscFile>>,
     /// Distance of the tool plane, where the cutting force acts, from the nose face.
     tool_plane_m: f64,
+    /// Teeth of a cutter: a run then says how deep it may cut.
+    #[serde(default)]
+    teeth: Option<usize>,
 }
 
 /// A tool from a path or a shipped name; `spindle` lends its materials.
@@ -63,6 +66,7 @@ fn tool(errors: &mut ErrorList<'_>, read: ToolFile, spindle: &Spindle) -> Tool {
         sections: sections(errors, "elements", read.elements, &known),
         discs: discs(read.discs),
         tool_plane_m: read.tool_plane_m,
+        teeth: read.teeth,
     };
     tool.broken_rules().iter().for_each(|e| errors.add_rule(InputError::rule(file, e)));
     tool

@@ -101,6 +101,7 @@ pub fn tool_yaml(tool: &Tool) -> String {
         lines.extend(tool.discs.iter().map(|d| format!("  - {}", disc(d))));
     }
     lines.push(format!("tool_plane_m: {}", number(tool.tool_plane_m)));
+    lines.extend(tool.teeth.map(|teeth| format!("teeth: {teeth}")));
     lines.join("\n") + "\n"
 }
 

@@ -4,7 +4,7 @@
 
 use super::PipelineError;
 use super::certificates::mu_words;
-use super::comparison::{Prediction, better_in_every_figure, predict, rival_settings};
+use super::comparison::{Prediction, better_in_every_figure, chatter_limit, predict, rival_settings};
 use super::contact::{Contact, contact};
 use super::design::{Design, design};
 use super::loop_curves::LoopCurves;
@@ -17,6 +17,7 @@ use crate::controller::verification_error::VerificationError;
 use crate::pid::certificate::TunedPid;
 use crate::pid::settings::TuneSettings;
 use crate::pid::tune::{found_or_reason, textbook, tune, tune_from};
+use crate::predict::chatter::{CuttingMaterial, Engagement, USUAL_WIDTH};
 use crate::spindle::Machine;
 use crate::update::{Targets, UpdateSettings, UpdatedMachine, gauss_newton, nelder_mead};
 use rayon::prelude::*;
@@ -74,6 +75,19 @@ pub struct Run {
     pub contact: Option<Contact>,
     /// Curves of models and loop.
     pub curves: Option<Curves>,
+    /// How deep a tool with teeth may cut.
+    pub cut: Option<CriticalCut>,
+}
+
+/// The deepest cut that is stable at every speed of the spindle: aluminium, down milling over half the diameter.
+#[derive(Clone, Copy, Debug)]
+pub struct CriticalCut {
+    /// Teeth of the tool.
+    pub teeth: usize,
+    /// With the delivered controller, m; none where the loop is unstable without a cut, infinite where no cut chatters.
+    pub delivered_m: Option<f64>,
+    /// The same with the tuned PID.
+    pub pid_m: Option<f64>,
 }
 
 /// Curves of the models and of the loop.
@@ -172,13 +186,28 @@ pub fn run(task: &Task<'_>, listen: &mut Listener<'_>) -> Result<Run, PipelineEr
         rivals,
         contact: None,
         curves: None,
+        cut: None,
     };
     if task.extent == Extent::Everything {
         let pid = run.pid().map(|p| &p.controller);
         run.contact = Some(contact(&run.machine, &run.design.delivery.realisation, pid)?);
         run.curves = Some(curves(&run, &task.weights.mode_uncertainty)?);
+        run.cut = run.machine.tool.teeth.map(|teeth| critical_cut(&run, teeth)).transpose()?;
     }
     Ok(run)
+}
+
+/// The critical depths of cut at top speed with the delivered controller and the tuned PID.
+fn critical_cut(run: &Run, teeth: usize) -> Result<CriticalCut, PipelineError> {
+    let cut = Engagement::down_milling(teeth, USUAL_WIDTH);
+    let top_rpm = run.machine.spindle.max_rpm;
+    let depth_m = |controller: &Controller| -> Result<Option<f64>, PipelineError> {
+        let limit = chatter_limit(&run.machine, controller, top_rpm, &CuttingMaterial::ALUMINIUM, &cut)?;
+        Ok(limit.map(|limit| limit.minimum().map_or(f64::INFINITY, |least| least.depth_m)))
+    };
+    let delivered_m = depth_m(&run.design.delivery.controller)?;
+    let pid_m = run.pid().map(|pid| depth_m(&pid.controller)).transpose()?.flatten();
+    Ok(CriticalCut { teeth, delivered_m, pid_m })
 }
 
 fn curves(run: &Run, mode_uncertainty: &[f64]) -> Result<Curves, PipelineError> {

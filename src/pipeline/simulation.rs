@@ -92,6 +92,11 @@ pub(crate) struct SimulationWish {
 /// Longest simulation, s: every sample is kept in memory and written.
 const LONGEST_S: f64 = 20.0;
 
+/// Balance grade unless given, mm/s: G 0.4 of ISO 21940-11, precision spindles.
+pub(crate) const USUAL_GRADE_MM_S: f64 = 0.4;
+/// Time of the reference at lift-off unless given, s: several periods of a suspension of 50 Hz.
+pub(crate) const USUAL_RAMP_S: f64 = 0.1;
+
 impl SimulationWish {
     /// What is simulated on a machine; whether the loop is stable is not known yet.
     ///

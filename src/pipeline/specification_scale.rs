@@ -5,6 +5,7 @@
 //! [`super::speed_mu::mu_over_speed`], on the exact responses of the whole machine.
 
 use super::PipelineError;
+use super::shank_limit::ShankLimit;
 use super::speed_mu::{SpeedMu, mu_at_speed};
 use super::widening::Widening;
 use crate::augment::assembly::UncertainMode;
@@ -26,6 +27,8 @@ pub struct SpecificationScale {
     pub speed_rpm: f64,
     /// Frequency at which it binds, Hz.
     pub frequency_hz: f64,
+    /// What no controller can change.
+    pub shank: Option<ShankLimit>,
 }
 
 impl SpecificationScale {
@@ -35,10 +38,22 @@ impl SpecificationScale {
             "{} at {:.0} Hz and {:.0} rpm binds (`{}` relaxes it)",
             self.binds, self.frequency_hz, self.speed_rpm, self.key
         );
-        if self.factor.is_finite() {
+        let widened = if self.factor.is_finite() {
             format!("The specification is met at {:.2} times its limits: {place}.", self.factor)
         } else {
             format!("The specification is not met at any multiple of its limits: {place}.")
+        };
+        self.shank.map_or(widened.clone(), |shank| format!("{} {widened}", shank.sentence()))
+    }
+
+    /// The scale in a few words, for a line over several tools.
+    pub(crate) fn words(&self) -> String {
+        match self.shank {
+            Some(_) => "its shank is softer than its static limit: no controller can".to_owned(),
+            None if self.factor.is_finite() => {
+                format!("met at {:.2} times its limits, where {} binds", self.factor, self.binds)
+            }
+            None => format!("met at no multiple of its limits: {} binds", self.binds),
         }
     }
 }
@@ -205,5 +220,6 @@ pub(crate) fn specification_scale(
         key: row.key(weights, frequency_hz),
         speed_rpm: binding.speed_rpm,
         frequency_hz,
+        shank: ShankLimit::of(machine, weights)?,
     }))
 }

@@ -46,6 +46,16 @@ pub struct CuttingMaterial {
     pub radial_ratio: f64,
 }
 
+impl CuttingMaterial {
+    /// Aluminium, in the middle of its range.
+    pub const ALUMINIUM: Self = Self { tangential_pa: 8e8, radial_ratio: 0.3 };
+}
+
+/// Teeth of a cutter unless given.
+pub const USUAL_TEETH: usize = 2;
+/// Radial width of cut over diameter unless given: half the diameter.
+pub const USUAL_WIDTH: f64 = 0.5;
+
 /// Teeth and the arc in which they cut; angles from the y axis in the sense of rotation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Engagement {

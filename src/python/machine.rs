@@ -2,9 +2,9 @@
 
 use super::compute::{compute, end_with};
 use super::convert::{SystemOut, system, to_value_error};
+use super::measured;
 use super::results::{NativeResults, results, words};
 use crate::augment::weights::Weights;
-use crate::cli::embedded;
 use crate::controller::Controller;
 use crate::controller::anti_windup::firmware_rows;
 use crate::export::c::{c_identifier, stability_words};
@@ -27,9 +27,11 @@ use crate::pipeline::progress::Event;
 use crate::pipeline::run::{Extent, Task};
 use crate::pipeline::sampled::sample_controller;
 use crate::pipeline::settings::DesignSettings;
-use crate::pipeline::simulation::{SimulationCase, SimulationWish, simulate_controller};
+use crate::pipeline::simulation::{
+    SimulationCase, SimulationWish, USUAL_GRADE_MM_S, USUAL_RAMP_S, simulate_controller,
+};
 use crate::pipeline::study::{Questions, study};
-use crate::predict::chatter::{CuttingMaterial, Engagement};
+use crate::predict::chatter::{CuttingMaterial, Engagement, USUAL_TEETH, USUAL_WIDTH};
 use crate::predict::time::TimeSettings;
 use crate::report::batch::BatchRow;
 use crate::report::compared::{add_compared, add_own, all_acceptable, controller_keys};
@@ -37,7 +39,7 @@ use crate::report::design_study::design_report;
 use crate::report::modes::ModesSummary;
 use crate::report::pid::pid_report;
 use crate::report::plot::Role;
-use crate::report::rehearsed::rehearsed_folder;
+use crate::report::rehearsed::RehearsedRig;
 use crate::report::results::ResultsFolder;
 use crate::report::summary::json;
 use crate::report::time_response::simulation_report;
@@ -138,14 +140,14 @@ impl NativeMachine {
     /// Resonances and plausibility of a measurement folder.
     fn identify(&self, python: Python<'_>, measurement: String) -> PyResult<NativeResults> {
         let machine = self.0.clone();
-        results(python, move |_| embedded::identify_measurement(&machine, &measurement).map_err(words))
+        results(python, move |stop| measured::identify(&machine, &measurement, stop))
     }
 
     /// The machine with the frequencies of a measurement folder, and the results.
     fn update(&self, python: Python<'_>, measurement: String) -> PyResult<(Self, NativeResults)> {
         let machine = self.0.clone();
-        let (machine, found) = compute(python, move |_| {
-            let (machine, report) = embedded::update_machine(&machine, &measurement).map_err(words)?;
+        let (machine, found) = compute(python, move |stop| {
+            let (machine, report) = measured::update(&machine, &measurement, stop)?;
             Ok((machine, NativeResults::of(report)?))
         })?;
         Ok((Self(machine), found))
@@ -179,8 +181,7 @@ impl NativeMachine {
     fn diagnose(&self, python: Python<'_>, measurement: String) -> PyResult<(Self, NativeResults)> {
         let machine = self.0.clone();
         let (machine, found) = compute(python, move |stop| {
-            let progress = || stop.here();
-            let (machine, report) = embedded::diagnose_machine(&machine, &measurement, &progress).map_err(words)?;
+            let (machine, report) = measured::diagnose(&machine, &measurement, stop)?;
             Ok((machine, NativeResults::of(report)?))
         })?;
         Ok((Self(machine), found))
@@ -245,8 +246,8 @@ impl NativeMachine {
                 machine: &machine,
                 speeds_rpm: &rpm,
                 mode_uncertainty: &weights.mode_uncertainty,
-                material: &CuttingMaterial { tangential_pa: 8e8, radial_ratio: 0.3 },
-                cut: &Engagement::down_milling(2, 0.5),
+                material: &CuttingMaterial::ALUMINIUM,
+                cut: &Engagement::down_milling(machine.tool.teeth.unwrap_or(USUAL_TEETH), USUAL_WIDTH),
             };
             let mut report = Report::of("compare", &machine);
             let (mut met, mut list) = (true, vec![]);
@@ -292,11 +293,11 @@ impl NativeMachine {
             let wish = SimulationWish {
                 case,
                 speed_rpm: option("rpm"),
-                grade_m_s: option("grade").unwrap_or(4e-4),
+                grade_m_s: option("grade").unwrap_or(1e-3 * USUAL_GRADE_MM_S),
                 force_n: option("force"),
                 push_s: option("push"),
                 duration_s: option("duration"),
-                ramp_s: option("ramp").unwrap_or(0.1),
+                ramp_s: option("ramp").unwrap_or(USUAL_RAMP_S),
             };
             let usual = TimeSettings::default();
             let bus_voltage_v = option("bus_voltage").unwrap_or(usual.bus_voltage_v);
@@ -324,15 +325,17 @@ impl NativeMachine {
         if !(1..=100).contains(&repeats) {
             return Err(to_value_error(format!("repeats = {repeats} must lie between 1 and 100")));
         }
-        compute(python, move |_| {
+        compute(python, move |stop| {
+            let watch = || stop.here();
             let controller = match controller {
                 Some(given) => self::controller(&given)?,
-                None => levitating_pid(&model, &truth, &rpm).map_err(|e| words(e.into()))?,
+                None => levitating_pid(&model, &truth, &rpm, &watch).map_err(|e| words(e.into()))?,
             };
             let usual = Rehearsal::usual(&truth).map_err(|e| words(e.into()))?;
             let rehearsal = Rehearsal { repeats, seed, ..usual };
-            let made = rehearsed_folder(&model, &truth, &controller, &rehearsal, &rpm);
-            let (folder, _) = made.map_err(|e| words(e.into()))?;
+            let (controller, rehearsal) = (&controller, &rehearsal);
+            let rig = RehearsedRig { truth: &truth, controller, rehearsal, speeds_rpm: &rpm, watch: &watch };
+            let (folder, _) = rig.folder(&model).map_err(|e| words(e.into()))?;
             Ok(NativeResults::files_only(folder))
         })
     }

@@ -8,6 +8,7 @@
 mod compute;
 mod convert;
 mod machine;
+mod measured;
 mod results;
 mod solvers;
 

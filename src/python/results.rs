@@ -2,9 +2,9 @@
 
 use super::compute::{Stop, compute};
 use super::convert::to_value_error;
-use crate::cli::Failure;
 use crate::report::results::ResultsFolder;
 use crate::report::whole::Report;
+use crate::workflow::Failure;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use std::path::Path;

@@ -5,8 +5,6 @@ use super::convert::{
     Matrices, Real, RealOut, SystemOut, array, complex, complex_array, continuous, matrix, system, to_value_error,
 };
 use crate::augment::{Block, GeneralizedPlant};
-use crate::cli::Failure;
-use crate::cli::solve::answer_problem;
 use crate::input::problem::ProblemFields;
 use crate::input::problem_schema::ProblemKind;
 use crate::linalg::riccati::care;
@@ -20,6 +18,8 @@ use crate::robust::dk::{DkError, DkSettings};
 use crate::robust::hinf::regularise::{Regularisation, regularise_plant};
 use crate::robust::riccati_cause::find_cause;
 use crate::robust::{HinfSettings, SynthesisError, mu, synthesise};
+use crate::workflow::Failure;
+use crate::workflow::solve::answer_problem;
 use numpy::{Complex64, PyArray2, PyReadonlyArray2};
 use pyo3::prelude::*;
 use std::path::Path;

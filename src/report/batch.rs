@@ -8,6 +8,7 @@ use super::summary::finite;
 use super::tables::Table;
 use super::worst::least_over_speed;
 use crate::pipeline::batch::Finished;
+use crate::pipeline::certificates::mu_words;
 use crate::pipeline::comparison::Prediction;
 use crate::pipeline::worst::WorstPrediction;
 use crate::predict::stiffness::stiffness_words;
@@ -49,6 +50,9 @@ pub struct ToolFigures {
     pub stable_to_rpm: f64,
     /// The design meets its targets, and its loop at rest is better than zone D.
     pub meets_specification: bool,
+    /// What a missed specification lacks; absent where it is met.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub missed: Option<String>,
     /// Largest factor on the tool's specification; absent where it was not sought.
     pub largest_tool_tightening: Option<f64>,
     /// The µ controller.
@@ -94,6 +98,10 @@ impl BatchRow {
                 order: 2 * design.delivery.rounded.order,
                 stable_to_rpm: design.delivery.speed_proof.proven_to_rpm(),
                 meets_specification: found.met,
+                missed: design.specification_scale.as_ref().filter(|_| !found.met).map(|scale| {
+                    let mu = mu_words(design.largest_mu());
+                    format!("µ {mu}, {}", scale.words())
+                }),
                 largest_tool_tightening: found.tightening,
                 mu: match &instability {
                     None => LoopFigures::of(&found.run.delivered[0], found.worst.first()),
@@ -197,7 +205,20 @@ pub fn verdict(rows: &[BatchRow]) -> String {
         _ => format!("{words}; {failed} failed"),
     };
     let unstable: Vec<&str> = rows.iter().filter(|r| r.instability.is_some()).map(|r| r.tool.as_str()).collect();
+    let missed = rows.iter().filter(|r| r.instability.is_none()).filter_map(|r| {
+        let why = r.figures.as_ref()?.missed.as_ref()?;
+        Some(format!("{}: {why}", r.tool))
+    });
+    let words = std::iter::once(words).chain(missed).collect::<Vec<_>>().join("; ");
     if unstable.is_empty() { words } else { format!("unstable: the design for {}; {words}", unstable.join(", ")) }
+}
+
+/// The tools of a table for a title: their names, or how many there are.
+pub(crate) fn tools_words(rows: &[BatchRow]) -> String {
+    match rows {
+        [] | [_] | [_, _] | [_, _, _] => rows.iter().map(|r| r.tool.as_str()).collect::<Vec<_>>().join(", "),
+        _ => format!("{} tools", rows.len()),
+    }
 }
 
 pub(crate) fn sentences(rows: &[BatchRow]) -> Vec<String> {

@@ -101,6 +101,9 @@ fn laws(d: &Diagnosis) -> Vec<Named> {
             .zip(&law.sd)
             .map(|(v, sd)| if v.norm() > *sd { *v } else { c64::new(f64::NAN, f64::NAN) })
             .collect();
+        if shown.iter().all(|v| v.re.is_nan()) {
+            continue;
+        }
         let figure = plot::impedance(&title, law.unit.text(), &law.frequency_hz, &shown, &law.fitted, &law.words());
         figures.push((Picture::Impedance.with_number(k + 1), figure));
     }

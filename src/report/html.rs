@@ -44,6 +44,13 @@ struct HtmlSection {
     grids: Vec<Grid>,
     /// Whether rows and grids are folded away until asked for.
     long: bool,
+    groups: Vec<PictureGroup>,
+}
+
+/// Pictures that are shown, or folded away until asked for.
+#[derive(serde::Serialize)]
+struct PictureGroup {
+    folded: bool,
     pictures: Vec<Picture>,
 }
 
@@ -64,9 +71,15 @@ pub fn report(summary: &Value, pictures: &[(String, String)]) -> Result<String, 
     let mut sections: Vec<HtmlSection> = Vec::new();
     for stage in Stage::ALL {
         let shown = own.iter().filter(|(name, _)| name.section() == stage);
-        let pictures: Vec<Picture> = shown.map(|(_, picture)| picture.clone()).collect();
+        let (folded, open): (Vec<_>, Vec<_>) = shown.partition(|(name, picture)| is_folded(name, picture));
+        let group = |folded: bool, list: Vec<&(PictureName, Picture)>| PictureGroup {
+            folded,
+            pictures: list.into_iter().map(|(_, picture)| picture.clone()).collect(),
+        };
+        let mut groups = vec![group(false, open), group(true, folded)];
+        groups.retain(|group| !group.pictures.is_empty());
         let (tables, rows, grids) = figures(stage, summary.get(stage.key()), &read);
-        if !(tables.is_empty() && rows.is_empty() && grids.is_empty() && pictures.is_empty()) {
+        if !(tables.is_empty() && rows.is_empty() && grids.is_empty() && groups.is_empty()) {
             sections.push(HtmlSection {
                 tables,
                 long: is_long(&rows, &grids),
@@ -75,7 +88,7 @@ pub fn report(summary: &Value, pictures: &[(String, String)]) -> Result<String, 
                 lead: lead(stage, &read).to_owned(),
                 rows,
                 grids,
-                pictures,
+                groups,
             });
         }
     }
@@ -91,7 +104,8 @@ pub fn report(summary: &Value, pictures: &[(String, String)]) -> Result<String, 
         verdict => verdict.sentence,
         plain_words => read.sentences(),
         outcome => summary.get("outcome").and_then(|rows| readable::flatten_value(rows, &[]).1.pop()),
-        tiles => tiles(&read),
+        // The table of the outcome has them beside their targets.
+        tiles => if summary.get("outcome").is_some() { vec![] } else { tiles(&read) },
         sections => sections,
         certificates => certificates(summary),
         script => SCRIPT,
@@ -99,6 +113,11 @@ pub fn report(summary: &Value, pictures: &[(String, String)]) -> Result<String, 
     // The template engine writes a slash as an entity, which only makes the source harder to read.
     let page = page.replace("&#x2f;", "/");
     Ok(with_policy(&without_direction_marks(&page)))
+}
+
+/// A channel across the planes at rest, where a symmetric rotor has none.
+fn is_folded(name: &PictureName, picture: &Picture) -> bool {
+    name.is_cross_channel() && picture.svg.contains(", 0 rpm (")
 }
 
 /// What the reader of a stage looks at.
@@ -173,7 +192,7 @@ fn further(summary: &Value, pictures: Vec<Picture>) -> Option<HtmlSection> {
         lead: String::new(),
         rows,
         grids,
-        pictures,
+        groups: vec![PictureGroup { folded: false, pictures }],
     })
 }
 

@@ -22,7 +22,7 @@ pub(crate) mod loop_figures;
 pub mod manifest;
 pub(crate) mod modes;
 pub(crate) mod order_curve;
-mod page_summary;
+pub(crate) mod page_summary;
 pub mod pictures;
 pub(crate) mod pid;
 pub(crate) mod pid_summary;

@@ -129,15 +129,8 @@ impl PageSummary {
             let text = if stable { "stable over the whole speed range" } else { "not stable at every speed" };
             note(stable, text.to_owned());
         }
-        if let Some(found) = &self.diagnosis {
-            match found.verdict.as_deref() {
-                Some("adequate") => note(true, "the model agrees with the measurement".to_owned()),
-                Some("probable") => note(true, format!("probable, on a model to be updated first: {}", effects(found))),
-                Some("named") => note(true, format!("missing effect found: {}", effects(found))),
-                Some("tie") => note(true, "missing effects found that these data cannot tell apart".to_owned()),
-                Some("unexplained") => note(false, "a discrepancy remains that no known effect explains".to_owned()),
-                _ => {}
-            }
+        if let Some((good, words)) = self.diagnosis.as_ref().and_then(diagnosis_verdict) {
+            note(good, words);
         }
         let sentence = parts.join("; ");
         VerdictLine { met, sentence: if sentence.is_empty() { "No targets in this run.".to_owned() } else { sentence } }
@@ -204,6 +197,18 @@ impl PageSummary {
         }
         sentences
     }
+}
+
+/// Whether a diagnosis explains the measurement, in words; `None` where it has no verdict.
+pub(crate) fn diagnosis_verdict(found: &DiagnosisSummary) -> Option<(bool, String)> {
+    Some(match found.verdict.as_deref()? {
+        "adequate" => (true, "the model agrees with the measurement".to_owned()),
+        "named" => (true, format!("missing effect found: {}", effects(found))),
+        "probable" => (true, format!("probable, on a model to be updated first: {}", effects(found))),
+        "tie" => (true, "missing effects found that these data cannot tell apart".to_owned()),
+        "unexplained" => (false, "a discrepancy remains that no known effect explains".to_owned()),
+        _ => return None,
+    })
 }
 
 fn effects(found: &DiagnosisSummary) -> String {

@@ -173,6 +173,17 @@ impl PictureName {
         self.kind.entry().1
     }
 
+    /// Whether it shows a sensor of one plane over a current of the other.
+    pub(crate) fn is_cross_channel(&self) -> bool {
+        let planes = |axes: [char; 2]| {
+            self.detail.contains(&format!("_{}-from-", axes[0])) && {
+                let from = self.detail.split("-from-").nth(1).unwrap_or_default();
+                from.contains(&format!("_{}", axes[1]))
+            }
+        };
+        self.kind == Picture::Channel && (planes(['x', 'y']) || planes(['y', 'x']))
+    }
+
     /// Stem of its files.
     pub fn stem(&self) -> String {
         let kind = self.kind.entry().0;

@@ -29,55 +29,61 @@ pub(crate) enum RehearsalError {
     Results(#[from] ResultsError),
 }
 
-/// The measurement folder of `truth` at speeds in rpm, whose files name `model`, and its records.
-///
-/// # Errors
-/// [`RehearsalError`].
-pub(crate) fn rehearsed_folder(
-    model: &Machine,
-    truth: &Machine,
-    controller: &Controller,
-    rehearsal: &Rehearsal,
-    speeds_rpm: &[f64],
-) -> Result<(ResultsFolder, Vec<Listed>), RehearsalError> {
-    let mut folder = ResultsFolder::new();
-    let records = add_records(&mut folder, "", truth, controller, rehearsal, speeds_rpm)?;
-    folder.add("measurement.yaml", rehearsed_list(&records))?;
-    folder.add("spindle.yaml", spindle_yaml(&model.spindle))?;
-    folder.add("tool.yaml", tool_yaml(&model.tool))?;
-    Ok((folder, records))
+/// What is measured of a machine that floats.
+pub(crate) struct RehearsedRig<'a> {
+    /// The machine that the records come from.
+    pub truth: &'a Machine,
+    /// What floats it.
+    pub controller: &'a Controller,
+    /// Lines, repeats, noise.
+    pub rehearsal: &'a Rehearsal,
+    /// Speeds, rpm.
+    pub speeds_rpm: &'a [f64],
+    /// Called before each record.
+    pub watch: &'a dyn Fn(),
 }
 
-/// Adds a sweep and a hammer test at every speed and the controller `pid.json` below `prefix` (empty, or ending in
-/// `/`). The shaft has twice the elements of its file, because the elements of a file are an approximation that no rig
-/// shares.
-///
-/// # Errors
-/// As [`rehearsed_folder`].
-pub(crate) fn add_records(
-    folder: &mut ResultsFolder,
-    prefix: &str,
-    truth: &Machine,
-    controller: &Controller,
-    rehearsal: &Rehearsal,
-    speeds_rpm: &[f64],
-) -> Result<Vec<Listed>, RehearsalError> {
-    let truth = &refined_around_tilting(truth);
-    let mut listed = vec![];
-    for rpm in speeds_rpm {
-        let growth = growth_rate_at(truth, controller, *rpm)?;
-        if growth >= 0.0 {
-            return Err(RehearsalError::Unstable(unstable_words(growth, *rpm)));
-        }
-        let sweep = format!("sweep-{rpm:.0}.csv");
-        let record = rehearsal.sweep(truth, controller, *rpm, &sweep)?;
-        folder.add(&format!("{prefix}{sweep}"), sweep_csv(&record))?;
-        let hammer = format!("hammer-{rpm:.0}.csv");
-        let record = rehearsal.hammer(truth, controller, *rpm)?;
-        folder.add(&format!("{prefix}{hammer}"), hammer_csv(&record))?;
-        listed.push(("sweep", sweep, *rpm));
-        listed.push(("hammer", hammer, *rpm));
+impl RehearsedRig<'_> {
+    /// A measurement folder whose files name `model`, and its records.
+    ///
+    /// # Errors
+    /// [`RehearsalError`].
+    pub(crate) fn folder(&self, model: &Machine) -> Result<(ResultsFolder, Vec<Listed>), RehearsalError> {
+        let mut folder = ResultsFolder::new();
+        let records = self.add_records(&mut folder, "")?;
+        folder.add("measurement.yaml", rehearsed_list(&records))?;
+        folder.add("spindle.yaml", spindle_yaml(&model.spindle))?;
+        folder.add("tool.yaml", tool_yaml(&model.tool))?;
+        Ok((folder, records))
     }
-    folder.add(&format!("{prefix}pid.json"), controller_json(controller, None))?;
-    Ok(listed)
+
+    /// Adds a sweep and a hammer test at every speed and the controller `pid.json` below `prefix` (empty, or ending in
+    /// `/`). The shaft has twice the elements of its file, because the elements of a file are an approximation that no
+    /// rig shares.
+    ///
+    /// # Errors
+    /// As [`Self::folder`].
+    pub(crate) fn add_records(&self, folder: &mut ResultsFolder, prefix: &str) -> Result<Vec<Listed>, RehearsalError> {
+        let Self { controller, rehearsal, .. } = self;
+        let truth = &refined_around_tilting(self.truth);
+        let mut listed = vec![];
+        for rpm in self.speeds_rpm {
+            (self.watch)();
+            let growth = growth_rate_at(truth, controller, *rpm)?;
+            if growth >= 0.0 {
+                return Err(RehearsalError::Unstable(unstable_words(growth, *rpm)));
+            }
+            let sweep = format!("sweep-{rpm:.0}.csv");
+            let record = rehearsal.sweep(truth, *controller, *rpm, &sweep)?;
+            folder.add(&format!("{prefix}{sweep}"), sweep_csv(&record))?;
+            (self.watch)();
+            let hammer = format!("hammer-{rpm:.0}.csv");
+            let record = rehearsal.hammer(truth, *controller, *rpm)?;
+            folder.add(&format!("{prefix}{hammer}"), hammer_csv(&record))?;
+            listed.push(("sweep", sweep, *rpm));
+            listed.push(("hammer", hammer, *rpm));
+        }
+        folder.add(&format!("{prefix}pid.json"), controller_json(controller, None))?;
+        Ok(listed)
+    }
 }

@@ -20,7 +20,7 @@ use crate::pipeline::design::NO_FIRMWARE;
 use crate::pipeline::loop_stability::unstable_words;
 use crate::pipeline::model_curves::FreeRotor;
 use crate::pipeline::overspeed::OVERSPEED;
-use crate::pipeline::run::{Curves, Rival, Rivals, Run};
+use crate::pipeline::run::{CriticalCut, Curves, Rival, Rivals, Run};
 use crate::predict::stiffness::stiffness_words;
 use crate::spindle::Machine;
 use crate::update::Targets;
@@ -221,8 +221,21 @@ impl OutcomeRow {
         Self { figure: figure.into(), reached: reached.into(), target: target.into() }
     }
 
-    /// The five figures that a run is judged by.
-    fn all(run: &Run) -> [Self; 5] {
+    fn cut(cut: &CriticalCut) -> Self {
+        let words = |depth: Option<f64>| match depth {
+            None => "unstable without a cut".to_owned(),
+            Some(m) if m.is_finite() => format!("{:.3} mm", 1e3 * m),
+            Some(_) => "no chatter".to_owned(),
+        };
+        let figure = format!(
+            "critical depth of cut, {} teeth, aluminium, down milling over half the diameter, at top speed",
+            cut.teeth
+        );
+        Self::new(figure, words(cut.delivered_m), format!("tuned PID: {}", words(cut.pid_m)))
+    }
+
+    /// The figures that a run is judged by: five, and the depth of cut of a tool with teeth.
+    fn all(run: &Run) -> Vec<Self> {
         let (design, [rest, _]) = (&run.design, &run.delivered);
         let delivery = &design.delivery;
         let over_rpm = OVERSPEED * run.machine.spindle.max_rpm;
@@ -237,7 +250,7 @@ impl OutcomeRow {
         let beside = |words: &dyn Fn(&Prediction) -> String| {
             pid.map_or("no tuned PID".to_owned(), |(_, [pid, _])| format!("tuned PID: {}", words(pid)))
         };
-        [
+        let mut rows = vec![
             Self::new("µ of the specification at rest", delivery.rounded.specification.words(), "at most 1"),
             Self::new(
                 format!("µ of the specification, largest at 25 speeds from rest to {over_rpm:.0} rpm"),
@@ -255,7 +268,9 @@ impl OutcomeRow {
                 format!("A to C; {}", beside(&|pid| pid.zone_word().to_owned())),
             ),
             Self::new("smallest tool stiffness at rest", stiffness(rest), beside(&stiffness)),
-        ]
+        ];
+        rows.extend(run.cut.as_ref().map(Self::cut));
+        rows
     }
 }
 

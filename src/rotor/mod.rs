@@ -12,6 +12,7 @@ pub mod element;
 pub mod modes;
 pub mod section;
 pub mod spectrum;
+pub mod supported;
 pub mod tilt;
 pub mod whirl;
 pub mod zeros;

@@ -179,6 +179,8 @@ pub struct Tool {
     pub discs: Vec<Disc>,
     /// Distance of the tool plane from the nose face, outwards, m.
     pub tool_plane_m: f64,
+    /// Teeth of a cutter; none for a tool without.
+    pub teeth: Option<usize>,
 }
 
 impl Tool {

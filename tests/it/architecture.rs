@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 /// Folders under `src/` in the order of the pipeline: each may use those before it.
-const ORDER: [&str; 20] = [
+const ORDER: [&str; 21] = [
     "guide",
     "linalg",
     "lti",
@@ -21,6 +21,7 @@ const ORDER: [&str; 20] = [
     "input",
     "export",
     "report",
+    "workflow",
     "prelude",
     "cli",
     "python",
@@ -34,7 +35,7 @@ const HOMES: [(&str, &[&str]); 11] = [
     ("clarabel", &["robust/conic.rs"]),
     ("plotters", &["report/plot/"]),
     ("serde_yaml", &["input/", "report/"]),
-    ("serde", &["input/", "export/", "report/", "cli/"]),
+    ("serde", &["input/", "export/", "report/", "workflow/", "cli/"]),
     ("schemars", &["input/"]),
     ("pyo3", &["python/"]),
     ("numpy", &["python/"]),
@@ -314,11 +315,11 @@ fn unsafe_code_is_in_one_folder() {
 fn nobody_but_cli_and_main_uses_cli() {
     let users: Vec<String> = sources()
         .iter()
-        .filter(|s| s.layer() != "cli" && s.layer() != "python" && s.path != "main.rs" && s.path != "lib.rs")
+        .filter(|s| s.layer() != "cli" && s.path != "python/mod.rs" && s.path != "main.rs" && s.path != "lib.rs")
         .filter(|s| imported_layers(s).iter().any(|(_, layer)| layer == "cli"))
         .map(|s| s.path.clone())
         .collect();
-    none(users, "the library does not know its commands");
+    none(users, "the library does not know its commands; the Python package starts them in python/mod.rs");
 }
 
 #[test]

@@ -20,7 +20,7 @@ from typing import Any, NamedTuple, Union
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import _native
+from . import _native, _plots
 from ._native import __version__
 
 __all__ = [
@@ -680,6 +680,19 @@ class Results:
         """Every table by its path without ``.csv``, as columns: ``pandas.DataFrame(results.tables[name])``."""
         names = [name for name in self.files if name.endswith(".csv")]
         return {name[:-4]: _table(self.read(name).decode()) for name in names}
+
+    @property
+    def pictures(self) -> list[str]:
+        """Names of what :meth:`plot` draws: the pictures of the page that have a table and axes."""
+        drawn = [file[6:-4] for file in self.files if file.startswith("plots/") and file.endswith(".svg")]
+        return [name for name in drawn if f"plots/{name}.csv" in self.files and b"<metadata>" in self.read(f"plots/{name}.svg")]
+
+    def plot(self, picture: str) -> Any:
+        """A picture of the page as a matplotlib ``Figure``: the same numbers, axes and colours; ImportError without matplotlib."""
+        if picture not in self.pictures:
+            raise ValueError(f"picture {picture!r} is none of {', '.join(self.pictures) or 'those of this stage, which has none'}")
+        table, drawn = (self.read(f"plots/{picture}.{ending}").decode() for ending in ("csv", "svg"))
+        return _plots.draw(table, drawn)
 
     def write(self, folder: Source) -> None:
         """Writes tables, pictures and ``report.html`` as the command does, whole or not at all; nothing foreign is replaced."""

@@ -237,6 +237,13 @@ impl Panel {
         }
     }
 
+    /// Whether anything is drawn besides reference lines.
+    pub(crate) fn shows_anything(&self) -> bool {
+        let drawn = |axis: &Axis, value: &f64| value.is_finite() && (axis.scale == Scale::Linear || *value > 0.0);
+        let shows = |s: &Series| s.x.iter().zip(&s.y).any(|(x, y)| drawn(&self.x, x) && drawn(&self.y, y));
+        self.heat.is_some() || self.series.iter().any(shows)
+    }
+
     /// Adds a dashed reference line.
     pub(crate) fn level(&mut self, value: f64, label: impl Into<String>) {
         self.levels.push(Level { value, label: label.into(), dash: Dash::Dashed });

@@ -42,7 +42,11 @@ pub(super) fn svg(figure: &Figure) -> Result<String, PlotError> {
     let ruler = Canvas::new(&mut scratch, 10.0, 10.0)?;
     let entries = draw::legend_entries(figure);
     let legend_rows = draw::legend_rows(&ruler, &entries, width - 40.0)?;
-    let prepared: Vec<PreparedPanel> = figure.panels.iter().map(|p| prepare(&ruler, p)).collect::<Result<_, _>>()?;
+    // An empty panel is left out unless it is the only one, or carries the labels of the panels above it.
+    let carries = |p: &Panel| p.x.labelled && figure.panels.iter().any(|other| !other.x.labelled);
+    let any = figure.panels.iter().any(Panel::shows_anything);
+    let kept = figure.panels.iter().filter(|p| !any || p.shows_anything() || carries(p));
+    let prepared: Vec<PreparedPanel> = kept.map(|p| prepare(&ruler, p)).collect::<Result<_, _>>()?;
     let rows: Vec<f64> = prepared
         .chunks(columns)
         .map(|row| row.iter().map(|p| f64::from(p.panel.height_px)).fold(0.0, f64::max))

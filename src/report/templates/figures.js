@@ -25,7 +25,10 @@
       if (points.length === 2 && after && after.tagName === 'text' && !(key in names)) {
         names[key] = after.textContent.trim();
       }
-      if (points.length > 5) { found.push({ key: key, points: points }); }
+      if (points.length > 5) {
+        var ascends = points.every(function (p, k) { return k === 0 || p[0] >= points[k - 1][0]; });
+        found.push({ key: key, points: points, ascends: ascends });
+      }
     });
     found.forEach(function (c) { c.name = names[c.key] || ''; });
     return found;
@@ -36,23 +39,35 @@
     return x >= r[0] && x <= r[2] && y >= r[1] && y <= r[3];
   }
 
-  // What stands at a point of a figure: the nearest point of a curve, else the point itself; null outside the panels.
+  // What stands at a point of a figure: every named curve of its panel at the pointer's abscissa, and beside them the nearest point
+  // of a curve, or the point itself where none is near; null outside the panels.
   function reading(panels, lines, x, y) {
     var panel = panels.filter(function (p) { return inside(p, x, y); })[0];
     if (!panel) { return null; }
+    var r = panel.r;
+    function across(px) { return words(panel.x, value(panel.x, (px - r[0]) / (r[2] - r[0]))); }
+    function up(py) { return words(panel.y, value(panel.y, (r[3] - py) / (r[3] - r[1]))); }
     var best = null;
     var least = SNAP * SNAP;
+    var named = [];
     lines.forEach(function (line) {
+      var there = null;
       line.points.forEach(function (p) {
+        if (!inside(panel, p[0], p[1])) { return; }
         var d = (p[0] - x) * (p[0] - x) + (p[1] - y) * (p[1] - y);
-        if (d < least && inside(panel, p[0], p[1])) { least = d; best = { x: p[0], y: p[1], name: line.name }; }
+        if (d < least) { least = d; best = { x: p[0], y: p[1], name: line.name }; }
+        if (!there || Math.abs(p[0] - x) < Math.abs(there[0] - x)) { there = p; }
       });
+      // A curve that comes back (an orbit, a locus) has no one value there.
+      if (there && line.name && line.ascends && Math.abs(there[0] - x) < SNAP && named.every(function (n) { return n.name !== line.name; })) {
+        named.push({ name: line.name, y: there[1] });
+      }
     });
+    if (named.length > 1) {
+      return [across(x)].concat(named.map(function (n) { return n.name + ': ' + up(n.y); })).join('\n');
+    }
     var at = best || { x: x, y: y, name: '' };
-    var r = panel.r;
-    var vx = value(panel.x, (at.x - r[0]) / (r[2] - r[0]));
-    var vy = value(panel.y, (r[3] - at.y) / (r[3] - r[1]));
-    return (at.name ? at.name + ': ' : '') + words(panel.x, vx) + ', ' + words(panel.y, vy);
+    return (at.name ? at.name + ': ' : '') + across(at.x) + ', ' + up(at.y);
   }
 
   function equip(view) {

@@ -25,6 +25,7 @@ fn finished(tool: &str, minimum_n_per_m: f64) -> BatchRow {
         inputs_sha256: "0".repeat(64),
         failure: None,
         figures: Some(ToolFigures {
+            missed: None,
             mu_as_specified: Some(0.95),
             mu_with_gyroscopic_cover: Some(0.99),
             largest_mu: Some(0.97),
@@ -131,12 +132,16 @@ fn the_table_of_finished_folders_names_those_that_are_missing() {
     };
     let nothing = collect().code(2);
     let message = String::from_utf8_lossy(&nothing.get_output().stderr).into_owned();
-    assert!(message.contains("no finished variant"), "{message}");
+    assert!(message.contains("no finished variant") && message.contains("endmill-16 not started"), "{message}");
     let results = plan.join("results");
     write_row(&results, &finished("paper-tool", 3.5e6));
     let partly = collect().code(1);
     let table = String::from_utf8_lossy(&partly.get_output().stdout).into_owned();
-    assert!(table.contains("endmill-16") && table.contains("not finished"), "{table}");
+    assert!(table.contains("endmill-16") && table.contains("not started"), "{table}");
+    std::fs::create_dir(results.join("endmill-16")).unwrap();
+    let begun = collect().code(1);
+    let table = String::from_utf8_lossy(&begun.get_output().stdout).into_owned();
+    assert!(table.contains("not finished"), "{table}");
     write_row(&results, &finished("endmill-16", 2.5e6));
     collect().code(0);
     let mut table = csv::Reader::from_path(out.join("tools.csv")).unwrap();

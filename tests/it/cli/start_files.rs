@@ -445,6 +445,12 @@ fn init_keeps_what_a_user_has_changed() {
     assert_eq!((code, out.as_str()), (2, ""), "{error}");
     assert!(error.contains("tool.yaml"), "{error}");
     assert_eq!(std::fs::read_to_string(&tool).unwrap(), changed);
+    // Nor does it go over an example, whatever of that is as it was.
+    assert_eq!(muspin(&["example", "solve", "case"], folder).0, 0);
+    let (code, out, error) = muspin(&["init", "case"], folder);
+    assert_eq!((code, out.as_str()), (2, ""), "{error}");
+    assert!(error.contains("case") && error.contains("already"), "{error}");
+    assert!(folder.join("case/mu.json").exists() && !folder.join("case/tool.yaml").exists());
 }
 
 /// G = Y U⁻¹ of a rehearsed sweep is the plant, within the noise that its own covariance states.

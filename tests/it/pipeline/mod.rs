@@ -4,6 +4,7 @@ mod bracket;
 mod design_options;
 mod problem_files;
 mod real_corners;
+mod shank_limit;
 mod updated_levels;
 mod whole_machine;
 mod whole_machine_mu;

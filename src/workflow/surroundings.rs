@@ -1,6 +1,6 @@
 //! What lies beside the records of a measurement: other tools, other controllers; and the folder of corrected records.
 
-use super::Failure;
+use super::failure::Failure;
 use crate::controller::Controller;
 use crate::diagnose::{Alternatives, Diagnosis};
 use crate::input::file;
@@ -13,10 +13,10 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 /// What may have been in the spindle and in the loop, and the names of the records.
-pub(super) struct Surroundings {
+pub(crate) struct Surroundings {
     tools: Vec<(String, Machine)>,
     controllers: Vec<(String, Controller)>,
-    pub(super) names: RecordNames,
+    pub(crate) names: RecordNames,
     spindle: String,
     tool: String,
 }
@@ -24,7 +24,7 @@ pub(super) struct Surroundings {
 impl Surroundings {
     /// Tools beside the tool's file and those that come with the program, and controllers in the folder of the
     /// measurement; what does not fit the spindle is passed over.
-    pub(super) fn of(loaded: &Measurement, spindle: Option<&str>, tool: Option<&str>, machine: &Machine) -> Self {
+    pub(crate) fn of(loaded: &Measurement, spindle: Option<&str>, tool: Option<&str>, machine: &Machine) -> Self {
         let spindle = spindle.unwrap_or(&loaded.spindle).to_owned();
         let tool = tool.unwrap_or(&loaded.tool).to_owned();
         let mut named: BTreeMap<String, String> = BTreeMap::new();
@@ -64,7 +64,7 @@ impl Surroundings {
     }
 
     /// The same for the diagnosis.
-    pub(super) fn alternatives(&self) -> Alternatives<'_> {
+    pub(crate) fn alternatives(&self) -> Alternatives<'_> {
         let mut alternatives = Alternatives { tools: self.tools.clone(), controllers: vec![] };
         for (name, controller) in &self.controllers {
             alternatives.controllers.push((name.clone(), controller));
@@ -76,7 +76,7 @@ impl Surroundings {
     ///
     /// # Errors
     /// [`Failure`] for a file that cannot be read again.
-    pub(super) fn stage_records(
+    pub(crate) fn stage_records(
         &self,
         folder: &mut ResultsFolder,
         loaded: &Measurement,

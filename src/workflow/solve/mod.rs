@@ -1,5 +1,5 @@
-//! `muspin solve <kind> FILE.json`: a user's own plant in, one JSON object out.
-//! A problem without a solution, or one that violates an assumption, is exit 2 with the reason and no JSON.
+//! Problems of a user's own, each answered by one JSON object; a problem without a solution, or one that violates an
+//! assumption, by the reason.
 
 mod answer;
 mod care;
@@ -18,34 +18,11 @@ mod musys;
 mod ncfsyn;
 mod reduce;
 
-use super::console::{CommandEnd, Console};
-use super::{Failure, Outcome};
+use super::failure::Failure;
 use crate::input::problem::ProblemFields;
 use crate::input::problem_keys::check_keys;
 use crate::input::problem_schema::ProblemKind;
 pub(crate) use answer::Answer;
-use clap::builder::PossibleValue;
-use std::path::PathBuf;
-
-/// Arguments of `muspin solve`.
-#[derive(clap::Args, Debug)]
-pub(super) struct Arguments {
-    /// What to solve
-    #[arg(value_enum)]
-    kind: ProblemKind,
-    /// JSON file with the problem, in `data` or at the top level
-    file: PathBuf,
-}
-
-impl clap::ValueEnum for ProblemKind {
-    fn value_variants<'a>() -> &'a [Self] {
-        &Self::ALL
-    }
-
-    fn to_possible_value(&self) -> Option<PossibleValue> {
-        Some(PossibleValue::new(self.name()).help(self.title()))
-    }
-}
 
 /// The answer to a problem.
 ///
@@ -78,21 +55,4 @@ pub(crate) fn answer_problem(problem: &ProblemFields, kind: ProblemKind) -> Resu
         Some((_, condition)) => answer.with_number("descriptor_rcond", condition),
         None => answer,
     })
-}
-
-/// Runs the command.
-pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
-    let answer = answer_problem(&ProblemFields::read(&arguments.file)?, arguments.kind)?;
-    for note in answer.notes() {
-        eprintln!("note: {note}");
-    }
-    let text = answer.text();
-    console.json(&text, || {
-        let mut words = format!("{}: the matrices are in --json", arguments.file.display());
-        for remark in answer.remarks() {
-            words.push_str(&format!("; {remark}"));
-        }
-        CommandEnd::done(words).rows(answer.numbers())
-    })?;
-    Ok(Outcome::Done)
 }

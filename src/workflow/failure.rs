@@ -25,7 +25,7 @@ impl Failure {
     }
 
     /// The same failure with others behind it.
-    pub(super) fn with_further(mut self, others: impl IntoIterator<Item = Self>) -> Self {
+    pub(crate) fn with_further(mut self, others: impl IntoIterator<Item = Self>) -> Self {
         self.further.extend(others);
         self
     }

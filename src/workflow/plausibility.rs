@@ -1,6 +1,6 @@
 //! The plausibility of every record of a measurement, said before anything is done with them.
 
-use super::Failure;
+use super::failure::Failure;
 use crate::controller::Controller;
 use crate::identify::{IdentifyError, MeasuredFrf, Plausibility, hammer_plausibility, open_loop, sweep_plausibility};
 use crate::input::{Measurement, load_controller};
@@ -8,29 +8,30 @@ use crate::lti::HeldResponse;
 use crate::spindle::Machine;
 
 /// Sweeps in file order with their responses, then hammer tests that name their controller.
-pub(super) struct Records {
+pub(crate) struct Records {
     /// Open-loop response of every sweep.
-    pub(super) frfs: Vec<MeasuredFrf>,
+    pub(crate) frfs: Vec<MeasuredFrf>,
     /// One report a record: the sweeps first.
-    pub(super) reports: Vec<Plausibility>,
+    pub(crate) reports: Vec<Plausibility>,
     /// Controllers of the hammer tests that name one, in their order.
-    pub(super) controllers: Vec<Controller>,
+    pub(crate) controllers: Vec<Controller>,
     /// What of the files is not used, in words.
     left_out: Vec<String>,
 }
 
 /// The controllers of the hammer tests that name one, in their order.
-pub(super) fn controllers(measurement: &Measurement) -> Result<Vec<Controller>, Failure> {
+pub(crate) fn controllers(measurement: &Measurement) -> Result<Vec<Controller>, Failure> {
     let named = measurement.hammers.iter();
     let named = named.filter_map(|h| h.controller.as_ref());
     named.map(|path| Ok(load_controller(path)?)).collect()
 }
 
 impl Records {
-    /// Estimates the responses of all sweeps and compares every record with the machine.
-    pub(super) fn of(measurement: &Measurement, machine: &Machine) -> Result<Self, Failure> {
+    /// Estimates the responses of all sweeps and compares every record with the machine; `watch` is called before each.
+    pub(crate) fn of(measurement: &Measurement, machine: &Machine, watch: &dyn Fn()) -> Result<Self, Failure> {
         let (mut frfs, mut reports) = (vec![], vec![]);
         for sweep in &measurement.sweeps {
+            watch();
             let frf = open_loop(&sweep.record).map_err(|e| name_record(e, &sweep.record.name))?;
             let controller = sweep.controller.as_ref().map(|path| load_controller(path));
             let controller = controller.transpose()?;
@@ -42,6 +43,7 @@ impl Records {
         let known = measurement.hammers.iter();
         let known = known.filter(|hammer| hammer.controller.is_some());
         for (hammer, controller) in known.zip(&controllers) {
+            watch();
             let (name, frf) = (&hammer.name, &hammer.frf);
             let report = hammer_plausibility(name, frf, hammer.axis, machine, controller)?;
             reports.push(report);
@@ -56,32 +58,27 @@ impl Records {
     }
 
     /// True when every record is plausible.
-    pub(super) fn plausible(&self) -> bool {
+    pub(crate) fn plausible(&self) -> bool {
         self.reports.iter().all(Plausibility::plausible)
     }
 
-    /// Writes what is wrong to standard error, then the remarks.
-    pub(super) fn say(&self) {
-        for statement in self.reports.iter().filter_map(Plausibility::statement) {
-            eprintln!("{statement}");
-        }
-        for note in &self.left_out {
-            eprintln!("note: {note}");
-        }
-        for remark in self.reports.iter().flat_map(Plausibility::remarks) {
-            eprintln!("note: {remark}");
-        }
+    /// Lines for standard error: what is wrong, then the remarks.
+    pub(crate) fn lines(&self) -> impl Iterator<Item = String> {
+        let statements = self.reports.iter().filter_map(Plausibility::statement);
+        let remarks = self.reports.iter().flat_map(Plausibility::remarks);
+        let notes = self.left_out.iter().cloned().chain(remarks);
+        statements.chain(notes.map(|note| format!("note: {note}")))
     }
 
     /// The sweep that updating and identification use, with its report.
-    pub(super) fn standstill(&self) -> Option<(&MeasuredFrf, &Plausibility)> {
+    pub(crate) fn standstill(&self) -> Option<(&MeasuredFrf, &Plausibility)> {
         let frf = standstill(&self.frfs)?;
         let at = self.frfs.iter().position(|f| std::ptr::eq(f, frf))?;
         Some((frf, self.reports.get(at)?))
     }
 
     /// An error when the sweep that moduli would be fitted to is implausible.
-    pub(super) fn refuse_for_updating(&self) -> Result<(), Failure> {
+    pub(crate) fn refuse_for_updating(&self) -> Result<(), Failure> {
         match self.standstill().and_then(|(_, report)| report.statement()) {
             Some(statement) => Err(Failure::new(statement)
                 .with_hint("moduli are not fitted to an implausible record; `muspin identify` shows all checks")),
@@ -91,11 +88,11 @@ impl Records {
 }
 
 /// A failure of identification with the record that it comes from.
-pub(super) fn name_record(error: IdentifyError, record: &str) -> Failure {
+pub(crate) fn name_record(error: IdentifyError, record: &str) -> Failure {
     Failure::from(error).naming(&[record.to_owned()])
 }
 
 /// The first sweep at standstill.
-pub(super) fn standstill(frfs: &[MeasuredFrf]) -> Option<&MeasuredFrf> {
+pub(crate) fn standstill(frfs: &[MeasuredFrf]) -> Option<&MeasuredFrf> {
     frfs.iter().find(|f| f.speed_rpm == 0.0)
 }

@@ -1,0 +1,78 @@
+//! The stages that begin with a measurement folder; each ends where it reports its progress after an interruption.
+
+use super::compute::Stop;
+use super::results::words;
+use crate::input::{Measurement, load_measurement_watched};
+use crate::report::identification::{IdentificationSummary, PlausibilitySummary};
+use crate::report::summary::json;
+use crate::report::updating::UpdatingSummary;
+use crate::report::whole::Report;
+use crate::spindle::Machine;
+use crate::update::{UpdateSettings, gauss_newton};
+use crate::workflow::Failure;
+use crate::workflow::diagnose::{diagnose_records, unused_rows, without_unknown_controllers};
+use crate::workflow::identify::identify_records;
+use crate::workflow::plausibility::Records;
+use crate::workflow::surroundings::Surroundings;
+use crate::workflow::update::{targets, updated_folder, verdict};
+use serde_json::Value;
+
+fn load(measurement: &str, stop: &Stop) -> Result<Measurement, Failure> {
+    Ok(load_measurement_watched(measurement, &|_| stop.here())?)
+}
+
+/// Resonances, antiresonances and plausibility.
+pub(super) fn identify(machine: &Machine, measurement: &str, stop: &Stop) -> Result<Report, String> {
+    let found = || {
+        let loaded = load(measurement, stop)?;
+        let records = Records::of(&loaded, machine, &|| stop.here())?;
+        let found = identify_records(&loaded, machine, &records, &|| stop.here())?;
+        let (met, sentence) = found.verdict();
+        let mut report = Report { folder: found.folder, ..Report::of("identify", machine) };
+        report.verdict(met, &sentence);
+        if let Value::Object(topics) = json(&found.answer) {
+            topics.into_iter().for_each(|(key, value)| report.summary.set(&key, value));
+        }
+        Ok(report)
+    };
+    found().map_err(words)
+}
+
+/// The machine with the measured frequencies.
+pub(super) fn update(machine: &Machine, measurement: &str, stop: &Stop) -> Result<(Machine, Report), String> {
+    let found = || {
+        let loaded = load(measurement, stop)?;
+        let records = Records::of(&loaded, machine, &|| stop.here())?;
+        records.refuse_for_updating()?;
+        let (targets, identification) = targets(&loaded, &records, machine, None)?;
+        stop.here();
+        let found = gauss_newton(machine, &targets, &UpdateSettings::default())?;
+        let mut report = Report::of("update", &found.machine);
+        let summary = &mut report.summary;
+        if let Some(peaks) = &identification {
+            summary.set("identification", IdentificationSummary::from(peaks));
+        }
+        summary.set("plausibility", PlausibilitySummary::of(&records.reports));
+        summary.set("updating", UpdatingSummary::from(&found.fit));
+        let (met, sentence) = verdict(&found.fit, &records);
+        report.verdict(met, sentence);
+        report.folder = updated_folder(machine, &found, &[("updated", &found.fit)])?;
+        Ok((found.machine, report))
+    };
+    found().map_err(words)
+}
+
+/// The corrected machine.
+pub(super) fn diagnose(machine: &Machine, measurement: &str, stop: &Stop) -> Result<(Machine, Report), String> {
+    let found = || {
+        let mut loaded = load(measurement, stop)?;
+        let records = Records::of(&loaded, machine, &|| stop.here())?;
+        let mut left_out = without_unknown_controllers(&mut loaded);
+        left_out.extend(unused_rows(&loaded));
+        let known = Surroundings::of(&loaded, None, None, machine);
+        let found = diagnose_records(machine, &loaded, &records, &known, &|_| stop.here())?;
+        let report = found.report(&loaded, &records, &known, &left_out)?;
+        Ok((found.found.corrected, report))
+    };
+    found().map_err(words)
+}

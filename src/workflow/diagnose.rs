@@ -1,0 +1,159 @@
+//! The missing effect of a machine from the records of a measurement, with its verdict.
+
+use super::failure::Failure;
+use super::plausibility::Records;
+use super::surroundings::Surroundings;
+use crate::controller::Controller;
+use crate::diagnose::data::measurement::{ControlAxis, HammerTest, RecordSet};
+use crate::diagnose::{DiagnoseError, Diagnosis, Verdict, diagnose_with};
+use crate::input::{Measurement, spindle_yaml, tool_yaml};
+use crate::pipeline::loop_stability::{growth_rate_at, unstable_words};
+use crate::report::corrected_records::record_faults;
+use crate::report::diagnosis::stage;
+use crate::report::diagnosis_summary::DiagnosisSummary;
+use crate::report::identification::{PlausibilitySummary, file_name};
+use crate::report::page_summary::diagnosis_verdict;
+use crate::report::whole::Report;
+use crate::spindle::Machine;
+use serde::Serialize;
+
+/// A failure that names the measurement where the error itself does not name a file.
+fn name_failure(measurement: &str, error: DiagnoseError) -> Failure {
+    let hint = match &error {
+        DiagnoseError::NoSweep => "add a record of kind sweep to measurement.yaml",
+        _ => return error.into(),
+    };
+    let file = measurement.trim_end_matches('/');
+    Failure::new(format!("{file}/measurement.yaml: {error}")).with_hint(hint)
+}
+
+/// A diagnosis with what it says of the records.
+pub(crate) struct DiagnosedRecords {
+    /// The diagnosis.
+    pub(crate) found: Diagnosis,
+    /// Hammer tests whose loop is unstable with the corrected machine, in words.
+    pub(crate) unstable: Vec<String>,
+}
+
+impl DiagnosedRecords {
+    /// Whether the discrepancy is explained. The rotor was levitated: a model that cannot be is no explanation.
+    pub(crate) fn is_explained(&self) -> bool {
+        self.unstable.is_empty() && self.found.verdict != Verdict::Unexplained
+    }
+
+    /// Figures, the corrected files and tables.
+    ///
+    /// # Errors
+    /// [`Failure`] when a picture cannot be drawn or a file cannot be read again.
+    pub(crate) fn report(
+        &self,
+        loaded: &Measurement,
+        records: &Records,
+        known: &Surroundings,
+        left_out: &[LeftOut],
+    ) -> Result<Report, Failure> {
+        let found = &self.found;
+        let mut report = Report::of("diagnose", &found.corrected);
+        let topic = DiagnosisSummary::from(found);
+        let words = diagnosis_verdict(&topic).into_iter().map(|(_, words)| words);
+        let words: Vec<String> = words.chain(self.unstable.iter().cloned()).collect();
+        report.verdict(self.is_explained(), &words.join("; "));
+        let summary = &mut report.summary;
+        summary.set("plausibility", PlausibilitySummary::of(&records.reports));
+        summary.set("diagnosis", topic);
+        summary.set("diagnosis.record_faults", record_faults(found, &known.names));
+        if !left_out.is_empty() {
+            summary.set("diagnosis.left_out", left_out);
+        }
+        let folder = &mut report.folder;
+        folder.add("spindle.yaml", spindle_yaml(&found.corrected.spindle))?;
+        folder.add("tool.yaml", tool_yaml(&found.corrected.tool))?;
+        stage(folder, found)?;
+        if !found.record_faults.is_empty() {
+            known.stage_records(folder, loaded, found)?;
+        }
+        Ok(report)
+    }
+}
+
+/// Diagnoses a machine from records that are estimated already; `said` hears of every stage that begins.
+///
+/// # Errors
+/// [`Failure`] of the diagnosis and of the loops with the corrected machine.
+pub(crate) fn diagnose_records(
+    machine: &Machine,
+    loaded: &Measurement,
+    records: &Records,
+    known: &Surroundings,
+    said: &(dyn Fn(&str) + Sync),
+) -> Result<DiagnosedRecords, Failure> {
+    let evidence = evidence(loaded, &records.controllers);
+    let found = diagnose_with(machine, &evidence, &known.alternatives(), said)
+        .map_err(|error| name_failure(&loaded.folder.display().to_string(), error))?;
+    let mut unstable = vec![];
+    for (hammer, controller) in loaded.hammers.iter().zip(&records.controllers) {
+        let rpm = hammer.frf.speed_rpm;
+        let growth = growth_rate_at(&found.corrected, controller, rpm)?;
+        if growth >= 0.0 {
+            let words = unstable_words(growth, rpm);
+            unstable.push(format!("{}: with the corrected model {words}", hammer.name));
+        }
+    }
+    Ok(DiagnosedRecords { found, unstable })
+}
+
+/// A record that a diagnosis cannot use.
+#[derive(Serialize)]
+pub(crate) struct LeftOut {
+    record: String,
+    reason: String,
+}
+
+impl LeftOut {
+    /// Which, and why.
+    pub(crate) fn words(&self) -> String {
+        let Self { record, reason } = self;
+        format!("{record} is left out: {reason}")
+    }
+}
+
+/// Takes out hammer tests under an unknown controller. A sweep needs none: its currents are measured.
+pub(crate) fn without_unknown_controllers(loaded: &mut Measurement) -> Vec<LeftOut> {
+    let unknown = loaded.hammers.iter().filter(|h| h.controller.is_none());
+    let left_out = unknown.map(|h| LeftOut {
+        record: file_name(&h.name).to_owned(),
+        reason:
+            "its controller is unknown, and the levitated compliance depends on it; name the controller that levitated \
+                 the rotor in `controller:`"
+                .to_owned(),
+    });
+    let left_out = left_out.collect();
+    loaded.hammers.retain(|h| h.controller.is_some());
+    left_out
+}
+
+/// What of the sweeps their reader did not use.
+pub(crate) fn unused_rows(loaded: &Measurement) -> Vec<LeftOut> {
+    let notes = loaded.sweeps.iter().flat_map(|sweep| {
+        let record = file_name(&sweep.record.name);
+        sweep.record.left_out.iter().map(move |note| LeftOut { record: record.to_owned(), reason: note.clone() })
+    });
+    notes.collect()
+}
+
+/// The records as the diagnosis takes them.
+fn evidence<'a>(loaded: &Measurement, controllers: &'a [Controller]) -> RecordSet<'a> {
+    RecordSet {
+        sweeps: loaded.sweeps.iter().map(|s| s.record.clone()).collect(),
+        taps: loaded
+            .hammers
+            .iter()
+            .zip(controllers)
+            .map(|(h, k)| HammerTest {
+                frf: h.frf.clone(),
+                axis: if h.axis == 0 { ControlAxis::X } else { ControlAxis::Y },
+                controller: k,
+            })
+            .collect(),
+    }
+}
