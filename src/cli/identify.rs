@@ -1,5 +1,5 @@
 //! `muspin identify`: are the records plausible; measured sweeps to FRFs with covariance, resonances and antiresonances
-//! of the free-free rotor (JSON).
+//! of the free-free rotor; resonances of hammer tests (JSON).
 
 use super::console::{CommandEnd, Console};
 use super::machine::of_measurement;
@@ -7,9 +7,11 @@ use super::output::claim;
 use super::plausibility::{Records, name_record};
 use super::reading::load_measurement;
 use super::{Failure, Outcome};
-use crate::identify::{Identification, IdentifyError, identify, pole_drift};
+use crate::identify::{Identification, IdentifyError, Reading, identify, pole_drift};
 use crate::input::Measurement;
-use crate::report::identification::{DriftSummary, IdentificationSummary, PlausibilitySummary, response_files};
+use crate::report::identification::{
+    DriftSummary, HammerSummary, IdentificationSummary, PlausibilitySummary, response_files,
+};
 use crate::report::results::ResultsFolder;
 use crate::report::summary::json;
 use crate::spindle::Machine;
@@ -62,7 +64,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     }
     let answer = &found.answer;
     console.json(&format!("{:#}\n", json(answer)), || {
-        let shown = show_identification(arguments, &records, found.peaks.as_ref());
+        let shown = show_identification(arguments, &records, &found);
         answer.drift.iter().fold(shown, |shown, drift| shown.row([drift.words()]))
     })?;
     Ok(if records.plausible() { Outcome::Done } else { Outcome::TargetMissed })
@@ -120,6 +122,7 @@ pub(super) fn identify_records(
         plausibility,
         identification: peaks.as_ref().map(IdentificationSummary::from),
         drift: drift.as_ref().map(DriftSummary::from),
+        hammers: measurement.hammers.iter().map(HammerSummary::of).collect(),
         records: names,
     };
     Ok(IdentifiedRecords { answer, folder, peaks })
@@ -132,6 +135,8 @@ pub(super) struct Answer {
     identification: Option<IdentificationSummary>,
     #[serde(skip_serializing_if = "Option::is_none")]
     drift: Option<DriftSummary>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    hammers: Vec<HammerSummary>,
     /// Files of the responses.
     records: Vec<String>,
 }
@@ -143,34 +148,47 @@ pub(super) fn record_at_rest(measurement: &Measurement) -> String {
     found.map_or(String::new(), |r| r.name.clone())
 }
 
-fn show_identification(arguments: &Arguments, records: &Records, found: Option<&Identification>) -> CommandEnd {
-    let mut shown = match (records.plausible(), found) {
+fn show_identification(arguments: &Arguments, records: &Records, found: &IdentifiedRecords) -> CommandEnd {
+    let hammers = &found.answer.hammers;
+    let of_hammers: usize = hammers.iter().map(|h| h.resonances_hz.len()).sum();
+    let mut shown = match (records.plausible(), &found.peaks) {
         (false, _) => CommandEnd::met(false, "a record contradicts the machine; what is wrong with it stands above"),
-        (true, None) => CommandEnd::done("the records are plausible; peaks need a sweep at rest"),
-        (true, Some(found)) => CommandEnd::done(format!("{} resonances of the free rotor", found.resonances.len())),
+        (true, Some(peaks)) => CommandEnd::done(format!("{} resonances of the free rotor", peaks.resonances.len())),
+        (true, None) => CommandEnd::done(format!(
+            "{of_hammers} resonances in the hammer tests; antiresonances, and the rotor without its magnets, need a \
+             sweep at rest"
+        )),
     };
-    if let Some(found) = found {
+    if of_hammers > 0 || found.peaks.is_some() {
         shown = shown.row(["", "Hz", "standard deviation, Hz", "damping ratio", "standard deviation"]);
-        let lists = [
-            ("resonance", &found.resonances),
-            ("antiresonance, front", &found.front),
-            ("antiresonance, rear", &found.rear),
-        ];
-        for (name, readings) in lists {
-            for (k, reading) in readings.iter().enumerate() {
-                let number =
-                    |x: Option<f64>, digits: usize| x.map_or("not found".to_owned(), |x| format!("{x:.digits$}"));
-                let mut row = vec![
-                    name.to_owned(),
-                    number(reading.frequency_hz(), 2),
-                    number(reading.standard_deviation_hz(), 3),
-                ];
-                if name == "resonance" {
-                    let damping = [&found.damping_ratio, &found.damping_standard_deviation];
-                    row.extend(damping.map(|list| list.get(k).map_or(String::new(), |z| format!("{z:.6}"))));
-                }
-                shown = shown.rows([row]);
-            }
+    }
+    if let Some(peaks) = &found.peaks {
+        let number = |x: Option<f64>, digits: usize| x.map_or("not found".to_owned(), |x| format!("{x:.digits$}"));
+        let row = |name: &str, reading: &Reading| {
+            vec![name.to_owned(), number(reading.frequency_hz(), 2), number(reading.standard_deviation_hz(), 3)]
+        };
+        for (k, reading) in peaks.resonances.iter().enumerate() {
+            let damping = [peaks.damping_ratio[k], peaks.damping_standard_deviation[k]];
+            let damping = damping.map(|z| format!("{z:.6}"));
+            shown = shown.rows([[row("resonance", reading), damping.to_vec()].concat()]);
+        }
+        for (name, readings) in [("antiresonance, front", &peaks.front), ("antiresonance, rear", &peaks.rear)] {
+            shown = shown.rows(readings.iter().map(|reading| row(name, reading)));
+        }
+    }
+    for hammer in hammers {
+        if hammer.resonances_hz.is_empty() {
+            shown = shown.row([format!("{}: no resonance stands out of the noise", hammer.record)]);
+        }
+        for (k, hz) in hammer.resonances_hz.iter().enumerate() {
+            let digits = |x: f64, digits: usize| format!("{x:.digits$}");
+            shown = shown.rows([vec![
+                format!("resonance, {}", hammer.record),
+                digits(*hz, 2),
+                digits(hammer.resonances_standard_deviation_hz[k], 3),
+                digits(hammer.damping_ratio[k], 6),
+                digits(hammer.damping_ratio_standard_deviation[k], 6),
+            ]]);
         }
     }
     if let Some(out) = &arguments.out {

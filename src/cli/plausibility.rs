@@ -2,7 +2,9 @@
 
 use super::Failure;
 use crate::controller::Controller;
-use crate::identify::{IdentifyError, MeasuredFrf, Plausibility, hammer_plausibility, open_loop, sweep_plausibility};
+use crate::identify::{
+    IdentifyError, MeasuredFrf, Plausibility, hammer_plausibility, open_loop_columns, sweep_plausibility,
+};
 use crate::input::{Measurement, load_controller};
 use crate::lti::HeldResponse;
 use crate::spindle::Machine;
@@ -15,8 +17,8 @@ pub(super) struct Records {
     pub(super) reports: Vec<Plausibility>,
     /// Controllers of the hammer tests that name one, in their order.
     pub(super) controllers: Vec<Controller>,
-    /// What of the files is not used, in words.
-    left_out: Vec<String>,
+    /// What of the files is not used and what they do not determine, in words.
+    notes: Vec<String>,
 }
 
 /// The controllers of the hammer tests that name one, in their order.
@@ -29,13 +31,22 @@ pub(super) fn controllers(measurement: &Measurement) -> Result<Vec<Controller>, 
 impl Records {
     /// Estimates the responses of all sweeps and compares every record with the machine.
     pub(super) fn of(measurement: &Measurement, machine: &Machine) -> Result<Self, Failure> {
-        let (mut frfs, mut reports) = (vec![], vec![]);
+        let (mut frfs, mut reports, mut notes) = (vec![], vec![], vec![]);
         for sweep in &measurement.sweeps {
-            let frf = open_loop(&sweep.record).map_err(|e| name_record(e, &sweep.record.name))?;
+            let name = &sweep.record.name;
+            let (frf, undetermined) = open_loop_columns(&sweep.record).map_err(|e| name_record(e, name))?;
+            let said = sweep.record.left_out.iter().chain(&undetermined);
+            notes.extend(said.map(|note| format!("{name}: {note}")));
+            if !undetermined.is_empty() {
+                notes.push(format!("{name}: without all four injections units, signs and channels are not checked"));
+                reports.push(Plausibility { record: name.clone(), checks: vec![], faults: vec![] });
+                frfs.push(frf);
+                continue;
+            }
             let controller = sweep.controller.as_ref().map(|path| load_controller(path));
             let controller = controller.transpose()?;
             let named = controller.as_ref().map(|k| k as &dyn HeldResponse);
-            reports.push(sweep_plausibility(&sweep.record.name, &frf, machine, named)?);
+            reports.push(sweep_plausibility(name, &frf, machine, named)?);
             frfs.push(frf);
         }
         let controllers = controllers(measurement)?;
@@ -46,13 +57,8 @@ impl Records {
             let report = hammer_plausibility(name, frf, hammer.axis, machine, controller)?;
             reports.push(report);
         }
-        let left_out = measurement
-            .sweeps
-            .iter()
-            .flat_map(|sweep| sweep.record.left_out.iter().map(|note| format!("{}: {note}", sweep.record.name)));
-        let notes = measurement.hammers.iter().flat_map(|hammer| hammer.notes.iter().cloned());
-        let left_out = left_out.chain(notes);
-        Ok(Self { frfs, reports, controllers, left_out: left_out.collect() })
+        notes.extend(measurement.hammers.iter().flat_map(|hammer| hammer.notes.iter().cloned()));
+        Ok(Self { frfs, reports, controllers, notes })
     }
 
     /// True when every record is plausible.
@@ -65,7 +71,7 @@ impl Records {
         for statement in self.reports.iter().filter_map(Plausibility::statement) {
             eprintln!("{statement}");
         }
-        for note in &self.left_out {
+        for note in &self.notes {
             eprintln!("note: {note}");
         }
         for remark in self.reports.iter().flat_map(Plausibility::remarks) {

@@ -119,14 +119,13 @@ impl FileKind {
         let unread: file::Watch<'_> = &|_| ();
         let reader = file::open_rows(Path::new(source), unread).map_err(|e| e.of(source))?;
         let header = first_line(source, reader)?;
-        let known = [("experiment", Self::Sweep), ("coherence", Self::Hammer), ("amplitude", Self::ModeShapes)];
+        let known = [("experiment", Self::Sweep), ("h_re", Self::Hammer), ("amplitude", Self::ModeShapes)];
         let told = known.iter().find(|(column, _)| header.contains(column));
         told.map(|(_, kind)| *kind).ok_or_else(|| {
-            InputError::new(source, "is no table that muspin knows: no column experiment, coherence or amplitude")
-                .with_hint(
-                    "the first line of a record names its columns, for example \
+            InputError::new(source, "is no table that muspin knows: no column experiment, h_re or amplitude").with_hint(
+                "the first line of a record names its columns, for example \
                     frequency_hz,h_re,h_im,coherence,averages",
-                )
+            )
         })
     }
 
