@@ -122,7 +122,8 @@ pub(super) fn neighbours(line: usize, lines: usize) -> Range<usize> {
     line.saturating_sub(SMOOTHING)..(line + SMOOTHING + 1).min(lines)
 }
 
-/// Share of the current of an injection that the other bearing of its plane may have: the column is then off by as much.
+/// Share of the current of an injection that the other bearing of its plane may have: the column is then off by as
+/// much.
 const OTHER_CURRENT: f64 = 0.01;
 
 /// Ĝ with its covariance from four injections.
