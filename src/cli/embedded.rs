@@ -26,7 +26,7 @@ use serde_json::Value;
 /// [`Failure`] as `muspin update` tells it.
 pub(crate) fn update_machine(machine: &Machine, measurement: &str) -> Result<(Machine, Report), Failure> {
     let loaded = load_measurement(measurement)?;
-    let records = Records::of(&loaded, machine)?;
+    let records = Records::of(&loaded, Some(machine))?;
     records.refuse_for_updating()?;
     let (targets, identification) = targets(&loaded, &records, machine, None)?;
     let found = gauss_newton(machine, &targets, &UpdateSettings::default())?;
@@ -48,8 +48,8 @@ pub(crate) fn update_machine(machine: &Machine, measurement: &str) -> Result<(Ma
 /// [`Failure`] as `muspin identify` tells it.
 pub(crate) fn identify_measurement(machine: &Machine, measurement: &str) -> Result<Report, Failure> {
     let loaded = load_measurement(measurement)?;
-    let records = Records::of(&loaded, machine)?;
-    let found = identify_records(&loaded, machine, &records)?;
+    let records = Records::of(&loaded, Some(machine))?;
+    let found = identify_records(&loaded, Some(machine), &records)?;
     let mut report = Report { folder: found.folder, ..Report::of("identify", machine) };
     let plausible = records.plausible();
     report.verdict(plausible, if plausible { "the records are plausible" } else { "a record contradicts the machine" });

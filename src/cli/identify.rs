@@ -2,13 +2,13 @@
 //! of the free-free rotor; resonances of hammer tests (JSON).
 
 use super::console::{CommandEnd, Console};
-use super::machine::of_measurement;
+use super::machine::{of_measurement, rotor_of_measurement};
 use super::output::claim;
 use super::plausibility::{Records, name_record};
 use super::reading::load_measurement;
 use super::{Failure, Outcome};
 use crate::identify::{Identification, IdentifyError, Reading, identify, pole_drift};
-use crate::input::Measurement;
+use crate::input::{Measurement, is_rotor};
 use crate::report::identification::{
     DriftSummary, HammerSummary, IdentificationSummary, PlausibilitySummary, response_files,
 };
@@ -50,15 +50,21 @@ impl From<IdentifyError> for Failure {
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     let measurement = load_measurement(&arguments.measurement, console)?;
-    let machine = of_measurement(&measurement, arguments.spindle.as_deref(), arguments.tool.as_deref())?;
+    let (spindle, tool) = (arguments.spindle.as_deref(), arguments.tool.as_deref());
+    let machine = if is_rotor(spindle.unwrap_or(&measurement.spindle)) {
+        rotor_of_measurement(&measurement, spindle, tool)?;
+        None
+    } else {
+        Some(of_measurement(&measurement, spindle, tool)?)
+    };
     if let Some(out) = &arguments.out {
         let named = [&arguments.spindle, &arguments.tool].into_iter().flatten();
         let read = named.chain([&arguments.measurement]);
         claim(out, &[], read.map(String::as_str))?;
     }
-    let records = Records::of(&measurement, &machine)?;
+    let records = Records::of(&measurement, machine.as_ref())?;
     records.say();
-    let found = identify_records(&measurement, &machine, &records)?;
+    let found = identify_records(&measurement, machine.as_ref(), &records)?;
     if let Some(out) = &arguments.out {
         console.writing(|| found.folder.write(Path::new(out)))?;
     }
@@ -79,13 +85,13 @@ pub(super) struct IdentifiedRecords {
     peaks: Option<Identification>,
 }
 
-/// Identifies the free rotor from records that are estimated already.
+/// Identifies the free rotor from records that are estimated already; a rotor without magnets has no machine.
 ///
 /// # Errors
 /// [`Failure`] as `muspin identify` tells it.
 pub(super) fn identify_records(
     measurement: &Measurement,
-    machine: &Machine,
+    machine: Option<&Machine>,
     records: &Records,
 ) -> Result<IdentifiedRecords, Failure> {
     let frfs = &records.frfs;
@@ -98,7 +104,7 @@ pub(super) fn identify_records(
     }
     let plausibility = PlausibilitySummary::of(&records.reports);
     let (mut peaks, mut drift) = (None, None);
-    if let Some((frf, report)) = records.standstill() {
+    if let (Some((frf, report)), Some(machine)) = (records.standstill(), machine) {
         // Units and order of channels decide what the magnets' stiffness shifts: no peaks from an implausible record.
         if report.plausible() {
             let at_rest = |e| name_record(e, &record_at_rest(measurement));

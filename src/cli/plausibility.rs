@@ -29,10 +29,11 @@ pub(super) fn controllers(measurement: &Measurement) -> Result<Vec<Controller>, 
 }
 
 impl Records {
-    /// Estimates the responses of all sweeps and compares every record with the machine.
-    pub(super) fn of(measurement: &Measurement, machine: &Machine) -> Result<Self, Failure> {
+    /// Estimates the responses of all sweeps and compares every record with the machine; without magnets there are
+    /// neither sweeps nor controllers.
+    pub(super) fn of(measurement: &Measurement, machine: Option<&Machine>) -> Result<Self, Failure> {
         let (mut frfs, mut reports, mut notes) = (vec![], vec![], vec![]);
-        for sweep in &measurement.sweeps {
+        for (sweep, machine) in measurement.sweeps.iter().zip(machine.into_iter().cycle()) {
             let name = &sweep.record.name;
             let (frf, undetermined) = open_loop_columns(&sweep.record).map_err(|e| name_record(e, name))?;
             let said = sweep.record.left_out.iter().chain(&undetermined);
@@ -52,7 +53,7 @@ impl Records {
         let controllers = controllers(measurement)?;
         let known = measurement.hammers.iter();
         let known = known.filter(|hammer| hammer.controller.is_some());
-        for (hammer, controller) in known.zip(&controllers) {
+        for ((hammer, controller), machine) in known.zip(&controllers).zip(machine.into_iter().cycle()) {
             let (name, frf) = (&hammer.name, &hammer.frf);
             let report = hammer_plausibility(name, frf, hammer.axis, machine, controller)?;
             reports.push(report);

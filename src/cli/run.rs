@@ -117,7 +117,7 @@ fn read_inputs(arguments: &Arguments, progress: &Progress) -> Result<Given, Fail
     let measurement = load_measurement_watched(source, &|share| show(progress, share))?;
     let (spindle, tool) = (arguments.spindle.as_deref(), arguments.tool.as_deref());
     let nominal = of_measurement(&measurement, spindle, tool)?;
-    let records = Records::of(&measurement, &nominal)?;
+    let records = Records::of(&measurement, Some(&nominal))?;
     records.refuse_for_updating()?;
     records.say();
     let (targets, identification) = targets(&measurement, &records, &nominal, None)?;

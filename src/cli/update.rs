@@ -2,7 +2,7 @@
 
 use super::console::{CommandEnd, Console};
 use super::identify::record_at_rest;
-use super::machine::{files_of_measurement, load_machine, measured_mesh_warning, say};
+use super::machine::{files_of_measurement, load_machine, measured_mesh_warning, rotor_of_measurement, say};
 use super::output::claim;
 use super::plausibility::Records;
 use super::plausibility::name_record;
@@ -12,17 +12,18 @@ use super::timings::Timings;
 use super::{Failure, Outcome};
 use crate::controller::Controller;
 use crate::identify::{Identification, identify};
-use crate::input::{Measurement, spindle_yaml, tool_yaml};
+use crate::input::{Measurement, is_rotor, rotor_yaml, spindle_yaml, tool_yaml};
 use crate::pipeline::loop_stability::{growth_rate_at, unstable_words};
-use crate::report::identification::{IdentificationSummary, PlausibilitySummary};
+use crate::report::identification::{IdentificationSummary, PlausibilitySummary, file_name};
 use crate::report::results::ResultsFolder;
 use crate::report::summary::{finite, json};
 use crate::report::updating::{HammerError, UpdatingSummary, error_table, figures, shape_table};
+use crate::rotor::{Rotor, Support};
 use crate::spindle::Machine;
 use crate::update::machine::identified_targets;
 use crate::update::{
-    Target, Targets, UpdateError, UpdateSettings, Updated, UpdatedMachine, front_and_rear, gauss_newton, nelder_mead,
-    tool_error_db,
+    PlacedTap, Target, Targets, UpdateError, UpdateSettings, Updated, UpdatedMachine, front_and_rear, gauss_newton,
+    gauss_newton_rotor, hammer_targets, nelder_mead, nelder_mead_rotor, tool_error_db,
 };
 use clap::ValueEnum;
 use serde::Serialize;
@@ -92,13 +93,16 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     let settings = settings(arguments)?;
     let measurement = load_measurement(&arguments.measurement, console)?;
     let files = files_of_measurement(&measurement, arguments.spindle.as_deref(), arguments.tool.as_deref());
+    if is_rotor(files.0) {
+        return update_rotor(arguments, &settings, &measurement, console);
+    }
     let machine = load_machine(files.0, files.1)?;
     let given = [&arguments.spindle, &arguments.tool].into_iter().flatten();
     let read = given.chain([&arguments.measurement]);
     claim(&arguments.out, &["summary.json", "spindle.yaml"], read.map(String::as_str))?;
     let progress = Progress::start(console);
     progress.start_stage("records");
-    let records = Records::of(&measurement, &machine)?;
+    let records = Records::of(&measurement, Some(&machine))?;
     records.refuse_for_updating()?;
     records.say();
     progress.start_stage("resonances and antiresonances");
@@ -165,7 +169,7 @@ fn show_update(arguments: &Arguments, met: bool, fit: &Updated) -> CommandEnd {
         .next(format!("muspin diagnose --measurement {}", arguments.measurement))
 }
 
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Default, Serialize)]
 struct Answer {
     #[serde(skip_serializing_if = "Option::is_none")]
     identification: Option<IdentificationSummary>,
@@ -218,18 +222,123 @@ pub(super) fn targets(
         identification = Some(found);
         targets
     } else if let Some(read) = measurement.frequencies.first() {
-        let list = |frequencies: &[Option<f64>]| {
-            let each = |f: &Option<f64>| {
-                f.map(|f| Target { frequency_hz: f, standard_deviation_hz: relative_deviation.map(|r| r * f) })
-            };
-            frequencies.iter().map(each).collect()
-        };
+        let list = |frequencies: &[Option<f64>]| read_off(frequencies, relative_deviation);
         front_and_rear(machine, list(&read.resonances_hz), list(&read.front_hz), list(&read.rear_hz))
+    } else if records.frfs.is_empty() {
+        let plane_m = machine.tool_plane_m();
+        taps_of(measurement, &machine.rotor()?, plane_m, &|axis| springs_of(&machine.supports(), axis))?
     } else {
         return Err(UpdateError::NoTargets { what: "neither a sweep at 0 rpm nor frequencies" }.into());
     };
     targets.mode_shapes = measurement.mode_shapes.clone();
     Ok((targets, identification))
+}
+
+/// Targets that a person has read off.
+fn read_off(frequencies: &[Option<f64>], relative_deviation: Option<f64>) -> Vec<Option<Target>> {
+    let sd = |f: f64| relative_deviation.map(|r| r * f);
+    let target = |f: f64| Target { frequency_hz: f, standard_deviation_hz: sd(f) };
+    frequencies.iter().map(|f| f.map(target)).collect()
+}
+
+/// Targets of the hammer tests at rest that no controller levitates. `springs` are those of the model in an axis.
+fn taps_of(
+    measurement: &Measurement,
+    rotor: &Rotor,
+    tool_plane_m: f64,
+    springs: &dyn Fn(usize) -> Vec<(f64, f64)>,
+) -> Result<Targets, Failure> {
+    let mut free = measurement.hammers.iter().filter(|h| h.controller.is_none() && h.frf.speed_rpm == 0.0);
+    let Some(first) = free.next() else {
+        return Err(UpdateError::NoTargets {
+            what: "neither a sweep at 0 rpm nor frequencies nor a hammer test at 0 rpm without a controller",
+        }
+        .into());
+    };
+    let mut taps = vec![first];
+    for hammer in free {
+        if hammer.axis == first.axis && hammer.frf.frequency_hz == first.frf.frequency_hz {
+            taps.push(hammer);
+        } else {
+            eprintln!("note: {}: axis or lines differ from those of {}: left out", hammer.name, first.name);
+        }
+    }
+    let placed: Vec<PlacedTap> = taps
+        .iter()
+        .map(|hammer| PlacedTap {
+            name: file_name(&hammer.name),
+            frf: &hammer.frf,
+            places_m: hammer.places_m.unwrap_or([tool_plane_m; 2]),
+        })
+        .collect();
+    Ok(hammer_targets(rotor, springs(first.axis), &placed)?)
+}
+
+/// Place and stiffness of springs in an axis, m and N/m.
+fn springs_of(supports: &[Support], axis: usize) -> Vec<(f64, f64)> {
+    supports.iter().map(|s| (s.position_m, s.stiffness_n_per_m[axis][axis])).collect()
+}
+
+/// The moduli of a rotor without magnets.
+fn update_rotor(
+    arguments: &Arguments,
+    settings: &UpdateSettings,
+    measurement: &Measurement,
+    console: &Console,
+) -> Result<Outcome, Failure> {
+    let rotor = rotor_of_measurement(measurement, arguments.spindle.as_deref(), arguments.tool.as_deref())?;
+    let given = [&arguments.spindle, &arguments.tool].into_iter().flatten();
+    claim(
+        &arguments.out,
+        &["summary.json", "spindle.yaml"],
+        given.chain([&arguments.measurement]).map(String::as_str),
+    )?;
+    let progress = Progress::start(console);
+    let records = Records::of(measurement, None)?;
+    records.say();
+    progress.start_stage("resonances and antiresonances");
+    let shaft = rotor.rotor()?;
+    let mut targets = match measurement.frequencies.first() {
+        Some(read) => Targets {
+            resonances: read_off(&read.resonances_hz, arguments.relative_deviation),
+            springs: springs_of(&rotor.supports, 0),
+            ..Targets::default()
+        },
+        None => taps_of(measurement, &shaft, rotor.tool_plane_m(), &|axis| springs_of(&rotor.supports, axis))?,
+    };
+    targets.mode_shapes = measurement.mode_shapes.clone();
+    progress.start_stage("fit");
+    let settings = UpdateSettings { use_antiresonances: !arguments.resonances_only, ..settings.clone() };
+    let fit = match arguments.method {
+        MethodArgument::GaussNewton => gauss_newton_rotor(&shaft, &targets, &settings)?,
+        MethodArgument::NelderMead => nelder_mead_rotor(&shaft, &targets, &settings)?,
+    };
+    let text = format!("{:#}\n", json(Answer { updating: UpdatingSummary::from(&fit), ..Answer::default() }));
+    progress.start_stage("report");
+    let mut folder = fit_folder(None, &[("updated", &fit)])?;
+    let mut updated = rotor.clone();
+    fit.scale(&mut updated.sections);
+    folder.add("spindle.yaml", rotor_yaml(&updated))?;
+    if let Some(tool) = &mut updated.tool {
+        fit.scale(&mut tool.sections);
+        folder.add("tool.yaml", tool_yaml(tool))?;
+    }
+    folder.add("summary.json", text.as_str())?;
+    console.writing(|| folder.write(Path::new(&arguments.out)))?;
+    arguments.timings.print(&progress.times());
+    drop(progress);
+    let explanation = &fit.explanation;
+    console.json(&text, || {
+        let out = arguments.out.as_str();
+        CommandEnd::met(explanation.explained, explanation.statement.as_str())
+            .row(["largest error of a frequency, %".to_owned(), format!("{:.4}", fit.largest_error_percent())])
+            .file(format!("{out}/spindle.yaml"))
+            .next(format!("muspin modes --spindle {out}/spindle.yaml"))
+    })?;
+    if !explanation.explained {
+        eprintln!("{}", explanation.statement);
+    }
+    Ok(if explanation.explained { Outcome::Done } else { Outcome::TargetMissed })
 }
 
 /// How well the closed-loop compliance at the tool is predicted before and after: data that no fit has used.
@@ -279,16 +388,21 @@ pub(super) fn updated_folder(
     delivered: &UpdatedMachine,
     models: &[(&str, &Updated)],
 ) -> Result<ResultsFolder, Failure> {
-    let mut folder = ResultsFolder::new();
+    let mut folder = fit_folder(Some(before), models)?;
     folder.add("spindle.yaml", spindle_yaml(&delivered.machine.spindle))?;
-    folder.add_table("errors.csv", &error_table(models))?;
     let tool = &delivered.machine.tool;
     if tool.sections.iter().any(|s| s.region.is_some()) {
         folder.add("tool.yaml", tool_yaml(tool))?;
     }
-    if !delivered.fit.shapes.is_empty() {
-        let table = shape_table(&delivered.fit.shapes);
-        folder.add_table("mode_shapes.csv", &table)?;
+    Ok(folder)
+}
+
+/// Tables and pictures of fits, the delivered one first.
+fn fit_folder(before: Option<&Machine>, models: &[(&str, &Updated)]) -> Result<ResultsFolder, Failure> {
+    let mut folder = ResultsFolder::new();
+    folder.add_table("errors.csv", &error_table(models))?;
+    if let Some((_, fit)) = models.first().filter(|(_, fit)| !fit.shapes.is_empty()) {
+        folder.add_table("mode_shapes.csv", &shape_table(&fit.shapes))?;
     }
     for (name, figure) in figures(before, models) {
         folder.add_plot(name, &figure)?;

@@ -7,7 +7,7 @@
 
 use super::frf::{AXES, neighbours};
 use super::line_noise::noise_of_lines;
-use super::peaks::{Channel, Resonance, resonances};
+use super::peaks::{Antiresonance, Channel, Resonance, antiresonances, resonances};
 use crate::linalg::c64;
 use crate::lti::HeldResponse;
 use crate::lti::held::closed_response;
@@ -38,19 +38,22 @@ impl HammerFrf {
 
     /// Resonances of the record.
     pub fn resonances(&self) -> Vec<Resonance> {
+        resonances(&self.frequency_hz, &[self.channel()])
+    }
+
+    fn channel(&self) -> Channel {
         let lines = 0..self.frequency_hz.len();
         let noise = noise_of_lines(&self.frequency_hz, &self.compliance);
         // A floor of half a percent: what repeated hammer tests differ by.
         let sigma = |k: usize| self.sigma(k, 0.005);
-        let channel = Channel {
-            name: "tool".to_owned(),
+        Channel {
+            name: "h".to_owned(),
             value: self.compliance.clone(),
             sigma: match self.coherence {
                 Some(_) => lines.map(sigma).collect(),
                 None => lines.map(|k| sigma(k).hypot(noise[k])).collect(),
             },
-        };
-        resonances(&self.frequency_hz, &[channel])
+        }
     }
 
     /// Standard deviation of the complex compliance at a line, √E|δH|², m/N, with `floor` × |H| added in squares.
@@ -77,6 +80,17 @@ impl HammerFrf {
         let (c, n) = (c.get(line).copied().unwrap_or(1.0), n.get(line).copied().unwrap_or(1.0));
         h.norm_sqr() * (1.0 - c).max(0.0) / (n * c)
     }
+}
+
+/// Resonances that hammer tests on the same lines share, and the antiresonances of each from a frequency on.
+pub(crate) fn identify_taps(taps: &[&HammerFrf], from_hz: f64) -> (Vec<Resonance>, Vec<Vec<Antiresonance>>) {
+    let channels: Vec<Channel> = taps.iter().map(|tap| tap.channel()).collect();
+    let Some(lines) = taps.first().map(|tap| &tap.frequency_hz) else {
+        return (vec![], vec![]);
+    };
+    let poles = resonances(lines, &channels);
+    let zeros = channels.iter().enumerate().map(|(k, own)| antiresonances(lines, own, k, &poles, from_hz)).collect();
+    (poles, zeros)
 }
 
 /// Compliance at the tool plane of the levitated spindle, m/N, with the hold of a sampled controller. `axis` 0 is x, 1

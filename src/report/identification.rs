@@ -362,8 +362,8 @@ pub(crate) fn response_files(frfs: &[MeasuredFrf], hammers: &[Hammer]) -> Vec<(S
     files
 }
 
-/// FRF with covariance: entries, none in a column that is not determined, then the upper triangle of Cov(vec G) (index =
-/// output + 4·input, from 1).
+/// FRF with covariance: entries, none in a column that is not determined, then the upper triangle of Cov(vec G) (index
+/// = output + 4·input, from 1).
 fn frf_csv(frf: &MeasuredFrf) -> String {
     let mut text = String::from("frequency_hz");
     for i in 1..=4 {

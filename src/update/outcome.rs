@@ -7,8 +7,8 @@ use super::peak_kind::PeakKind;
 use super::problem::{MeasuredPeak, UpdateEvaluation, UpdateProblem};
 use super::shapes::{self, ShapeComparison};
 use super::targets::Targets;
-use crate::rotor::Rotor;
 use crate::rotor::spectrum::ModalSpectrum;
+use crate::rotor::{Rotor, Section};
 
 /// How the factors were found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -184,6 +184,15 @@ impl Updated {
     /// Factor of a region; 1 for one that the fit does not know.
     pub fn factor(&self, region: &str) -> f64 {
         self.factors.iter().find(|f| f.region == region).map_or(1.0, |f| f.factor)
+    }
+
+    /// Multiplies the moduli of the sections of a file by the factors of their regions.
+    pub(crate) fn scale(&self, sections: &mut [Section]) {
+        for section in sections {
+            if let Some(region) = &section.region {
+                section.modulus_scale *= self.factor(region);
+            }
+        }
     }
 
     /// Largest |error| in % over the peaks that the fit used; infinite when one has no counterpart.

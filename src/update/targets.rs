@@ -57,6 +57,8 @@ pub struct Targets {
     pub antiresonances: Vec<FrfTargets>,
     /// Mode shapes to compare with.
     pub mode_shapes: Vec<MeasuredShape>,
+    /// Springs to ground that the measured rotor stands on: place, m, and stiffness, N/m. None: it is free.
+    pub springs: Vec<(f64, f64)>,
 }
 
 impl Targets {
@@ -69,12 +71,16 @@ impl Targets {
 
     /// Highest measured frequency, Hz; 0 when there is none.
     pub(crate) fn highest_hz(&self) -> f64 {
-        self.antiresonances
-            .iter()
-            .flat_map(|f| &f.antiresonances)
-            .chain(&self.resonances)
-            .flatten()
-            .map(|t| t.frequency_hz)
-            .fold(0.0, f64::max)
+        self.all_hz().fold(0.0, f64::max)
+    }
+
+    /// Lowest measured frequency, Hz; infinite when there is none.
+    pub(super) fn lowest_hz(&self) -> f64 {
+        self.all_hz().fold(f64::INFINITY, f64::min)
+    }
+
+    fn all_hz(&self) -> impl Iterator<Item = f64> {
+        let zeros = self.antiresonances.iter().flat_map(|f| &f.antiresonances);
+        zeros.chain(&self.resonances).flatten().map(|t| t.frequency_hz)
     }
 }

@@ -88,7 +88,7 @@ pub fn load(name: &str) -> Case {
             held_out: false,
         })
         .collect();
-    let targets = Targets { resonances: list(&measured["resonances_hz"]), antiresonances, mode_shapes: vec![] };
+    let targets = Targets { resonances: list(&measured["resonances_hz"]), antiresonances, ..Targets::default() };
     Case { rotor, targets, json }
 }
 
