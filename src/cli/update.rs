@@ -236,8 +236,7 @@ pub(super) fn targets(
 
 /// Targets that a person has read off.
 fn read_off(frequencies: &[Option<f64>], relative_deviation: Option<f64>) -> Vec<Option<Target>> {
-    let sd = |f: f64| relative_deviation.map(|r| r * f);
-    let target = |f: f64| Target { frequency_hz: f, standard_deviation_hz: sd(f) };
+    let target = |f: f64| Target::free(f, relative_deviation.map(|r| r * f));
     frequencies.iter().map(|f| f.map(target)).collect()
 }
 

@@ -30,7 +30,7 @@ pub fn hammer_targets(rotor: &Rotor, springs: Vec<(f64, f64)>, taps: &[PlacedTap
     if poles.is_empty() {
         return Err(UpdateError::NoTargets { what: "no resonance stands out of the hammer tests" });
     }
-    let of = |frequency_hz: f64, sd: f64| Target { frequency_hz, standard_deviation_hz: Some(sd) };
+    let of = |frequency_hz: f64, sd: f64| Target::free(frequency_hz, Some(sd));
     let antiresonances = taps.iter().zip(zeros).map(|(tap, zeros)| FrfTargets {
         name: tap.name.to_owned(),
         output_m: tap.places_m[0],
