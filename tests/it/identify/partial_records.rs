@@ -3,7 +3,7 @@
 use crate::cli::program::muspin;
 use crate::rotor::own_spectrum::own_spectrum;
 use muspin::identify::frf::{AXES, SweepRecord};
-use muspin::identify::{IdentifyError, identify, open_loop, open_loop_columns};
+use muspin::identify::{HammerFrf, IdentifyError, identify, open_loop, open_loop_columns};
 use muspin::input::hammer::{HammerKeys, read_tap};
 use muspin::input::load_machine;
 use muspin::input::sweep::{header, read_sweep};
@@ -94,7 +94,7 @@ fn one_injection_once_shows_the_resonances_of_the_free_rotor() {
     }
     let front: Vec<f64> = found.front.iter().filter_map(|r| r.frequency_hz()).collect();
     for zero in &front {
-        assert!(truth.zeros_hz[0].iter().any(|f| (f / zero - 1.0).abs() < 2e-3), "{zero} {:?}", truth.zeros_hz[0]);
+        assert!(truth.zeros_hz[0].iter().any(|f| (f / zero - 1.0).abs() < 5e-3), "{zero} {:?}", truth.zeros_hz[0]);
     }
     assert!(front.len() >= 2, "{front:?}");
     // No column of the rear actuator: none of its antiresonances, and why.
@@ -156,4 +156,43 @@ fn identify_gives_the_resonances_of_a_hammer_test_alone() {
         assert!((zeta - z).abs() < 4.0 * list("damping_ratio_standard_deviation")[k], "{zeta} {z}");
     }
     assert!(hammer["refers_to"].as_str().unwrap().contains("as it was held"));
+}
+
+#[test]
+fn lines_that_drift_or_are_incoherent_are_no_part_of_a_hammer_test() {
+    let lines: Vec<f64> = (1..=3000).map(f64::from).collect();
+    // A held tool, and an acceleration that was integrated twice with its drift.
+    let compliance: Vec<c64> = lines
+        .iter()
+        .map(|f| {
+            let mode = 0.1 / c64::new(1000.0 * 1000.0 - f * f, 2.0 * 0.03 * 1000.0 * f);
+            mode - 1e-3 / (f * f)
+        })
+        .collect();
+    let smallest = |frf: &HammerFrf| {
+        let valid = frf.valid_lines();
+        let kept = (0..valid.len()).filter(|k| valid[*k]);
+        frf.frequency_hz[kept.max_by(|a, b| compliance[*a].norm().total_cmp(&compliance[*b].norm())).unwrap()]
+    };
+    let drifting = HammerFrf {
+        speed_rpm: 0.0,
+        frequency_hz: lines.clone(),
+        compliance: compliance.clone(),
+        coherence: None,
+        averages: None,
+    };
+    // Spring and drift are alike at 100 Hz: the compliance is level from there on.
+    let first = drifting.valid_lines().iter().position(|valid| *valid).unwrap();
+    assert!((50..150).contains(&first), "{first}");
+    assert!((990.0..1010.0).contains(&smallest(&drifting)));
+    // A record of the resonance alone keeps its flank.
+    let part =
+        HammerFrf { frequency_hz: lines[899..].to_vec(), compliance: compliance[899..].to_vec(), ..drifting.clone() };
+    assert!(part.valid_lines().iter().all(|valid| *valid));
+    // A coherence of a half from one tap is a deviation of 100 %; from a hundred of 10 %.
+    let coherence: Vec<f64> = lines.iter().map(|f| if *f < 1200.0 { 0.5 } else { 1.0 }).collect();
+    let averages = |n: f64| Some(vec![n; lines.len()]);
+    let once = HammerFrf { coherence: Some(coherence), averages: averages(1.0), ..drifting };
+    assert!(!once.valid_lines()[999] && once.valid_lines()[1300]);
+    assert!(HammerFrf { averages: averages(100.0), ..once }.valid_lines()[999]);
 }
