@@ -2,7 +2,7 @@
 //! so that one call tells all that is wrong; what only looks wrong is a warning.
 
 use super::console::{CommandEnd, Console};
-use super::machine::{model_warnings, say};
+use super::machine::{model_warnings, rotor_of_measurement, say};
 use super::reading::ReadingProgress;
 use super::{Failure, Outcome};
 use crate::input::file::Watch;
@@ -12,8 +12,8 @@ use crate::input::pid::load_pid;
 use crate::input::quote::printable;
 use crate::input::sweep::load_sweep;
 use crate::input::{
-    InputError, join_machine, load_controller, load_measurement_watched, load_spindle, load_tool, load_weights, uff,
-    uff_frf,
+    InputError, is_rotor, join_machine, load_controller, load_measurement_watched, load_rotor, load_spindle, load_tool,
+    load_weights, uff, uff_frf,
 };
 use crate::spindle::Spindle;
 use crate::workflow::plausibility::Records;
@@ -101,6 +101,9 @@ fn one(file: &str, kind: FileKind, with_tool: bool, partner: Partner<'_>, watch:
             load_spindle(file)?;
         }
         FileKind::Spindle => check_alone(file)?,
+        FileKind::Rotor => {
+            load_rotor(file, None)?;
+        }
         FileKind::Tool => {
             let (name, spindle) = partner;
             let spindle = spindle.clone()?;
@@ -158,13 +161,17 @@ fn check_measurement(source: &str, watch: Watch<'_>) -> Result<bool, Failure> {
         _ => source.to_owned(),
     };
     let measurement = load_measurement_watched(&folder, watch)?;
+    if is_rotor(&measurement.spindle) {
+        rotor_of_measurement(&measurement, None, None)?;
+        return Ok(true);
+    }
     let machine = measurement.machine(None, None)?;
     let sweeps = measurement.sweeps.iter().map(|s| &s.controller);
     let hammers = measurement.hammers.iter().map(|h| &h.controller);
     for controller in sweeps.chain(hammers).flatten() {
         load_controller(controller)?;
     }
-    let records = Records::of(&measurement, &machine, &|| {})?;
+    let records = Records::of(&measurement, Some(&machine), &|| {})?;
     records.lines().for_each(|line| eprintln!("{line}"));
     Ok(records.plausible())
 }

@@ -40,7 +40,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     let named = [&arguments.spindle, &arguments.tool].into_iter().flatten();
     let read = named.chain([&arguments.measurement]);
     claim(&arguments.out, &REPORT, read.map(String::as_str))?;
-    let records = Records::of(&loaded, &machine, &|| {})?;
+    let records = Records::of(&loaded, Some(&machine), &|| {})?;
     records.lines().for_each(|line| eprintln!("{line}"));
     let mut left_out = without_unknown_controllers(&mut loaded);
     left_out.iter().for_each(|record| eprintln!("{}", record.words()));

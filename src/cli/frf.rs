@@ -1,12 +1,14 @@
 //! `muspin frf`: open-loop frequency responses u → y and F_t → x_t, or with a controller the closed-loop tool
 //! compliance, as CSV; an unstable loop has none. Without a controller the tool compliance is that of the rotor on its
-//! magnets, currents zero.
+//! magnets, currents zero. Of a rotor without magnets: displacement over force between two places.
 
 use super::console::{CommandEnd, Console};
 use super::controlled_machine::MachineArguments;
-use super::machine::Remarks;
+use super::machine::{Remarks, load_rotor_said};
 use super::speeds::parse_one_speed;
 use super::{Failure, Outcome, stdout};
+use crate::input::is_rotor;
+use crate::linalg::c64;
 use crate::lti::response::even_in_logarithm;
 use crate::pipeline::loop_stability::{growth_rate_at, unstable_words};
 use crate::pipeline::response_table::ResponseTable;
@@ -42,6 +44,12 @@ pub(super) struct Arguments {
     /// Controller file: the t_ columns become the closed-loop tool compliance
     #[arg(long)]
     controller: Option<String>,
+    /// Place where the displacement is read, m, of a rotor without magnets; default: the tool plane
+    #[arg(long)]
+    response_m: Option<f64>,
+    /// Place where the force acts, m, of a rotor without magnets; default: the tool plane
+    #[arg(long)]
+    force_m: Option<f64>,
 }
 
 /// Most frequencies of one call: minutes of computation, and a file of half a gigabyte.
@@ -50,6 +58,14 @@ const MOST_POINTS: usize = 1_000_000;
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     let frequencies = frequencies_hz(arguments)?;
+    if arguments.machine.spindle.as_deref().is_some_and(is_rotor) {
+        return of_rotor(arguments, &frequencies, console);
+    }
+    if arguments.response_m.is_some() || arguments.force_m.is_some() {
+        return Err(Failure::new("--response-m, --force-m: the spindle has magnets").with_hint(
+            "places are chosen of a rotor without magnets: a file without planes, bearings and electronics",
+        ));
+    }
     let (machine, controller, remarks) = match &arguments.controller {
         None => (arguments.machine.alone()?, None, Remarks::default()),
         Some(file) => {
@@ -83,6 +99,34 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
         return Ok(Outcome::Done);
     }
     let table: Vec<Vec<f64>> = frequencies.iter().map(row).collect();
+    console.other(String::new, || columns(&header, &table), || show_table(&header, &table))?;
+    Ok(Outcome::Done)
+}
+
+/// Displacement over force of a rotor without magnets.
+fn of_rotor(arguments: &Arguments, frequencies: &[f64], console: &Console) -> Result<Outcome, Failure> {
+    if arguments.controller.is_some() || arguments.design_model || arguments.tool_paths {
+        return Err(Failure::new("--controller, --design-model, --tool-paths: the rotor has no magnets")
+            .with_hint("leave them out, or take a spindle file with planes, bearings and electronics"));
+    }
+    let files = &arguments.machine;
+    let rotor = load_rotor_said(files.spindle.as_deref().unwrap_or_default(), files.tool.as_deref())?;
+    let places = [arguments.response_m, arguments.force_m].map(|z| z.unwrap_or(rotor.tool_plane_m()));
+    let responses = rotor.receptance(arguments.speed * TAU / 60.0, places, frequencies)?;
+    let header = ["xx", "xy", "yx", "yy"].map(|entry| [format!("h_{entry}_re"), format!("h_{entry}_im")]);
+    let header = [vec!["frequency_hz".to_owned()], header.concat()].concat();
+    let row = |(hz, h): (&f64, &[[c64; 2]; 2])| {
+        let parts = h.iter().flatten().flat_map(|value| [value.re, value.im]);
+        std::iter::once(*hz).chain(parts).collect::<Vec<f64>>()
+    };
+    let table: Vec<Vec<f64>> = frequencies.iter().zip(&responses).map(row).collect();
+    if console.writes_data() {
+        stdout::data(|out| {
+            writeln!(out, "{}", header.join(","))?;
+            table.iter().try_for_each(|row| csv_line(out, row))
+        })?;
+        return Ok(Outcome::Done);
+    }
     console.other(String::new, || columns(&header, &table), || show_table(&header, &table))?;
     Ok(Outcome::Done)
 }
@@ -123,7 +167,7 @@ fn columns(header: &[String], table: &[Vec<f64>]) -> Value {
 /// The largest magnitude of the diagonal entries and where it is.
 fn show_table(header: &[String], table: &[Vec<f64>]) -> CommandEnd {
     let mut shown = CommandEnd::done(format!("{} lines", table.len())).row(["", "largest magnitude", "at Hz"]);
-    for name in ["g_11", "g_22", "g_33", "g_44", "t_xx", "t_yy"] {
+    for name in ["g_11", "g_22", "g_33", "g_44", "t_xx", "t_yy", "h_xx", "h_yy"] {
         let re = format!("{name}_re");
         let Some(k) = header.iter().position(|h| *h == re) else {
             continue;

@@ -1,11 +1,13 @@
 //! `muspin identify`: are the records plausible; measured sweeps to FRFs with covariance, resonances and antiresonances
-//! of the free-free rotor (JSON).
+//! of the free-free rotor; resonances of hammer tests (JSON).
 
 use super::console::{CommandEnd, Console};
-use super::machine::of_measurement;
+use super::machine::{of_measurement, rotor_of_measurement};
 use super::output::claim;
 use super::reading::load_measurement;
 use super::{Failure, Outcome};
+use crate::identify::Reading;
+use crate::input::is_rotor;
 use crate::report::summary::json;
 use crate::workflow::identify::{IdentifiedRecords, identify_records};
 use crate::workflow::plausibility::Records;
@@ -31,15 +33,21 @@ pub(super) struct Arguments {
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     let measurement = load_measurement(&arguments.measurement, console)?;
-    let machine = of_measurement(&measurement, arguments.spindle.as_deref(), arguments.tool.as_deref())?;
+    let (spindle, tool) = (arguments.spindle.as_deref(), arguments.tool.as_deref());
+    let machine = if is_rotor(spindle.unwrap_or(&measurement.spindle)) {
+        rotor_of_measurement(&measurement, spindle, tool)?;
+        None
+    } else {
+        Some(of_measurement(&measurement, spindle, tool)?)
+    };
     if let Some(out) = &arguments.out {
         let named = [&arguments.spindle, &arguments.tool].into_iter().flatten();
         let read = named.chain([&arguments.measurement]);
         claim(out, &[], read.map(String::as_str))?;
     }
-    let records = Records::of(&measurement, &machine, &|| {})?;
+    let records = Records::of(&measurement, machine.as_ref(), &|| {})?;
     records.lines().for_each(|line| eprintln!("{line}"));
-    let found = identify_records(&measurement, &machine, &records, &|| {})?;
+    let found = identify_records(&measurement, machine.as_ref(), &records, &|| {})?;
     if let Some(out) = &arguments.out {
         console.writing(|| found.folder.write(Path::new(out)))?;
     }
@@ -52,32 +60,41 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
 }
 
 fn show_identification(arguments: &Arguments, found: &IdentifiedRecords) -> CommandEnd {
+    let hammers = &found.answer.hammers;
     let mut shown = match found.verdict() {
         (false, words) => CommandEnd::met(false, format!("{words}; what is wrong with it stands above")),
         (true, words) => CommandEnd::done(words),
     };
-    if let Some(found) = &found.peaks {
+    if found.of_hammers() > 0 || found.peaks.is_some() {
         shown = shown.row(["", "Hz", "standard deviation, Hz", "damping ratio", "standard deviation"]);
-        let lists = [
-            ("resonance", &found.resonances),
-            ("antiresonance, front", &found.front),
-            ("antiresonance, rear", &found.rear),
-        ];
-        for (name, readings) in lists {
-            for (k, reading) in readings.iter().enumerate() {
-                let number =
-                    |x: Option<f64>, digits: usize| x.map_or("not found".to_owned(), |x| format!("{x:.digits$}"));
-                let mut row = vec![
-                    name.to_owned(),
-                    number(reading.frequency_hz(), 2),
-                    number(reading.standard_deviation_hz(), 3),
-                ];
-                if name == "resonance" {
-                    let damping = [&found.damping_ratio, &found.damping_standard_deviation];
-                    row.extend(damping.map(|list| list.get(k).map_or(String::new(), |z| format!("{z:.6}"))));
-                }
-                shown = shown.rows([row]);
-            }
+    }
+    if let Some(peaks) = &found.peaks {
+        let number = |x: Option<f64>, digits: usize| x.map_or("not found".to_owned(), |x| format!("{x:.digits$}"));
+        let row = |name: &str, reading: &Reading| {
+            vec![name.to_owned(), number(reading.frequency_hz(), 2), number(reading.standard_deviation_hz(), 3)]
+        };
+        for (k, reading) in peaks.resonances.iter().enumerate() {
+            let damping = [peaks.damping_ratio[k], peaks.damping_standard_deviation[k]];
+            let damping = damping.map(|z| format!("{z:.6}"));
+            shown = shown.rows([[row("resonance", reading), damping.to_vec()].concat()]);
+        }
+        for (name, readings) in [("antiresonance, front", &peaks.front), ("antiresonance, rear", &peaks.rear)] {
+            shown = shown.rows(readings.iter().map(|reading| row(name, reading)));
+        }
+    }
+    for hammer in hammers {
+        if hammer.resonances_hz.is_empty() {
+            shown = shown.row([format!("{}: no resonance stands out of the noise", hammer.record)]);
+        }
+        for (k, hz) in hammer.resonances_hz.iter().enumerate() {
+            let digits = |x: f64, digits: usize| format!("{x:.digits$}");
+            shown = shown.rows([vec![
+                format!("resonance, {}", hammer.record),
+                digits(*hz, 2),
+                digits(hammer.resonances_standard_deviation_hz[k], 3),
+                digits(hammer.damping_ratio[k], 6),
+                digits(hammer.damping_ratio_standard_deviation[k], 6),
+            ]]);
         }
     }
     if let Some(out) = &arguments.out {

@@ -2,11 +2,12 @@
 
 use super::Failure;
 use crate::input::kind::FileKind;
-use crate::input::{self, Measurement, Warning};
+use crate::input::measurement::NO_TOOL;
+use crate::input::{self, Measurement, Warning, load_rotor};
 use crate::rotor::PlanarModes;
-use crate::spindle::Machine;
 use crate::spindle::band::modes_left_out;
 use crate::spindle::mesh_quality::{CoarseMesh, coarse_mesh};
+use crate::spindle::{Machine, RotorOnSupports};
 
 /// Warnings that are held back until it is known whether the loop is stable, because that is said in the first line.
 /// They go to standard error when the value is dropped, so that none is lost on the way to an error.
@@ -40,6 +41,35 @@ pub(super) fn load_with_remarks(spindle: &str, tool: &str) -> Result<(Machine, R
     }
     remarks.0.extend(model_warnings(&machine, spindle, tool)?);
     Ok((machine, remarks))
+}
+
+/// A rotor without magnets, with a tool where one is named, and on standard error what looks wrong in its file.
+///
+/// # Errors
+/// [`Failure`] of whichever file is wrong.
+pub(super) fn load_rotor_said(file: &str, tool: Option<&str>) -> Result<RotorOnSupports, Failure> {
+    let rotor = load_rotor(file, tool.filter(|name| *name != NO_TOOL))?;
+    FileKind::Rotor.warnings(file)?.iter().for_each(say);
+    Ok(rotor)
+}
+
+/// The rotor without magnets of a measurement, whose records must not need any.
+///
+/// # Errors
+/// [`Failure`] of whichever file is wrong, and for sweeps and levitated hammer tests.
+pub(super) fn rotor_of_measurement(
+    measurement: &Measurement,
+    spindle: Option<&str>,
+    tool: Option<&str>,
+) -> Result<RotorOnSupports, Failure> {
+    let files = files_of_measurement(measurement, spindle, tool);
+    let sweeps = measurement.sweeps.iter().map(|s| &s.record.name);
+    let levitated = measurement.hammers.iter().filter(|h| h.controller.is_some()).map(|h| &h.name);
+    if let Some(record) = sweeps.chain(levitated).next() {
+        return Err(Failure::new(format!("{record}: {} is a rotor without magnets, none levitates it", files.0))
+            .with_hint("take the spindle file with its bearings, or hammer tests without a controller"));
+    }
+    load_rotor_said(files.0, Some(files.1))
 }
 
 /// Spindle and tool of a measurement; one that is given on the command line wins.

@@ -1,22 +1,26 @@
-//! `muspin modes`: natural frequencies of the free-free rotor with its tool over speed, magnets off, as JSON.
+//! `muspin modes`: natural frequencies of a rotor with its tool over speed, magnets off, as JSON: free-free but for the
+//! springs among its effects, or on the supports of a rotor file.
 //! At rest every mode appears twice, once a plane; at speed as its backward and forward whirl.
 
 use super::console::{CommandEnd, Console};
-use super::machine::load_machine;
+use super::controlled_machine::{SPINDLE, TOOL};
+use super::machine::{load_machine, load_rotor_said};
 use super::speeds::SpeedList;
 use super::{Failure, Outcome};
+use crate::input::is_rotor;
 use crate::report::modes::ModesSummary;
 use crate::report::summary::json;
+use crate::spindle::effects::EffectKind;
 
 /// Arguments of `muspin modes`.
 #[derive(clap::Args, Debug)]
 pub(super) struct Arguments {
-    /// Spindle file, or the name of a shipped one
-    #[arg(long, default_value = "reference")]
+    /// Spindle or rotor file, or the name of a shipped spindle
+    #[arg(long, default_value = SPINDLE)]
     spindle: String,
-    /// Tool file, or the name of a shipped one
-    #[arg(long, default_value = "paper-tool")]
-    tool: String,
+    /// Tool file, or the name of a shipped one; default: the paper's, in a rotor without magnets none
+    #[arg(long)]
+    tool: Option<String>,
     /// Speeds in rpm: a list `0,10000`, a range start:step:end `0:1000:5000`, or both
     #[arg(long, alias = "speed", default_value = "0")]
     speeds: SpeedList,
@@ -24,11 +28,23 @@ pub(super) struct Arguments {
 
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
-    let machine = load_machine(&arguments.spindle, &arguments.tool)?;
-    let answer = ModesSummary::of(&machine, &arguments.speeds.0)?;
+    let (spindle, tool, speeds) = (&arguments.spindle, arguments.tool.as_deref(), &arguments.speeds.0);
+    let answer = if is_rotor(spindle) {
+        ModesSummary::of_rotor(&load_rotor_said(spindle, tool)?, speeds)?
+    } else {
+        let machine = load_machine(spindle, tool.unwrap_or(TOOL))?;
+        for effect in machine.spindle.effects.iter().filter(|e| NOT_IN_MODES.contains(&e.kind)) {
+            eprintln!("note: {spindle}: the effect {} is not in these modes", effect.kind.name());
+        }
+        ModesSummary::of(&machine, speeds)?
+    };
     console.json(&format!("{:#}\n", json(&answer)), || show_modes(&answer))?;
     Ok(Outcome::Done)
 }
+
+/// Effects on shaft and ground that modes without magnets leave out.
+const NOT_IN_MODES: [EffectKind; 3] =
+    [EffectKind::TiltingStiffness, EffectKind::InternalDamping, EffectKind::HousingMode];
 
 /// Modes listed on a terminal: the rigid-body modes and the first bending modes.
 const LISTED: usize = 12;

@@ -117,9 +117,10 @@ fn read_inputs(arguments: &Arguments, progress: &Progress) -> Result<Given, Fail
     let measurement = load_measurement_watched(source, &|share| show(progress, share))?;
     let (spindle, tool) = (arguments.spindle.as_deref(), arguments.tool.as_deref());
     let nominal = of_measurement(&measurement, spindle, tool)?;
-    let records = Records::of(&measurement, &nominal, &|| {})?;
+    let records = Records::of(&measurement, Some(&nominal), &|| {})?;
     records.refuse_for_updating()?;
     records.lines().for_each(|line| eprintln!("{line}"));
-    let (targets, identification) = targets(&measurement, &records, &nominal, None)?;
-    Ok(Given { nominal, targets: Some(targets), identification })
+    let found = targets(&measurement, &records, &nominal, None)?;
+    found.notes.iter().for_each(|note| eprintln!("{note}"));
+    Ok(Given { nominal, targets: Some(found.targets), identification: found.identification })
 }

@@ -7,9 +7,9 @@ use crate::input::schema::{SchemaKind, page, schema};
 /// Arguments of `muspin schema`.
 #[derive(clap::Args, Debug)]
 pub(super) struct Arguments {
-    /// Kind of file: spindle, tool, weights, measurement, frequencies, controller or pid; for a problem of `muspin
-    /// solve` solve-care, solve-hinfnorm, solve-hinfsyn, solve-mu, solve-musys, solve-dfit, solve-dksyn, solve-reduce
-    /// or solve-discretise
+    /// Kind of file: spindle, rotor, tool, weights, measurement, frequencies, controller or pid; for a problem of
+    /// `muspin solve` solve-care, solve-hinfnorm, solve-hinfsyn, solve-mu, solve-musys, solve-dfit, solve-dksyn,
+    /// solve-reduce or solve-discretise
     #[arg(required_unless_present = "page")]
     kind: Option<String>,
     /// Print the page of all keys with unit, default and ranges instead (Markdown)

@@ -1,22 +1,24 @@
 //! `muspin update`: move the element moduli until resonances and antiresonances match; writes the updated files.
 
 use super::console::{CommandEnd, Console};
-use super::machine::{files_of_measurement, load_machine, measured_mesh_warning, say};
+use super::machine::{files_of_measurement, load_machine, measured_mesh_warning, rotor_of_measurement, say};
 use super::output::claim;
 use super::progress::Progress;
 use super::reading::load_measurement;
 use super::timings::Timings;
 use super::{Failure, Outcome};
 use crate::controller::Controller;
-use crate::input::Measurement;
+use crate::input::{Measurement, is_rotor, rotor_yaml, tool_yaml};
 use crate::pipeline::loop_stability::{growth_rate_at, unstable_words};
 use crate::report::identification::{IdentificationSummary, PlausibilitySummary};
 use crate::report::summary::{finite, json};
 use crate::report::updating::{HammerError, UpdatingSummary};
 use crate::spindle::Machine;
-use crate::update::{UpdateSettings, Updated, gauss_newton, nelder_mead, tool_error_db};
+use crate::update::{
+    Targets, UpdateSettings, Updated, gauss_newton, gauss_newton_rotor, nelder_mead, nelder_mead_rotor, tool_error_db,
+};
 use crate::workflow::plausibility::Records;
-use crate::workflow::update::{targets, updated_folder, verdict};
+use crate::workflow::update::{fit_folder, read_off, springs_of, taps_of, targets, updated_folder, verdict};
 use clap::ValueEnum;
 use serde::Serialize;
 use std::path::Path;
@@ -73,17 +75,22 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     let settings = settings(arguments)?;
     let measurement = load_measurement(&arguments.measurement, console)?;
     let files = files_of_measurement(&measurement, arguments.spindle.as_deref(), arguments.tool.as_deref());
+    if is_rotor(files.0) {
+        return update_rotor(arguments, &settings, &measurement, console);
+    }
     let machine = load_machine(files.0, files.1)?;
     let given = [&arguments.spindle, &arguments.tool].into_iter().flatten();
     let read = given.chain([&arguments.measurement]);
     claim(&arguments.out, &["summary.json", "spindle.yaml"], read.map(String::as_str))?;
     let progress = Progress::start(console);
     progress.start_stage("records");
-    let records = Records::of(&measurement, &machine, &|| {})?;
+    let records = Records::of(&measurement, Some(&machine), &|| {})?;
     records.refuse_for_updating()?;
     records.lines().for_each(|line| eprintln!("{line}"));
     progress.start_stage("resonances and antiresonances");
-    let (mut targets, identification) = targets(&measurement, &records, &machine, arguments.relative_deviation)?;
+    let found = targets(&measurement, &records, &machine, arguments.relative_deviation)?;
+    found.notes.iter().for_each(|note| eprintln!("{note}"));
+    let (mut targets, identification) = (found.targets, found.identification);
     for (frf, code) in targets.antiresonances.iter_mut().zip(FRF_CODES) {
         frf.held_out = !arguments.frfs.iter().any(|f| f == code);
     }
@@ -145,7 +152,7 @@ fn show_update(arguments: &Arguments, met: bool, fit: &Updated) -> CommandEnd {
         .next(format!("muspin diagnose --measurement {}", arguments.measurement))
 }
 
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Default, Serialize)]
 struct Answer {
     #[serde(skip_serializing_if = "Option::is_none")]
     identification: Option<IdentificationSummary>,
@@ -181,6 +188,73 @@ fn settings(arguments: &Arguments) -> Result<UpdateSettings, Failure> {
         iterations: arguments.iterations,
         ..UpdateSettings::default()
     })
+}
+
+/// The moduli of a rotor without magnets.
+fn update_rotor(
+    arguments: &Arguments,
+    settings: &UpdateSettings,
+    measurement: &Measurement,
+    console: &Console,
+) -> Result<Outcome, Failure> {
+    let rotor = rotor_of_measurement(measurement, arguments.spindle.as_deref(), arguments.tool.as_deref())?;
+    let given = [&arguments.spindle, &arguments.tool].into_iter().flatten();
+    claim(
+        &arguments.out,
+        &["summary.json", "spindle.yaml"],
+        given.chain([&arguments.measurement]).map(String::as_str),
+    )?;
+    let progress = Progress::start(console);
+    let records = Records::of(measurement, None, &|| {})?;
+    records.lines().for_each(|line| eprintln!("{line}"));
+    progress.start_stage("resonances and antiresonances");
+    let shaft = rotor.rotor()?;
+    let mut targets = match measurement.frequencies.first() {
+        Some(read) => Targets {
+            resonances: read_off(&read.resonances_hz, arguments.relative_deviation),
+            springs: springs_of(&rotor.supports, 0),
+            ..Targets::default()
+        },
+        None => {
+            let springs = |axis| springs_of(&rotor.supports, axis);
+            let (found, notes) = taps_of(measurement, &shaft, rotor.tool_plane_m(), &springs)?;
+            notes.iter().for_each(|note| eprintln!("{note}"));
+            found
+        }
+    };
+    targets.mode_shapes = measurement.mode_shapes.clone();
+    progress.start_stage("fit");
+    let settings = UpdateSettings { use_antiresonances: !arguments.resonances_only, ..settings.clone() };
+    let fit = match arguments.method {
+        MethodArgument::GaussNewton => gauss_newton_rotor(&shaft, &targets, &settings)?,
+        MethodArgument::NelderMead => nelder_mead_rotor(&shaft, &targets, &settings)?,
+    };
+    let text = format!("{:#}\n", json(Answer { updating: UpdatingSummary::from(&fit), ..Answer::default() }));
+    progress.start_stage("report");
+    let mut folder = fit_folder(None, &[("updated", &fit)])?;
+    let mut updated = rotor.clone();
+    fit.scale(&mut updated.sections);
+    folder.add("spindle.yaml", rotor_yaml(&updated))?;
+    if let Some(tool) = &mut updated.tool {
+        fit.scale(&mut tool.sections);
+        folder.add("tool.yaml", tool_yaml(tool))?;
+    }
+    folder.add("summary.json", text.as_str())?;
+    console.writing(|| folder.write(Path::new(&arguments.out)))?;
+    arguments.timings.print(&progress.times());
+    drop(progress);
+    let explanation = &fit.explanation;
+    console.json(&text, || {
+        let out = arguments.out.as_str();
+        CommandEnd::met(explanation.explained, explanation.statement.as_str())
+            .row(["largest error of a frequency, %".to_owned(), format!("{:.4}", fit.largest_error_percent())])
+            .file(format!("{out}/spindle.yaml"))
+            .next(format!("muspin modes --spindle {out}/spindle.yaml"))
+    })?;
+    if !explanation.explained {
+        eprintln!("{}", explanation.statement);
+    }
+    Ok(if explanation.explained { Outcome::Done } else { Outcome::TargetMissed })
 }
 
 /// How well the closed-loop compliance at the tool is predicted before and after: data that no fit has used.

@@ -59,7 +59,7 @@ pub fn antiresonances(
     from_hz: f64,
 ) -> Vec<Antiresonance> {
     if channel.value.iter().all(|v| v.norm() == 0.0) {
-        let reason = format!("{} is zero at every line of the record", channel.name);
+        let reason = format!("{} is zero at every line of the record, or not determined by it", channel.name);
         let (from_hz, to_hz) = (from_hz, frequency_hz.last().copied().unwrap_or(from_hz));
         return vec![Antiresonance::NotIdentified { from_hz, to_hz, reason }];
     }

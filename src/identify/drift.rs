@@ -3,7 +3,7 @@
 
 use super::IdentifyError;
 use super::free_free::{Identification, channels_of};
-use super::frf::{MeasuredFrf, SweepRecord, open_loop};
+use super::frf::{MeasuredFrf, SweepRecord, open_loop_columns};
 use super::peaks::Channel;
 use super::selection::Survey;
 use crate::linalg::c64;
@@ -29,7 +29,7 @@ impl PoleDrift {
 /// Drift of the resonances of `found` over the repeats of `record`, from which `frf` comes; none for a single repeat.
 ///
 /// # Errors
-/// As [`open_loop`], for one repeat.
+/// As [`open_loop_columns`], for one repeat.
 pub fn pole_drift(
     record: &SweepRecord,
     frf: &MeasuredFrf,
@@ -50,7 +50,7 @@ pub fn pole_drift(
             signal: record.signal.slice(s![.., .., repeat..=repeat, ..]).to_owned(),
             ..record.clone()
         };
-        let channels = channels_of(&open_loop(&one)?, machine);
+        let channels = channels_of(&open_loop_columns(&one)?.0, machine);
         let noisy = |(one, all): (&Channel, &Channel)| Channel {
             sigma: all.sigma.iter().map(|s| s * (repeats as f64).sqrt()).collect(),
             ..one.clone()

@@ -11,7 +11,7 @@
 use super::IdentifyError;
 use crate::linalg::{Mat, c64, max_singular_value_complex, solve_complex};
 use crate::lti::held::hold_magnitude;
-use ndarray::{Array2, Array3, Array4, Axis, s};
+use ndarray::{Array3, Array4, Axis, s};
 use std::f64::consts::TAU;
 use std::ops::Range;
 
@@ -36,7 +36,7 @@ pub struct SweepRecord {
     pub speed_rpm: f64,
     /// Lines, Hz, ascending.
     pub frequency_hz: Vec<f64>,
-    /// Commanded currents, A: [line, experiment, repeat, axis].
+    /// Commanded currents, A: [line, experiment, repeat, axis]; zero throughout an experiment that was not taken.
     pub current: Array4<c64>,
     /// Sensor signals, m: [line, experiment, repeat, axis].
     pub signal: Array4<c64>,
@@ -92,6 +92,8 @@ pub struct MeasuredFrf {
     pub repeats: usize,
     /// Condition number of Ū per line.
     pub condition: Vec<f64>,
+    /// Columns that the injections determine; the others are zero.
+    pub determined: [bool; AXES],
 }
 
 impl MeasuredFrf {
@@ -120,43 +122,134 @@ pub(super) fn neighbours(line: usize, lines: usize) -> Range<usize> {
     line.saturating_sub(SMOOTHING)..(line + SMOOTHING + 1).min(lines)
 }
 
-/// Ĝ with its covariance.
+/// Share of the current of an injection that the other bearing of its plane may have: the column is then off by as
+/// much.
+const OTHER_CURRENT: f64 = 0.01;
+
+/// Ĝ with its covariance from four injections.
 ///
 /// # Errors
 /// [`IdentifyError::Singular`] for a line whose experiments are linearly dependent, [`IdentifyError::Empty`] without
-/// lines.
+/// lines, [`IdentifyError::Experiments`] when one was not taken.
 pub fn open_loop(record: &SweepRecord) -> Result<MeasuredFrf, IdentifyError> {
-    let (lines, experiments, repeats, axes) = record.current.dim();
-    if lines == 0 || repeats == 0 {
-        return Err(IdentifyError::Empty { name: record.name.clone() });
+    record.check_shape()?;
+    let taken = record.taken();
+    if taken.len() != AXES {
+        return Err(IdentifyError::Experiments { name: record.name.clone(), found: taken.len() });
     }
-    if experiments != AXES || axes != AXES || record.signal.dim() != record.current.dim() {
-        return Err(IdentifyError::Experiments { name: record.name.clone(), found: experiments });
+    columns(record, &[&[0, 1, 2, 3]])
+}
+
+/// The columns of Ĝ that the injections of a record determine, with their covariance; at rest each plane alone. What is
+/// not determined is zero and said in words.
+///
+/// # Errors
+/// As [`open_loop`]; [`IdentifyError::Experiments`] for a record at speed without four injections, and when no column
+/// is determined.
+pub fn open_loop_columns(record: &SweepRecord) -> Result<(MeasuredFrf, Vec<String>), IdentifyError> {
+    record.check_shape()?;
+    let taken = record.taken();
+    if taken.len() == AXES {
+        return Ok((open_loop(record)?, vec![]));
     }
-    let mean = |data: &Array4<c64>, line: usize| {
-        Array2::from_shape_fn((AXES, AXES), |(axis, experiment)| {
-            let column = data.slice(s![line, experiment, .., axis]);
-            column.iter().fold(c64::new(0.0, 0.0), |a, b| a + b) / repeats as f64
-        })
+    let (mut groups, mut notes): (Vec<&[usize]>, Vec<String>) = (vec![], vec![]);
+    for plane in [[0, 2], [1, 3]] {
+        match taken.iter().filter(|axis| plane.contains(axis)).collect::<Vec<_>>()[..] {
+            [_, _] => groups.push(if plane[0] == 0 { &[0, 2] } else { &[1, 3] }),
+            [own] => {
+                let other = plane[0] + plane[1] - own;
+                let share = record.share_of_current(*own, other);
+                let (injected, answers) = (AXIS_NAMES[*own], AXIS_NAMES[other]);
+                if share <= OTHER_CURRENT {
+                    groups.push(&[[0], [1], [2], [3]][*own]);
+                    notes.push(format!("no injection into {answers}: the responses to its current are not determined"));
+                } else {
+                    notes.push(format!(
+                        "the current of {answers} answers the injection into {injected} with up to {:.0} % of it: \
+                         without an injection into {answers} no response to either is determined",
+                        100.0 * share
+                    ));
+                }
+            }
+            _ => notes.push(format!(
+                "no injection into {} and {}: nothing of that plane is determined",
+                AXIS_NAMES[plane[0]], AXIS_NAMES[plane[1]]
+            )),
+        }
+    }
+    if groups.is_empty() || record.speed_rpm != 0.0 {
+        return Err(IdentifyError::Experiments { name: record.name.clone(), found: taken.len() });
+    }
+    Ok((columns(record, &groups)?, notes))
+}
+
+impl SweepRecord {
+    fn check_shape(&self) -> Result<(), IdentifyError> {
+        let (lines, experiments, repeats, axes) = self.current.dim();
+        if lines == 0 || repeats == 0 {
+            return Err(IdentifyError::Empty { name: self.name.clone() });
+        }
+        if experiments != AXES || axes != AXES || self.signal.dim() != self.current.dim() {
+            return Err(IdentifyError::Experiments { name: self.name.clone(), found: experiments });
+        }
+        Ok(())
+    }
+
+    /// Axes that were injected into: an experiment without any current was not taken.
+    fn taken(&self) -> Vec<usize> {
+        (0..AXES).filter(|e| self.current.slice(s![.., *e, .., ..]).iter().any(|u| u.norm() > 0.0)).collect()
+    }
+
+    /// Largest current of an axis over that of the injection, of all lines.
+    fn share_of_current(&self, injected: usize, other: usize) -> f64 {
+        let size = |line: usize, axis: usize| {
+            let repeats = self.current.slice(s![line, injected, .., axis]);
+            repeats.iter().copied().sum::<c64>().norm()
+        };
+        (0..self.frequency_hz.len()).map(|l| size(l, other) / size(l, injected)).fold(0.0, f64::max)
+    }
+}
+
+/// Ĝ in groups of axes, each injected into as often as it has axes; currents outside a group count as none.
+fn columns(record: &SweepRecord, groups: &[&[usize]]) -> Result<MeasuredFrf, IdentifyError> {
+    let (lines, _, repeats, _) = record.current.dim();
+    let mean = |data: &Array4<c64>| {
+        let mean = data.sum_axis(Axis(2)).mapv(|sum| sum / repeats as f64);
+        mean.permuted_axes([0, 2, 1]).as_standard_layout().to_owned()
     };
     let mut frf = MeasuredFrf {
         speed_rpm: record.speed_rpm,
         frequency_hz: record.frequency_hz.clone(),
         response: Array3::from_elem((lines, AXES, AXES), c64::new(0.0, 0.0)),
         covariance: Array3::from_elem((lines, AXES * AXES, AXES * AXES), c64::new(0.0, 0.0)),
-        current: Array3::from_elem((lines, AXES, AXES), c64::new(0.0, 0.0)),
-        signal: Array3::from_elem((lines, AXES, AXES), c64::new(0.0, 0.0)),
+        current: mean(&record.current),
+        signal: mean(&record.signal),
         repeats,
         condition: vec![0.0; lines],
+        determined: std::array::from_fn(|axis| groups.iter().any(|group| group.contains(&axis))),
     };
+    for group in groups {
+        add_columns(&mut frf, record, group)?;
+    }
+    if repeats == 1 {
+        for ((line, i, j), g) in frf.response.indexed_iter() {
+            let size = SINGLE_REPEAT_SD * g.norm();
+            let k = i + AXES * j;
+            frf.covariance[(line, k, k)] = c64::new(size * size, 0.0);
+        }
+    }
+    Ok(frf)
+}
+
+fn add_columns(frf: &mut MeasuredFrf, record: &SweepRecord, group: &[usize]) -> Result<(), IdentifyError> {
+    let (lines, size) = (frf.len(), group.len());
     let mut scatter = Vec::with_capacity(lines);
     let mut inverses = Vec::with_capacity(lines);
     for line in 0..lines {
-        let (u, y) = (mean(&record.current, line), mean(&record.signal, line));
-        let u_mat = Mat::from_fn(AXES, AXES, |i, j| u[(i, j)]);
-        let identity = Mat::from_fn(AXES, AXES, |i, j| c64::new(if i == j { 1.0 } else { 0.0 }, 0.0));
-        let inverse = solve_complex(&u_mat, &identity);
-        let condition = max_singular_value_complex(&u_mat) * max_singular_value_complex(&inverse);
+        let u = Mat::from_fn(size, size, |i, e| frf.current[(line, group[i], group[e])]);
+        let identity = Mat::from_fn(size, size, |i, j| c64::new(if i == j { 1.0 } else { 0.0 }, 0.0));
+        let inverse = solve_complex(&u, &identity);
+        let condition = max_singular_value_complex(&u) * max_singular_value_complex(&inverse);
         if condition.partial_cmp(&WORST_CONDITION) != Some(std::cmp::Ordering::Less) {
             return Err(IdentifyError::Singular {
                 name: record.name.clone(),
@@ -164,62 +257,48 @@ pub fn open_loop(record: &SweepRecord) -> Result<MeasuredFrf, IdentifyError> {
                 condition,
             });
         }
-        let g = Mat::from_fn(AXES, AXES, |i, j| y[(i, j)]) * &inverse;
-        frf.condition[line] = condition;
+        let g = Mat::from_fn(AXES, size, |i, e| frf.signal[(line, i, group[e])]) * &inverse;
+        frf.condition[line] = condition.max(frf.condition[line]);
         for i in 0..AXES {
-            for j in 0..AXES {
-                frf.response[(line, i, j)] = g[(i, j)];
-                frf.current[(line, i, j)] = u[(i, j)];
-                frf.signal[(line, i, j)] = y[(i, j)];
+            for (j, axis) in group.iter().enumerate() {
+                frf.response[(line, i, *axis)] = g[(i, j)];
             }
         }
-        scatter.push(noise(record, line, &g));
+        scatter.push(noise(record, line, &g, group));
         inverses.push(inverse);
     }
     for (line, inverse) in inverses.iter().enumerate() {
         let window = neighbours(line, lines);
-        let count = window.len() as f64;
+        let count = window.len() as f64 * frf.repeats as f64;
         let sigma_v = window.fold(Mat::<c64>::zeros(AXES, AXES), |sum, k| sum + &scatter[k]);
-        for j in 0..AXES {
-            for l in 0..AXES {
+        for (j, column) in group.iter().enumerate() {
+            for (l, other) in group.iter().enumerate() {
                 // (U Uᴴ)⁻ᵀ = U⁻ᵀ (U⁻ᵀ)ᴴ
-                let u = (0..AXES).fold(c64::new(0.0, 0.0), |sum, e| sum + inverse[(e, j)] * inverse[(e, l)].conj());
+                let u = (0..size).fold(c64::new(0.0, 0.0), |sum, e| sum + inverse[(e, j)] * inverse[(e, l)].conj());
                 for i in 0..AXES {
                     for k in 0..AXES {
-                        frf.covariance[(line, i + AXES * j, k + AXES * l)] =
-                            u * sigma_v[(i, k)] / (count * repeats as f64);
+                        frf.covariance[(line, i + AXES * column, k + AXES * other)] = u * sigma_v[(i, k)] / count;
                     }
                 }
             }
         }
     }
-    if repeats == 1 {
-        for line in 0..lines {
-            for j in 0..AXES {
-                for i in 0..AXES {
-                    let size = SINGLE_REPEAT_SD * frf.response[(line, i, j)].norm();
-                    let k = i + AXES * j;
-                    frf.covariance[(line, k, k)] = c64::new(size * size, 0.0);
-                }
-            }
-        }
-    }
-    Ok(frf)
+    Ok(())
 }
 
 /// Σ_v of one line from the scatter over repeats; zero for a single repeat.
-fn noise(record: &SweepRecord, line: usize, g: &Mat<c64>) -> Mat<c64> {
-    let (_, experiments, repeats, _) = record.current.dim();
+fn noise(record: &SweepRecord, line: usize, g: &Mat<c64>, group: &[usize]) -> Mat<c64> {
+    let repeats = record.repeats();
     let mut sum = Mat::<c64>::zeros(AXES, AXES);
     if repeats < 2 {
         return sum;
     }
-    for e in 0..experiments {
+    for e in group {
         for p in 0..repeats {
             let v: Vec<c64> = (0..AXES)
                 .map(|i| {
-                    (0..AXES).fold(record.signal[(line, e, p, i)], |rest, j| {
-                        rest - g[(i, j)] * record.current[(line, e, p, j)]
+                    group.iter().enumerate().fold(record.signal[(line, *e, p, i)], |rest, (j, axis)| {
+                        rest - g[(i, j)] * record.current[(line, *e, p, *axis)]
                     })
                 })
                 .collect();
@@ -230,6 +309,6 @@ fn noise(record: &SweepRecord, line: usize, g: &Mat<c64>) -> Mat<c64> {
             }
         }
     }
-    let freedom = (experiments * (repeats - 1)) as f64;
+    let freedom = (group.len() * (repeats - 1)) as f64;
     Mat::from_fn(AXES, AXES, |i, k| sum[(i, k)] / freedom)
 }

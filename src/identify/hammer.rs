@@ -7,11 +7,14 @@
 
 use super::frf::{AXES, neighbours};
 use super::line_noise::noise_of_lines;
-use super::peaks::{Channel, Resonance, resonances};
+use super::peaks::{Antiresonance, Channel, Resonance, antiresonances, resonances};
 use crate::linalg::c64;
 use crate::lti::HeldResponse;
 use crate::lti::held::closed_response;
 use crate::spindle::Plant;
+
+/// Relative standard deviation of 3 dB.
+const WORST_DEVIATION: f64 = 0.4125;
 
 /// An FRF of a hammer test.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,28 +32,52 @@ pub struct HammerFrf {
 }
 
 impl HammerFrf {
-    /// Resonances with a damping ratio of two percent at most.
-    pub(crate) fn lightly_damped(&self) -> Vec<Resonance> {
-        let mut found = self.resonances();
-        found.retain(|r| r.damping_ratio < 0.02);
-        found
+    /// Lines that tell the response, one entry a line: the standard deviation is below 3 dB, by coherence or else from
+    /// line to line, and the line is not below [`Self::held_from`].
+    pub fn valid_lines(&self) -> Vec<bool> {
+        let noise = noise_of_lines(&self.frequency_hz, &self.compliance);
+        let deviation = |k: usize| match &self.coherence {
+            Some(coherence) => {
+                let averages = self.averages.as_ref().and_then(|all| all.get(k)).copied().unwrap_or(1.0);
+                ((1.0 - coherence[k]).max(0.0) / (averages * coherence[k])).sqrt()
+            }
+            None => noise[k] / self.compliance[k].norm(),
+        };
+        let from = self.held_from();
+        (0..self.frequency_hz.len()).map(|k| k >= from && deviation(k) < WORST_DEVIATION).collect()
+    }
+
+    /// The line below which the compliance falls more steeply over an octave than that of any held rotor: towards low
+    /// frequencies a spring is level and a damper falls by one decade in a decade; more is a free mass, or the drift of
+    /// an integrated acceleration.
+    fn held_from(&self) -> usize {
+        let (f, h) = (&self.frequency_hz, &self.compliance);
+        let falls = |k: usize| {
+            let octave = f.partition_point(|hz| *hz < 2.0 * f[k]);
+            let end = h.get(octave).filter(|_| h[k + 1..=octave].iter().all(|own| own.norm() < h[k].norm()));
+            end.is_some_and(|end| end.norm() * f[octave] < h[k].norm() * f[k])
+        };
+        (0..f.len()).find(|k| !falls(*k)).unwrap_or(0)
     }
 
     /// Resonances of the record.
     pub fn resonances(&self) -> Vec<Resonance> {
+        resonances(&self.frequency_hz, &[self.channel()])
+    }
+
+    fn channel(&self) -> Channel {
         let lines = 0..self.frequency_hz.len();
         let noise = noise_of_lines(&self.frequency_hz, &self.compliance);
         // A floor of half a percent: what repeated hammer tests differ by.
         let sigma = |k: usize| self.sigma(k, 0.005);
-        let channel = Channel {
-            name: "tool".to_owned(),
+        Channel {
+            name: "h".to_owned(),
             value: self.compliance.clone(),
             sigma: match self.coherence {
                 Some(_) => lines.map(sigma).collect(),
                 None => lines.map(|k| sigma(k).hypot(noise[k])).collect(),
             },
-        };
-        resonances(&self.frequency_hz, &[channel])
+        }
     }
 
     /// Standard deviation of the complex compliance at a line, √E|δH|², m/N, with `floor` × |H| added in squares.
@@ -77,6 +104,17 @@ impl HammerFrf {
         let (c, n) = (c.get(line).copied().unwrap_or(1.0), n.get(line).copied().unwrap_or(1.0));
         h.norm_sqr() * (1.0 - c).max(0.0) / (n * c)
     }
+}
+
+/// Resonances that hammer tests on the same lines share, and the antiresonances of each from a frequency on.
+pub(crate) fn identify_taps(taps: &[&HammerFrf], from_hz: f64) -> (Vec<Resonance>, Vec<Vec<Antiresonance>>) {
+    let channels: Vec<Channel> = taps.iter().map(|tap| tap.channel()).collect();
+    let Some(lines) = taps.first().map(|tap| &tap.frequency_hz) else {
+        return (vec![], vec![]);
+    };
+    let poles = resonances(lines, &channels);
+    let zeros = channels.iter().enumerate().map(|(k, own)| antiresonances(lines, own, k, &poles, from_hz)).collect();
+    (poles, zeros)
 }
 
 /// Compliance at the tool plane of the levitated spindle, m/N, with the hold of a sampled controller. `axis` 0 is x, 1

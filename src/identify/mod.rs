@@ -21,7 +21,7 @@ mod window;
 
 pub use drift::{PoleDrift, pole_drift};
 pub use free_free::{Identification, Reading, identify};
-pub use frf::{MeasuredFrf, SweepRecord, open_loop};
+pub use frf::{MeasuredFrf, SweepRecord, open_loop, open_loop_columns};
 pub use hammer::HammerFrf;
 pub use plausibility::{Plausibility, hammer_plausibility, sweep_plausibility};
 pub use rehearsal::Rehearsal;
@@ -40,8 +40,8 @@ pub enum IdentifyError {
         /// The record.
         name: String,
     },
-    /// Not one experiment per axis.
-    #[error("{name}: {found} experiments, G = Y U⁻¹ needs exactly 4, one injection per axis")]
+    /// Not one experiment per axis, where that is needed.
+    #[error("{name}: {found} of 4 injections: G = Y U⁻¹ needs one per axis")]
     Experiments {
         /// The record.
         name: String,

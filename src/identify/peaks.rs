@@ -25,17 +25,26 @@ pub fn poly_reference(frequency_hz: &[f64], channels: &[Channel], inputs: usize)
     if told.is_empty() {
         return (vec![], vec![]);
     }
-    let diagram = stabilisation_diagram(&Responses { frequency_hz, channels: &all, inputs });
+    // Outputs and inputs that no channel tells of leave their equations undetermined.
+    let has_input = |i: usize| told.iter().any(|c| c % inputs == i);
+    let has_output = |o: usize| told.iter().any(|c| c / inputs == o);
+    let rows = (0..all.len()).filter(|c| has_input(c % inputs) && has_output(c / inputs));
+    let rows: Vec<Channel> = rows.map(|c| all[c].clone()).collect();
+    let telling = (0..inputs).filter(|i| has_input(*i)).count();
+    let diagram = stabilisation_diagram(&Responses { frequency_hz, channels: &rows, inputs: telling });
     let survey = Survey::of(frequency_hz, told.iter().map(|c| &all[*c]).collect());
     let modes = survey.modes(&pole_clusters(&diagram));
     let found = modes.iter().map(|m| resonance(m, &told, channels.len())).collect();
     (found, diagram)
 }
 
-/// The channel with a noise that is nowhere zero: rounding of its largest value.
+/// The channel with a noise that is nowhere zero: rounding of its largest value; one that tells nothing has none.
 fn with_least_noise(channel: &Channel) -> Channel {
     let largest = channel.value.iter().map(|v| v.norm()).fold(0.0, f64::max);
-    let least = if largest > 0.0 { largest * f64::EPSILON } else { 1.0 };
+    if largest == 0.0 {
+        return Channel { sigma: vec![0.0; channel.sigma.len()], ..channel.clone() };
+    }
+    let least = largest * f64::EPSILON;
     Channel { sigma: channel.sigma.iter().map(|s| s.max(least)).collect(), ..channel.clone() }
 }
 

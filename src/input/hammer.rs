@@ -2,7 +2,8 @@
 
 use super::error::InputError;
 use super::file::{self, Watch};
-use super::table::{at, each_number_row, keep};
+use super::sweep::AT_ZERO;
+use super::table::{Columns, at, each_number_row, keep};
 use super::uff::{self, UffFunction};
 use super::uff_frf::{self, UffFrf};
 use crate::identify::HammerFrf;
@@ -53,7 +54,7 @@ pub fn read_tap(file: &str, bytes: &[u8], keys: &HammerKeys) -> Result<Tap, Inpu
         return from_universal(file, &uff::read(file, bytes)?, keys);
     }
     refuse_function(file, keys)?;
-    Ok(tap_of_table(from_table(file, bytes, keys.speed_rpm)?, keys))
+    from_table(file, bytes, keys)
 }
 
 /// As [`read_tap`], from a file; a table is read line by line and `watch` hears how far that has come.
@@ -67,7 +68,7 @@ pub(crate) fn load_hammer(path: &Path, keys: &HammerKeys, watch: Watch<'_>) -> R
     }
     refuse_function(&name, keys)?;
     let rows = file::open_rows(path, watch).map_err(|e| e.of(&name))?;
-    Ok(tap_of_table(from_table(&name, rows, keys.speed_rpm)?, keys))
+    from_table(&name, rows, keys)
 }
 
 fn is_universal(file: &str) -> bool {
@@ -83,35 +84,48 @@ fn refuse_function(file: &str, keys: &HammerKeys) -> Result<(), InputError> {
     }
 }
 
-fn tap_of_table(frf: HammerFrf, keys: &HammerKeys) -> Tap {
-    Tap { frf, axis: keys.axis.unwrap_or(0), notes: vec![] }
-}
-
-fn from_table(file: &str, reader: impl BufRead, speed_rpm: f64) -> Result<HammerFrf, InputError> {
+/// A table with or without coherence and averages.
+fn from_table(file: &str, reader: impl BufRead, keys: &HammerKeys) -> Result<Tap, InputError> {
     let names: Vec<String> = ["frequency_hz", "h_re", "h_im", "coherence", "averages"].map(str::to_owned).to_vec();
     let (mut frequency_hz, mut compliance) = (vec![], vec![]);
     let (mut coherences, mut all_averages) = (vec![], vec![]);
-    each_number_row(file, reader, &names, &mut |line, row| {
-        let (f, coherence, averages) = (row[0], row[3], row[4]);
+    let mut notes = vec![];
+    each_number_row(file, reader, &Columns { names: &names, optional: 2 }, &mut |line, row| {
         let rule = |message: String| Err(at(file, line, message));
-        if f <= 0.0 {
+        let f = row[0];
+        if f < 0.0 {
             return rule(format!("frequency_hz: {f} must be positive"));
         }
         if frequency_hz.last().is_some_and(|last| f <= *last) {
             return rule(format!("frequency_hz: {f} does not exceed the line before; frequencies must ascend"));
         }
-        if !(coherence > 0.0 && coherence <= 1.0) {
-            return rule(format!("coherence: {coherence} must be above 0 and at most 1"));
+        if f == 0.0 {
+            notes.push(format!("{file}: {AT_ZERO}"));
+            return Ok(());
         }
-        if averages < 1.0 {
-            return rule(format!("averages: {averages} must be at least 1"));
+        if let [_, _, _, coherence, averages] = *row {
+            if !(coherence > 0.0 && coherence <= 1.0) {
+                return rule(format!("coherence: {coherence} must be above 0 and at most 1"));
+            }
+            if averages < 1.0 {
+                return rule(format!("averages: {averages} must be at least 1"));
+            }
+            keep(file, line, &mut coherences, coherence)?;
+            keep(file, line, &mut all_averages, averages)?;
         }
         keep(file, line, &mut frequency_hz, f)?;
-        keep(file, line, &mut compliance, c64::new(row[1], row[2]))?;
-        keep(file, line, &mut coherences, coherence)?;
-        keep(file, line, &mut all_averages, averages)
+        keep(file, line, &mut compliance, c64::new(row[1], row[2]))
     })?;
-    Ok(HammerFrf { speed_rpm, frequency_hz, compliance, coherence: Some(coherences), averages: Some(all_averages) })
+    if frequency_hz.is_empty() {
+        return Err(InputError::new(file, "no line above 0 Hz").with_hint("frequencies are in Hz and ascend"));
+    }
+    let told = |list: Vec<f64>| (!list.is_empty()).then_some(list);
+    if coherences.is_empty() {
+        notes.push(format!("{file}: without coherence the noise is estimated from line to line"));
+    }
+    let (coherence, averages) = (told(coherences), told(all_averages));
+    let frf = HammerFrf { speed_rpm: keys.speed_rpm, frequency_hz, compliance, coherence, averages };
+    Ok(Tap { frf, axis: keys.axis.unwrap_or(0), notes })
 }
 
 fn from_universal(file: &str, functions: &[UffFunction], keys: &HammerKeys) -> Result<Tap, InputError> {
@@ -249,7 +263,7 @@ pub(crate) fn load_mode_shapes(path: &Path, watch: Watch<'_>) -> Result<Vec<Meas
 fn read_mode_shapes_from(file: &str, reader: impl BufRead) -> Result<Vec<MeasuredShape>, InputError> {
     let names: Vec<String> = ["mode", "position_m", "amplitude"].map(str::to_owned).to_vec();
     let mut shapes: Vec<MeasuredShape> = vec![];
-    each_number_row(file, reader, &names, &mut |line, row| {
+    each_number_row(file, reader, &Columns { names: &names, optional: 0 }, &mut |line, row| {
         if row[0].fract() != 0.0 || !(1.0..=MOST_MODES as f64).contains(&row[0]) {
             let rule = format!("mode: {} must be a whole number from 1 to {MOST_MODES}", row[0]);
             return Err(at(file, line, rule));

@@ -133,6 +133,13 @@ const EFFECT: &[Key] = &[
     open("mass_kg", "kg", [[1e-5, 1e4], [0.0, 1e6]], "parts of a spindle and its housing have grams to tonnes"),
 ];
 
+const DAMPING: Key = required_key(
+    "damping_ratio[]",
+    "",
+    [[1e-5, 0.1], [0.0, 1.0]],
+    "steel shafts with shrink fits have 0.001 to 0.02 of critical damping",
+);
+
 /// A spindle file.
 pub const SPINDLE: &[KeyGroup] = &[
     group("", &[words("name")]),
@@ -144,12 +151,7 @@ pub const SPINDLE: &[KeyGroup] = &[
         &[
             words("materials"),
             words("elements"),
-            required_key(
-                "damping_ratio[]",
-                "",
-                [[1e-5, 0.1], [0.0, 1.0]],
-                "steel shafts with shrink fits have 0.001 to 0.02 of critical damping",
-            ),
+            DAMPING,
             required_key(
                 "flexible_modes",
                 "",
@@ -227,6 +229,30 @@ pub const SPINDLE: &[KeyGroup] = &[
         ],
     ),
     group("effects[]", EFFECT),
+];
+
+const SUPPORT: &[Key] = {
+    const STIFF: [Range; 2] = [[10.0, 1e10], [0.0, 1e13]];
+    const STIFF_WHY: &str = "bungees have 100 N/m, rolling bearings 1e8 N/m; none unless given";
+    const DAMPED: [Range; 2] = [[0.1, 1e6], [0.0, 1e9]];
+    const DAMPED_WHY: &str = "squeeze films have some thousand N s/m; none unless given";
+    &[
+        required_key("position_m", "m", [[0.0, 3.0], [0.0, 10.0]], "shafts on magnetic bearings are shorter than 3 m"),
+        open("stiffness_x_n_per_m", "N/m", STIFF, STIFF_WHY),
+        open("stiffness_y_n_per_m", "N/m", STIFF, STIFF_WHY),
+        open("damping_x_n_s_per_m", "N s/m", DAMPED, DAMPED_WHY),
+        open("damping_y_n_s_per_m", "N s/m", DAMPED, DAMPED_WHY),
+    ]
+};
+
+/// A rotor without magnets.
+pub const ROTOR: &[KeyGroup] = &[
+    group("", &[words("name")]),
+    group("rotor.materials.*", MATERIAL),
+    group("rotor.elements[]", ELEMENT),
+    group("rotor.discs[]", DISC),
+    group("rotor", &[words("materials"), words("elements"), DAMPING]),
+    group("supports[]", SUPPORT),
 ];
 
 /// A tool file.
@@ -351,9 +377,14 @@ pub const MEASUREMENT: &[KeyGroup] = &[
                 [[10.0, 3e5], [0.0, 2e6]],
                 "the surface of a steel rotor bursts near 300 m/s: 300 000 rpm at 20 mm",
             ),
+            open("response_m", "m", HIT, HIT_WHY),
+            open("force_m", "m", HIT, HIT_WHY),
         ],
     ),
 ];
+
+const HIT: [Range; 2] = [[0.0, 3.0], [0.0, 10.0]];
+const HIT_WHY: &str = "shafts on magnetic bearings are shorter than 3 m; at the tool plane unless given";
 
 /// Other units that a number in a unit is written in by mistake, with their size.
 pub(crate) fn other_units(unit: &str) -> &'static [(&'static str, f64)] {

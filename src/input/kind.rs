@@ -5,6 +5,7 @@ use super::error::InputError;
 use super::file;
 use super::keys;
 use super::plausible::{self, Warning};
+use super::rotor_kind::is_rotor_tree;
 use super::shipped::{self, FREQUENCIES, SPINDLES, Shipped, TOOLS, WEIGHTS};
 use super::spindle::read_spindle;
 use super::table::first_line;
@@ -17,6 +18,8 @@ use std::path::Path;
 pub enum FileKind {
     /// Spindle YAML.
     Spindle,
+    /// Rotor YAML.
+    Rotor,
     /// Tool YAML.
     Tool,
     /// Weights YAML.
@@ -57,6 +60,7 @@ impl FileKind {
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Spindle => "spindle",
+            Self::Rotor => "rotor",
             Self::Tool => "tool",
             Self::Weights => "weights",
             Self::Controller => "controller",
@@ -104,6 +108,9 @@ impl FileKind {
         if ["front", "rear", "translation", "tilt"].iter().any(is_channel) {
             return Ok(Self::Pid);
         }
+        if is_rotor_tree(&value) {
+            return Ok(Self::Rotor);
+        }
         let told = TELLING.iter().find(|(key, _)| value.get(key).is_some());
         told.map(|(_, kind)| *kind).ok_or_else(|| {
             InputError::new(source, "is not a file that muspin knows").with_hint(
@@ -119,14 +126,13 @@ impl FileKind {
         let unread: file::Watch<'_> = &|_| ();
         let reader = file::open_rows(Path::new(source), unread).map_err(|e| e.of(source))?;
         let header = first_line(source, reader)?;
-        let known = [("experiment", Self::Sweep), ("coherence", Self::Hammer), ("amplitude", Self::ModeShapes)];
+        let known = [("experiment", Self::Sweep), ("h_re", Self::Hammer), ("amplitude", Self::ModeShapes)];
         let told = known.iter().find(|(column, _)| header.contains(column));
         told.map(|(_, kind)| *kind).ok_or_else(|| {
-            InputError::new(source, "is no table that muspin knows: no column experiment, coherence or amplitude")
-                .with_hint(
-                    "the first line of a record names its columns, for example \
+            InputError::new(source, "is no table that muspin knows: no column experiment, h_re or amplitude").with_hint(
+                "the first line of a record names its columns, for example \
                     frequency_hz,h_re,h_im,coherence,averages",
-                )
+            )
         })
     }
 
@@ -137,6 +143,7 @@ impl FileKind {
     pub fn warnings(self, source: &str) -> Result<Vec<Warning>, InputError> {
         let (groups, shipped): (_, &[Shipped]) = match self {
             Self::Spindle => (keys::SPINDLE, SPINDLES),
+            Self::Rotor => (keys::ROTOR, &[]),
             Self::Tool => (keys::TOOL, TOOLS),
             Self::Weights => (keys::WEIGHTS, WEIGHTS),
             Self::Pid => (keys::PID, &[]),

@@ -41,6 +41,8 @@ pub struct Hammer {
     pub axis: usize,
     /// Path of the controller that levitated the rotor.
     pub controller: Option<String>,
+    /// Where the displacement is read and where the force acts, m from the nose face; none: at the tool plane.
+    pub places_m: Option<[f64; 2]>,
     /// What its file does not say and was taken for granted, one sentence each.
     pub notes: Vec<String>,
 }
@@ -91,7 +93,7 @@ impl Measurement {
 pub(super) struct MeasurementFile {
     /// Spindle: a path from this folder, a name beside this file, or a shipped name.
     spindle: String,
-    /// Tool, found like the spindle.
+    /// Tool, found like the spindle; `none` in a rotor without magnets that has none.
     tool: String,
     /// Files of the measurement.
     records: Vec<RecordFile>,
@@ -112,6 +114,10 @@ pub(super) struct RecordFile {
     axis: Option<String>,
     /// Which function of a universal file is the hammer test, from 1; left out: the only one that can be.
     function: Option<usize>,
+    /// Where a hammer test reads the displacement, from the nose face; at the tool plane unless given.
+    response_m: Option<f64>,
+    /// Where the hammer hits; at the tool plane unless given.
+    force_m: Option<f64>,
     /// True for a sweep whose currents were logged as samples in the controller, before the hold.
     #[schemars(extend("default" = false))]
     hold: Option<bool>,
@@ -174,7 +180,7 @@ fn records(errors: &mut ErrorList<'_>, folder: &Path, read: MeasurementFile, wat
     let mut measurement = Measurement {
         folder: folder.to_owned(),
         spindle: resolve(folder, &read.spindle, "spindle.yaml"),
-        tool: resolve(folder, &read.tool, "tool.yaml"),
+        tool: if read.tool == NO_TOOL { read.tool } else { resolve(folder, &read.tool, "tool.yaml") },
         sweeps: vec![],
         hammers: vec![],
         mode_shapes: vec![],
@@ -239,6 +245,11 @@ fn check_keys(record: &RecordFile, broken: &dyn Fn(&str, String) -> InputError) 
             broken("function", rule).with_hint("only a hammer test chooses from a universal file; remove the key")
         );
     }
+    let has_place = record.response_m.is_some() || record.force_m.is_some();
+    if has_place && record.kind != "hammer" {
+        let rule = format!("a record of kind {} has no such key", record.kind);
+        return Err(broken("response_m", rule).with_hint("only a hammer test has a place; remove the key"));
+    }
     let taken_at_speed = matches!(record.kind.as_str(), "sweep" | "hammer");
     if !taken_at_speed {
         let extra = [
@@ -253,6 +264,24 @@ fn check_keys(record: &RecordFile, broken: &dyn Fn(&str, String) -> InputError) 
         }
     }
     Ok(())
+}
+
+/// Name of no tool.
+pub(crate) const NO_TOOL: &str = "none";
+
+/// Where a hammer test was taken.
+fn places(record: &RecordFile, broken: &dyn Fn(&str, String) -> InputError) -> Result<Option<[f64; 2]>, InputError> {
+    let missing = |key: &str| {
+        let rule = "is missing: a hammer test away from the tool plane has two places".to_owned();
+        Err(broken(key, rule).with_hint("write response_m and force_m, the same for a drive point"))
+    };
+    match (record.response_m, record.force_m) {
+        (None, None) => Ok(None),
+        (Some(response), Some(force)) if record.controller.is_none() => Ok(Some([response, force])),
+        (Some(_), Some(_)) => Err(broken("response_m", "a levitated spindle is hit at its tool plane".to_owned())),
+        (None, _) => missing("response_m"),
+        (_, None) => missing("force_m"),
+    }
 }
 
 fn resolve(folder: &Path, name: &str, usual: &str) -> String {
@@ -324,6 +353,7 @@ fn read_record(
                 name,
                 axis: tap.axis,
                 controller: controller()?,
+                places_m: places(record, broken)?,
                 notes: tap.notes,
             });
         }

@@ -35,6 +35,8 @@ pub(crate) mod ross_magnet;
 mod ross_notes;
 pub(crate) mod ross_parts;
 mod ross_table;
+pub mod rotor;
+pub mod rotor_kind;
 pub mod schema;
 pub mod shipped;
 pub mod spindle;
@@ -55,10 +57,12 @@ pub use controller::{load_controller, load_tagged_controller, read_controller};
 pub use error::InputError;
 pub use measurement::{Measurement, load_measurement, load_measurement_watched};
 pub use plausible::Warning;
+pub use rotor::{load_rotor, read_rotor};
+pub use rotor_kind::is_rotor;
 pub use spindle::{load_spindle, read_spindle};
 pub use tool::{load_tool, read_tool};
 pub use weights::{load_weights, read_weights};
-pub use write::{spindle_yaml, tool_yaml};
+pub use write::{rotor_yaml, spindle_yaml, tool_yaml};
 
 use crate::spindle::{Machine, Spindle, Tool};
 

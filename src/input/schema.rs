@@ -5,9 +5,10 @@
 //! alone.
 
 use super::controller::ControllerFile;
-use super::keys::{FREQUENCIES, Key, KeyGroup, MEASUREMENT, PID, SPINDLE, TOOL, WEIGHTS};
+use super::keys::{FREQUENCIES, Key, KeyGroup, MEASUREMENT, PID, ROTOR, SPINDLE, TOOL, WEIGHTS};
 use super::measurement::{FrequenciesFile, MeasurementFile};
 use super::pid::PidFile;
+use super::rotor::RotorModelFile;
 use super::spindle::SpindleFile;
 use super::tool::ToolFile;
 use super::weights::WeightsFile;
@@ -20,6 +21,8 @@ use serde_json::{Map, Value, json};
 pub enum SchemaKind {
     /// Spindle YAML.
     Spindle,
+    /// Rotor YAML.
+    Rotor,
     /// Tool YAML.
     Tool,
     /// Weights YAML.
@@ -36,13 +39,22 @@ pub enum SchemaKind {
 
 impl SchemaKind {
     /// All of them, in the order of the formats page.
-    pub const ALL: [Self; 7] =
-        [Self::Spindle, Self::Tool, Self::Weights, Self::Measurement, Self::Frequencies, Self::Controller, Self::Pid];
+    pub const ALL: [Self; 8] = [
+        Self::Spindle,
+        Self::Rotor,
+        Self::Tool,
+        Self::Weights,
+        Self::Measurement,
+        Self::Frequencies,
+        Self::Controller,
+        Self::Pid,
+    ];
 
     /// Its name on the command line and in file names.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Spindle => "spindle",
+            Self::Rotor => "rotor",
             Self::Tool => "tool",
             Self::Weights => "weights",
             Self::Measurement => "measurement",
@@ -55,6 +67,7 @@ impl SchemaKind {
     fn groups(self) -> &'static [KeyGroup] {
         match self {
             Self::Spindle => SPINDLE,
+            Self::Rotor => ROTOR,
             Self::Tool => TOOL,
             Self::Weights => WEIGHTS,
             Self::Measurement => MEASUREMENT,
@@ -70,6 +83,7 @@ impl SchemaKind {
 pub fn schema(kind: SchemaKind) -> Value {
     let mut schema = match kind {
         SchemaKind::Spindle => derive_schema::<SpindleFile>(),
+        SchemaKind::Rotor => derive_schema::<RotorModelFile>(),
         SchemaKind::Tool => derive_schema::<ToolFile>(),
         SchemaKind::Weights => derive_schema::<WeightsFile>(),
         SchemaKind::Measurement => derive_schema::<MeasurementFile>(),

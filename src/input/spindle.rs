@@ -4,6 +4,7 @@ use super::effect::EffectFile;
 use super::error::{InputError, nearest};
 use super::error_list::ErrorList;
 use super::keys;
+use super::rotor_kind::is_rotor_tree;
 use super::shipped::{self, SPINDLES};
 use super::yaml;
 use crate::rotor::{Disc, Material, Section};
@@ -222,6 +223,12 @@ pub fn load_spindle(source: &str) -> Result<Spindle, InputError> {
 /// # Errors
 /// [`InputError`] that says what is wrong and where.
 pub fn read_spindle(file: &str, text: &str) -> Result<Spindle, InputError> {
+    if yaml::value(file, text).is_ok_and(|tree| is_rotor_tree(&tree)) {
+        let rule = "has no planes, bearings, electronics and speed: it is a rotor without magnets";
+        return Err(InputError::new(file, rule).with_hint(
+            "`muspin modes`, `frf`, `identify` and `update` take such a rotor; all else needs the magnets",
+        ));
+    }
     let mut errors = ErrorList::new(file, text);
     let spindle = yaml::read(&mut errors, keys::SPINDLE).map(|read| spindle(&mut errors, read));
     errors.finish(spindle)

@@ -1,10 +1,11 @@
 //! Sweep CSV (formats.md, section 4) to a [`SweepRecord`]: one row per line, experiment and repeat. Rows may come in
-//! any order; what is doubled or no number is refused with its line. Lines where an experiment is missing and repeats
-//! that one experiment has more than another are left out, which the record says.
+//! any order; what is doubled or no number is refused with its line. Lines where an experiment is missing that others
+//! have, repeats that one experiment has more than another, and 0 Hz are left out, which the record says. An experiment
+//! that no line has was not taken.
 
 use super::error::InputError;
 use super::file::{self, Watch};
-use super::table::{at, each_row, keep, number};
+use super::table::{Columns, at, each_row, keep, number};
 use crate::identify::SweepRecord;
 use crate::identify::frf::{AXES, AXIS_NAMES};
 use crate::linalg::c64;
@@ -39,7 +40,7 @@ pub fn header() -> Vec<String> {
 ///
 /// # Errors
 /// [`InputError`] with the line: wrong columns, no number, frequency not positive, unknown experiment, doubled row, no
-/// frequency with all four experiments.
+/// frequency with all experiments that the file has.
 pub fn read_sweep(file: &str, bytes: &[u8], speed_rpm: f64) -> Result<SweepRecord, InputError> {
     read_sweep_from(file, bytes, speed_rpm)
 }
@@ -55,7 +56,7 @@ pub(crate) fn load_sweep(path: &Path, speed_rpm: f64, watch: Watch<'_>) -> Resul
 }
 
 fn read_sweep_from(file: &str, reader: impl BufRead, speed_rpm: f64) -> Result<SweepRecord, InputError> {
-    let mut rows = rows(file, reader)?;
+    let (mut rows, at_zero) = rows(file, reader)?;
     rows.sort_by(|a, b| {
         a.frequency_hz
             .total_cmp(&b.frequency_hz)
@@ -79,13 +80,17 @@ fn read_sweep_from(file: &str, reader: impl BufRead, speed_rpm: f64) -> Result<S
         }
     }
     let groups: Vec<&[SweepRow]> = rows.chunk_by(|a, b| a.frequency_hz == b.frequency_hz).collect();
-    let counts: Vec<[usize; AXES]> = groups.iter().map(|group| repeats_of_experiments(group)).collect();
-    let repeats = usable_repeats(file, &groups, &counts)?;
+    let taken: Vec<usize> = (0..AXES).filter(|e| rows.iter().any(|row| row.experiment == e + 1)).collect();
+    let counts: Vec<Vec<usize>> = groups.iter().map(|group| repeats_of_experiments(group, &taken)).collect();
+    let repeats = usable_repeats(file, &groups, &counts, &taken)?;
     let usable = groups.iter().zip(&counts).filter(|(_, counts)| fewest(counts) >= repeats);
     let used: Vec<Vec<&SweepRow>> = usable.map(|(group, counts)| first_repeats(group, counts, repeats)).collect();
     let take = |offset: usize| {
         Array4::from_shape_fn((used.len(), AXES, repeats, AXES), |(l, e, p, axis)| {
-            let v = &used[l][e * repeats + p].values;
+            let Some(place) = taken.iter().position(|own| *own == e) else {
+                return c64::new(0.0, 0.0);
+            };
+            let v = &used[l][place * repeats + p].values;
             let k = offset + 2 * axis;
             c64::new(v[k], v[k + 1])
         })
@@ -97,22 +102,25 @@ fn read_sweep_from(file: &str, reader: impl BufRead, speed_rpm: f64) -> Result<S
         frequency_hz: used.iter().map(|rows| rows[0].frequency_hz).collect(),
         current,
         signal,
-        left_out: left_out(&groups, &counts, repeats),
+        left_out: at_zero.then(|| AT_ZERO.to_owned()).into_iter().chain(left_out(&groups, &counts, repeats)).collect(),
     })
 }
 
-/// Number of repeats of each experiment among the rows of a line.
-fn repeats_of_experiments(group: &[SweepRow]) -> [usize; AXES] {
-    std::array::from_fn(|e| group.iter().filter(|row| row.experiment == e + 1).count())
+/// What is said of a line that has no frequency.
+pub(super) const AT_ZERO: &str = "the line at 0 Hz is left out: a mean value is no response";
+
+/// Number of repeats of each experiment that was taken among the rows of a line.
+fn repeats_of_experiments(group: &[SweepRow], taken: &[usize]) -> Vec<usize> {
+    taken.iter().map(|e| group.iter().filter(|row| row.experiment == e + 1).count()).collect()
 }
 
-fn fewest(counts: &[usize; AXES]) -> usize {
+fn fewest(counts: &[usize]) -> usize {
     counts.iter().copied().min().unwrap_or(0)
 }
 
 /// The first repeats of every experiment of a line, experiment by experiment.
-fn first_repeats<'a>(group: &'a [SweepRow], counts: &[usize; AXES], repeats: usize) -> Vec<&'a SweepRow> {
-    let mut rows = Vec::with_capacity(AXES * repeats);
+fn first_repeats<'a>(group: &'a [SweepRow], counts: &[usize], repeats: usize) -> Vec<&'a SweepRow> {
+    let mut rows = Vec::with_capacity(counts.len() * repeats);
     let mut first = 0;
     for count in counts {
         rows.extend(&group[first..first + repeats]);
@@ -122,29 +130,33 @@ fn first_repeats<'a>(group: &'a [SweepRow], counts: &[usize; AXES], repeats: usi
 }
 
 /// Number of repeats with which most rows are used: lines where an experiment has fewer are left out.
-fn usable_repeats(file: &str, groups: &[&[SweepRow]], counts: &[[usize; AXES]]) -> Result<usize, InputError> {
+fn usable_repeats(
+    file: &str,
+    groups: &[&[SweepRow]],
+    counts: &[Vec<usize>],
+    taken: &[usize],
+) -> Result<usize, InputError> {
     let lines_with = |repeats: usize| counts.iter().filter(|own| fewest(own) >= repeats).count();
-    let most = counts.iter().map(fewest).max().unwrap_or(0);
+    let most = counts.iter().map(|own| fewest(own)).max().unwrap_or(0);
     if let Some(best) = (1..=most).max_by_key(|repeats| repeats * lines_with(*repeats)) {
         return Ok(best);
     }
     let (line, frequency_hz) = groups.first().map_or((1, 0.0), |group| (group[0].line, group[0].frequency_hz));
-    let missing = counts.first().and_then(|own| own.iter().position(|count| *count == 0)).unwrap_or(0);
+    let missing = counts.first().and_then(|own| own.iter().position(|count| *count == 0));
+    let missing = missing.and_then(|k| taken.get(k)).copied().unwrap_or(0);
     Err(at(
         file,
         line,
         format!("at {frequency_hz} Hz experiment {} (injection into {}) is missing", missing + 1, AXIS_NAMES[missing]),
     )
-    .with_hint(
-        "G = Y U⁻¹ needs one injection into each of the four axes at the same frequencies; no line has all four",
-    ))
+    .with_hint("G = Y U⁻¹ needs the injections at the same frequencies; no line has all that the file has"))
 }
 
 /// Frequencies that a note names.
 const NAMED_LINES: usize = 3;
 
 /// What of a record is not used, in words.
-fn left_out(groups: &[&[SweepRow]], counts: &[[usize; AXES]], repeats: usize) -> Vec<String> {
+fn left_out(groups: &[&[SweepRow]], counts: &[Vec<usize>], repeats: usize) -> Vec<String> {
     let mut notes = vec![];
     let short: Vec<f64> = groups
         .iter()
@@ -175,10 +187,11 @@ fn left_out(groups: &[&[SweepRow]], counts: &[[usize; AXES]], repeats: usize) ->
     notes
 }
 
-fn rows(file: &str, reader: impl BufRead) -> Result<Vec<SweepRow>, InputError> {
+/// The rows above 0 Hz, and whether there are others.
+fn rows(file: &str, reader: impl BufRead) -> Result<(Vec<SweepRow>, bool), InputError> {
     let names = header();
-    let mut rows = vec![];
-    each_row(file, reader, &names, &mut |line, record| {
+    let (mut rows, mut at_zero) = (vec![], false);
+    each_row(file, reader, &Columns { names: &names, optional: 0 }, &mut |line, record| {
         let number = |k: usize| number(file, line, &names[k], record[k]);
         let whole = |k: usize, most: usize| {
             let v = number(k)?;
@@ -188,7 +201,7 @@ fn rows(file: &str, reader: impl BufRead) -> Result<Vec<SweepRow>, InputError> {
             Err(at(file, line, format!("{}: {v} must be a whole number from 1 to {most}", names[k])))
         };
         let frequency_hz = number(0)?;
-        if frequency_hz <= 0.0 {
+        if frequency_hz < 0.0 {
             return Err(at(file, line, format!("frequency_hz: {frequency_hz} must be positive")));
         }
         let mut values = [0.0; 4 * AXES];
@@ -196,6 +209,10 @@ fn rows(file: &str, reader: impl BufRead) -> Result<Vec<SweepRow>, InputError> {
             *v = number(3 + k)?;
         }
         let (experiment, repeat) = (whole(1, AXES)?, whole(2, MOST_REPEATS)?);
+        if frequency_hz == 0.0 {
+            at_zero = true;
+            return Ok(());
+        }
         keep(file, line, &mut rows, SweepRow { line, frequency_hz, experiment, repeat, values })
     })?;
     if rows.is_empty() {
@@ -203,5 +220,5 @@ fn rows(file: &str, reader: impl BufRead) -> Result<Vec<SweepRow>, InputError> {
             InputError::new(file, "no frequency lines").with_hint(format!("the first line is {}", names.join(",")))
         );
     }
-    Ok(rows)
+    Ok((rows, at_zero))
 }

@@ -75,24 +75,34 @@ pub(super) fn first_line(file: &str, reader: impl BufRead) -> Result<String, Inp
     Ok(Lines::of(file, reader).next_line()?.map_or_else(String::new, |(_, text)| text.to_owned()))
 }
 
-/// Calls back for every row below the header: its line, and as many fields as `names`.
+/// Columns of a table.
+pub(super) struct Columns<'a> {
+    /// Names in their order.
+    pub names: &'a [String],
+    /// How many of the last ones may be missing, together.
+    pub optional: usize,
+}
+
+/// Calls back for every row below the header: its line, and a field for every column that is there.
 ///
 /// # Errors
 /// [`InputError`] with the line of what is no such row, and what `see` refuses.
 pub(super) fn each_row(
     file: &str,
     reader: impl BufRead,
-    names: &[String],
+    columns: &Columns<'_>,
     see: &mut dyn FnMut(usize, &[&str]) -> Result<(), InputError>,
 ) -> Result<(), InputError> {
     let mut lines = Lines::of(file, reader);
-    let mut below_header = false;
+    let (mut below_header, mut names) = (false, columns.names);
     while let Some((line, text)) = lines.next_line()? {
         if text.trim().is_empty() {
             continue;
         }
         let fields: Vec<&str> = text.split(',').map(strip_quotes).collect();
         if !below_header {
+            let least = names.len() - columns.optional;
+            names = if fields.len() == least { &names[..least] } else { names };
             check_header(file, line, &fields, names)?;
             below_header = true;
             continue;
@@ -119,21 +129,20 @@ fn strip_quotes(field: &str) -> &str {
 pub(super) fn each_number_row(
     file: &str,
     reader: impl BufRead,
-    names: &[String],
+    columns: &Columns<'_>,
     see: &mut dyn FnMut(usize, &[f64]) -> Result<(), InputError>,
 ) -> Result<(), InputError> {
     let mut values = vec![];
-    each_row(file, reader, names, &mut |line, fields| {
+    each_row(file, reader, columns, &mut |line, fields| {
         values.clear();
-        for (name, text) in names.iter().zip(fields) {
+        for (name, text) in columns.names.iter().zip(fields) {
             values.push(number(file, line, name, text)?);
         }
         see(line, &values)
     })?;
     if values.is_empty() {
-        return Err(
-            InputError::new(file, "no rows of numbers").with_hint(format!("the first line is {}", names.join(",")))
-        );
+        let head = columns.names.join(",");
+        return Err(InputError::new(file, "no rows of numbers").with_hint(format!("the first line is {head}")));
     }
     Ok(())
 }

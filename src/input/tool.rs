@@ -7,6 +7,7 @@ use super::name::check_name;
 use super::shipped::{self, TOOLS};
 use super::spindle::{DiscFile, ElementFile, MaterialFile, discs, materials, sections};
 use super::yaml;
+use crate::rotor::Material;
 use crate::spindle::{Spindle, Tool};
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -46,13 +47,21 @@ pub fn load_tool(source: &str, spindle: &Spindle) -> Result<Tool, InputError> {
 /// # Errors
 /// [`InputError`] that says what is wrong and where.
 pub fn read_tool(file: &str, text: &str, spindle: &Spindle) -> Result<Tool, InputError> {
+    read_tool_of(file, text, spindle.sections.iter().map(|s| s.material.clone()).collect())
+}
+
+/// As [`read_tool`]; `lent` are the materials of the shaft.
+///
+/// # Errors
+/// As [`read_tool`].
+pub(super) fn read_tool_of(file: &str, text: &str, lent: Vec<Material>) -> Result<Tool, InputError> {
     let mut errors = ErrorList::new(file, text);
-    let tool = yaml::read(&mut errors, keys::TOOL).map(|read| tool(&mut errors, read, spindle));
+    let tool = yaml::read(&mut errors, keys::TOOL).map(|read| tool(&mut errors, read, lent));
     errors.finish(tool)
 }
 
 /// The tool of a file; what its values break is added to the errors.
-fn tool(errors: &mut ErrorList<'_>, read: ToolFile, spindle: &Spindle) -> Tool {
+fn tool(errors: &mut ErrorList<'_>, read: ToolFile, lent: Vec<Material>) -> Tool {
     let file = errors.file;
     if let Err(rule) = check_name(&read.name) {
         let error = InputError::new(file, format!("name: {:?} {rule}", read.name));
@@ -60,7 +69,7 @@ fn tool(errors: &mut ErrorList<'_>, read: ToolFile, spindle: &Spindle) -> Tool {
     }
     // The tool's own materials come first: they win over the spindle's of the same name.
     let mut known = materials(errors, "materials", read.materials);
-    known.extend(spindle.sections.iter().map(|s| s.material.clone()));
+    known.extend(lent);
     let tool = Tool {
         name: read.name,
         sections: sections(errors, "elements", read.elements, &known),

@@ -4,14 +4,40 @@
 use crate::rotor::{Disc, Material, Section};
 use crate::spindle::effects::AXIS_NAMES;
 use crate::spindle::machine::STIFFNESS_BAND_HZ;
-use crate::spindle::{Effect, Location, Side, Spindle, Tool};
+use crate::spindle::{Effect, Location, RotorOnSupports, Side, Spindle, Tool};
+
+/// The file of a rotor without magnets (formats.md, section 1).
+pub fn rotor_yaml(rotor: &RotorOnSupports) -> String {
+    let mut lines = vec![format!("name: {}", text(&rotor.name))];
+    lines.extend(rotor_lines(&rotor.sections, &rotor.discs));
+    lines.push(damping_line(&rotor.damping_ratio));
+    lines.push(format!("gyroscopics: {}", rotor.gyroscopics));
+    if !rotor.supports.is_empty() {
+        lines.push("supports:".into());
+    }
+    lines.extend(rotor.supports.iter().map(|s| {
+        let values = [
+            ("position_m", s.position_m),
+            ("stiffness_x_n_per_m", s.stiffness_n_per_m[0][0]),
+            ("stiffness_y_n_per_m", s.stiffness_n_per_m[1][1]),
+            ("damping_x_n_s_per_m", s.damping_n_s_per_m[0][0]),
+            ("damping_y_n_s_per_m", s.damping_n_s_per_m[1][1]),
+        ];
+        format!("  - {{{}}}", pairs(&values))
+    }));
+    lines.join("\n") + "\n"
+}
+
+fn damping_line(ratios: &[f64]) -> String {
+    let ratios: Vec<String> = ratios.iter().map(|z| number(*z)).collect();
+    format!("  damping_ratio: [{}]", ratios.join(", "))
+}
 
 /// A spindle file (formats.md, section 1). Sections are cylinders, as everywhere in that format.
 pub fn spindle_yaml(spindle: &Spindle) -> String {
     let mut lines = vec![format!("name: {}", text(&spindle.name))];
     lines.extend(rotor_lines(&spindle.sections, &spindle.discs));
-    let ratios: Vec<String> = spindle.damping_ratio.iter().map(|z| number(*z)).collect();
-    lines.push(format!("  damping_ratio: [{}]", ratios.join(", ")));
+    lines.push(damping_line(&spindle.damping_ratio));
     lines.push(format!("  flexible_modes: {}", spindle.flexible_modes));
     lines.push(format!("gyroscopics: {}", spindle.gyroscopics));
     lines.push("planes:".into());

@@ -26,7 +26,9 @@ pub struct LoopMode {
 pub struct LoopModes {
     /// The first flexible modes; `None` where no pole within the window shows in the mode.
     pub flexible: Vec<Option<LoopMode>>,
-    /// Oscillating poles below half the first flexible mode that show at the actuators, the most visible first.
+    /// Oscillating poles below half the first flexible mode that show at the actuators, the most visible first. Where
+    /// the magnets are stiff against the shaft and a flexible mode has no pole near its free frequency, also those that
+    /// are near none of these.
     pub rigid: Vec<LoopMode>,
 }
 
@@ -93,7 +95,7 @@ pub(crate) fn modes_of_poles(
             (*s, height)
         })
         .collect();
-    let flexible = (0..count)
+    let flexible: Vec<Option<LoopMode>> = (0..count)
         .map(|k| {
             let ratio = |s: &c64| s.norm() / natural[k];
             let near: Vec<(LoopMode, f64)> = heights
@@ -108,9 +110,12 @@ pub(crate) fn modes_of_poles(
                 .min_by(|a, b| a.damping_ratio.total_cmp(&b.damping_ratio))
         })
         .collect();
+    let lost = flexible.iter().filter(|mode| mode.is_none()).count();
+    let is_apart = |s: &c64| natural.iter().all(|w| !(1.0 / WINDOW..WINDOW).contains(&(s.norm() / w)));
     let mut low: Vec<(LoopMode, f64)> = heights
         .iter()
-        .filter(|(s, _)| s.norm() < 0.5 * first && -s.re < OSCILLATES * s.norm())
+        .filter(|(s, _)| s.norm() < 0.5 * first || lost > 0 && is_apart(s))
+        .filter(|(s, _)| -s.re < OSCILLATES * s.norm())
         .map(|(s, h)| (mode(*s), h[(count, count)].max(h[(count + 1, count + 1)])))
         .collect();
     low.sort_by(|a, b| b.1.total_cmp(&a.1));
@@ -119,7 +124,7 @@ pub(crate) fn modes_of_poles(
     let mut rigid: Vec<LoopMode> = vec![];
     for (found, height) in low {
         let twin = |r: &LoopMode| (r.frequency_hz / found.frequency_hz - 1.0).abs() < 0.02;
-        if height >= RIGID_SHARE * highest && !rigid.iter().any(twin) && rigid.len() < RIGID {
+        if height >= RIGID_SHARE * highest && !rigid.iter().any(twin) && rigid.len() < RIGID + lost {
             rigid.push(found);
         }
     }

@@ -14,7 +14,7 @@ use crate::workflow::diagnose::{diagnose_records, unused_rows, without_unknown_c
 use crate::workflow::identify::identify_records;
 use crate::workflow::plausibility::Records;
 use crate::workflow::surroundings::Surroundings;
-use crate::workflow::update::{targets, updated_folder, verdict};
+use crate::workflow::update::{FitTargets, targets, updated_folder, verdict};
 use serde_json::Value;
 
 fn load(measurement: &str, stop: &Stop) -> Result<Measurement, Failure> {
@@ -25,8 +25,8 @@ fn load(measurement: &str, stop: &Stop) -> Result<Measurement, Failure> {
 pub(super) fn identify(machine: &Machine, measurement: &str, stop: &Stop) -> Result<Report, String> {
     let found = || {
         let loaded = load(measurement, stop)?;
-        let records = Records::of(&loaded, machine, &|| stop.here())?;
-        let found = identify_records(&loaded, machine, &records, &|| stop.here())?;
+        let records = Records::of(&loaded, Some(machine), &|| stop.here())?;
+        let found = identify_records(&loaded, Some(machine), &records, &|| stop.here())?;
         let (met, sentence) = found.verdict();
         let mut report = Report { folder: found.folder, ..Report::of("identify", machine) };
         report.verdict(met, &sentence);
@@ -42,9 +42,9 @@ pub(super) fn identify(machine: &Machine, measurement: &str, stop: &Stop) -> Res
 pub(super) fn update(machine: &Machine, measurement: &str, stop: &Stop) -> Result<(Machine, Report), String> {
     let found = || {
         let loaded = load(measurement, stop)?;
-        let records = Records::of(&loaded, machine, &|| stop.here())?;
+        let records = Records::of(&loaded, Some(machine), &|| stop.here())?;
         records.refuse_for_updating()?;
-        let (targets, identification) = targets(&loaded, &records, machine, None)?;
+        let FitTargets { targets, identification, .. } = targets(&loaded, &records, machine, None)?;
         stop.here();
         let found = gauss_newton(machine, &targets, &UpdateSettings::default())?;
         let mut report = Report::of("update", &found.machine);
@@ -66,7 +66,7 @@ pub(super) fn update(machine: &Machine, measurement: &str, stop: &Stop) -> Resul
 pub(super) fn diagnose(machine: &Machine, measurement: &str, stop: &Stop) -> Result<(Machine, Report), String> {
     let found = || {
         let mut loaded = load(measurement, stop)?;
-        let records = Records::of(&loaded, machine, &|| stop.here())?;
+        let records = Records::of(&loaded, Some(machine), &|| stop.here())?;
         let mut left_out = without_unknown_controllers(&mut loaded);
         left_out.extend(unused_rows(&loaded));
         let known = Surroundings::of(&loaded, None, None, machine);

@@ -18,10 +18,11 @@ use crate::controller::Controller;
 use crate::controller::verification::Verification;
 use crate::identify::HammerFrf;
 use crate::identify::peaks::Resonance;
+use crate::linalg::{Mat, c64};
 use crate::pipeline::compared::{Compared, Ground, KnownFigures, OwnControllers};
 use crate::pipeline::comparison::Prediction;
 use crate::pipeline::run::Rivals;
-use crate::predict::chatter::StabilityLimit;
+use crate::predict::chatter::{StabilityLimit, milling};
 use crate::predict::sensitivity::Zone;
 use crate::rotor::PlanarModes;
 use crate::spindle::SpindleError;
@@ -38,8 +39,12 @@ pub(crate) struct HammerCurve {
     pub curve: Measured,
     /// Key under `tool_plane`.
     pub key: String,
-    /// Lightly damped resonances.
+    /// Resonances.
     pub resonances: Vec<Resonance>,
+    /// Compliance on the lines of the curve, m/N.
+    pub compliance: Vec<c64>,
+    /// Lines that do not tell the response, which the curve leaves out.
+    pub lines_left_out: usize,
 }
 
 impl HammerCurve {
@@ -47,17 +52,33 @@ impl HammerCurve {
     pub(crate) fn of(file: &str, frf: &HammerFrf) -> Self {
         let name = Path::new(file).file_stem().and_then(|s| s.to_str());
         let name = name.unwrap_or(file);
+        let valid = frf.valid_lines();
+        // A record without a line that tells is shown as it is.
+        let all = !valid.contains(&true);
+        let kept: Vec<usize> = (0..valid.len()).filter(|k| all || valid[*k]).collect();
+        let compliance: Vec<c64> = kept.iter().map(|k| frf.compliance[*k]).collect();
         Self {
             curve: Measured {
                 name: format!("measured ({name})"),
                 role: Role::Measured,
                 speed_rpm: frf.speed_rpm,
-                frequency_hz: frf.frequency_hz.clone(),
-                stiffness_n_per_m: frf.compliance.iter().map(|c| c.norm().recip()).collect(),
+                frequency_hz: kept.iter().map(|k| frf.frequency_hz[*k]).collect(),
+                stiffness_n_per_m: compliance.iter().map(|c| c.norm().recip()).collect(),
             },
             key: format!("tool_plane.measured_{}", name.replace(['.', ' '], "_")),
-            resonances: frf.lightly_damped(),
+            resonances: frf.resonances(),
+            lines_left_out: valid.len() - kept.len(),
+            compliance,
         }
+    }
+
+    /// Stability lobes of a tool that answers alike in x and y.
+    fn lobes(&self, ground: &Ground<'_>) -> Option<StabilityLimit> {
+        let omega_rad_s: Vec<f64> = self.curve.frequency_hz.iter().map(|f| f * TAU).collect();
+        let zero = c64::new(0.0, 0.0);
+        let alike = |h: &c64| Mat::from_fn(2, 2, |i, j| if i == j { *h } else { zero });
+        let both: Vec<Mat<c64>> = self.compliance.iter().map(alike).collect();
+        milling(&omega_rad_s, &both, ground.material, ground.cut).ok()
     }
 }
 
@@ -148,9 +169,18 @@ pub(crate) fn add_compared(
         add_one(&mut report.summary, each, flexible_hz, top_hz);
     }
     for hammer in &hammers {
-        let own = MeasuredSummary::of(&hammer.curve, &hammer.resonances, flexible_hz, top_hz);
+        let (curve, left_out) = (&hammer.curve, hammer.lines_left_out);
+        let own = MeasuredSummary::of(curve, left_out, &hammer.resonances, flexible_hz, top_hz);
         report.summary.set(&hammer.key, own);
     }
+    let of_hammers: Vec<Option<StabilityLimit>> = hammers.iter().map(|hammer| hammer.lobes(ground)).collect();
+    for (hammer, lobes) in hammers.iter().zip(&of_hammers) {
+        let key = hammer.key.replacen("tool_plane", "chatter", 1);
+        report.summary.set(&key, ChatterSummary::of(lobes.as_ref()));
+    }
+    let names: Vec<String> = hammers.iter().map(|hammer| hammer.curve.name.clone()).collect();
+    let measured_lobes = names.iter().zip(&of_hammers).map(|(name, own)| (Role::Measured, name.as_str(), own.as_ref()));
+    let lobes = list.iter().map(|(role, c)| (*role, c.name.as_str(), c.lobes.as_ref())).chain(measured_lobes).collect();
     let measured: Vec<Measured> = hammers.into_iter().map(|h| h.curve).collect();
     add_ratios(&mut report.summary, list);
     let every: Vec<&Prediction> = list.iter().flat_map(|(_, c)| &c.predictions).collect();
@@ -167,7 +197,7 @@ pub(crate) fn add_compared(
         list.iter().flat_map(|(role, c)| c.predictions.iter().map(|p| (*role, p))).collect();
     report.figures(predictions(&drawn, &measured, top_hz))?;
     report.figures(worst_figures(&worst))?;
-    add_lobes(report, list, ground.machine.spindle.max_rpm)?;
+    add_lobes(report, lobes, ground.machine.spindle.max_rpm)?;
     Ok(sentence)
 }
 
@@ -181,14 +211,7 @@ fn add_one(summary: &mut Summary, each: &Compared, flexible_hz: &[f64], top_hz: 
     let stability = StabilitySummary::from(&each.verification);
     summary.set(&format!("stability.{name}"), stability);
     summary.set(&format!("worst_case.{name}"), worst_records(&each.worst));
-    let minimum = each.lobes.as_ref().and_then(StabilityLimit::minimum);
-    summary.set(
-        &format!("chatter.{name}"),
-        ChatterSummary {
-            minimum_depth_m: minimum.and_then(|m| finite(m.depth_m)),
-            frequency_hz: minimum.and_then(|m| finite(m.omega_rad_s / TAU)),
-        },
-    );
+    summary.set(&format!("chatter.{name}"), ChatterSummary::of(each.lobes.as_ref()));
 }
 
 /// `stability.<controller>`.
@@ -220,6 +243,16 @@ struct ChatterSummary {
     frequency_hz: Option<f64>,
 }
 
+impl ChatterSummary {
+    fn of(lobes: Option<&StabilityLimit>) -> Self {
+        let minimum = lobes.and_then(StabilityLimit::minimum);
+        Self {
+            minimum_depth_m: minimum.and_then(|m| finite(m.depth_m)),
+            frequency_hz: minimum.and_then(|m| finite(m.omega_rad_s / TAU)),
+        }
+    }
+}
+
 /// Stiffness of the first controller over that of each other one, speed by speed.
 fn add_ratios(summary: &mut Summary, list: &[(Role, Compared)]) {
     let Some(((_, first), others)) = list.split_first() else {
@@ -234,13 +267,15 @@ fn add_ratios(summary: &mut Summary, list: &[(Role, Compared)]) {
 }
 
 /// The picture of the stability lobes.
-fn add_lobes(report: &mut Report, list: &[(Role, Compared)], top_rpm: f64) -> Result<(), ReportError> {
+fn add_lobes(
+    report: &mut Report,
+    list: Vec<(Role, &str, Option<&StabilityLimit>)>,
+    top_rpm: f64,
+) -> Result<(), ReportError> {
     let speeds: Vec<f64> = (1..=LOBE_POINTS).map(|k| top_rpm * k as f64 / LOBE_POINTS as f64).collect();
     let angular: Vec<f64> = speeds.iter().map(|rpm| rpm * TAU / 60.0).collect();
-    let lobes: Vec<(Role, &str, Vec<f64>)> = list
-        .iter()
-        .filter_map(|(role, c)| Some((*role, c.name.as_str(), c.lobes.as_ref()?.depths(&angular))))
-        .collect();
+    let lobes: Vec<(Role, &str, Vec<f64>)> =
+        list.into_iter().filter_map(|(role, name, own)| Some((role, name, own?.depths(&angular)))).collect();
     let curves: Vec<Curve> =
         lobes.iter().map(|(role, name, depth)| Curve { name, role: *role, x: &speeds, y: depth }).collect();
     if curves.is_empty() {

@@ -79,7 +79,9 @@ pub(crate) struct ToolPlaneSummary {
 pub(crate) struct MeasuredSummary {
     speed_rpm: Option<f64>,
     tool_stiffness: CurveSummary,
-    lightly_damped_modes: Vec<ResonanceSummary>,
+    /// Lines that do not tell the response: the figures leave them out.
+    lines_left_out: usize,
+    modes: Vec<ResonanceSummary>,
 }
 
 /// Ratios of the first controller's stiffness to that of another at the same speed: `stiffness_ratio.<a>_over_<b>`.
@@ -164,8 +166,13 @@ impl ToolPlaneSummary {
 }
 
 impl MeasuredSummary {
-    /// `resonances` are the lightly damped ones of the record.
-    pub(crate) fn of(measured: &Measured, resonances: &[Resonance], flexible_hz: &[f64], top_speed_hz: f64) -> Self {
+    pub(crate) fn of(
+        measured: &Measured,
+        lines_left_out: usize,
+        resonances: &[Resonance],
+        flexible_hz: &[f64],
+        top_speed_hz: f64,
+    ) -> Self {
         Self {
             speed_rpm: finite(measured.speed_rpm),
             tool_stiffness: CurveSummary::of(
@@ -174,7 +181,8 @@ impl MeasuredSummary {
                 flexible_hz,
                 top_speed_hz,
             ),
-            lightly_damped_modes: resonances.iter().map(ResonanceSummary::from).collect(),
+            lines_left_out,
+            modes: resonances.iter().map(ResonanceSummary::from).collect(),
         }
     }
 }

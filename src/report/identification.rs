@@ -4,6 +4,7 @@
 use super::summary::finite;
 use super::uff::{UffRecord, universal_file};
 use crate::identify::frf::AXIS_NAMES;
+use crate::identify::peaks::Resonance;
 use crate::identify::plausibility::{Plausibility, RecordFault, Signal};
 use crate::identify::polluted::PollutedLines;
 use crate::identify::{Identification, MeasuredFrf, PoleDrift, Reading};
@@ -275,6 +276,37 @@ impl From<&Identification> for IdentificationSummary {
     }
 }
 
+/// One of `hammers`: the resonances that a hammer test shows by itself.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct HammerSummary {
+    pub(crate) record: String,
+    pub(crate) resonances_hz: Vec<f64>,
+    pub(crate) resonances_standard_deviation_hz: Vec<f64>,
+    pub(crate) damping_ratio: Vec<f64>,
+    pub(crate) damping_ratio_standard_deviation: Vec<f64>,
+    pub(crate) refers_to: String,
+}
+
+impl HammerSummary {
+    /// Of a hammer test, whose response is fitted.
+    pub(crate) fn of(hammer: &Hammer) -> Self {
+        let found = hammer.frf.resonances();
+        let list = |of: fn(&Resonance) -> f64| found.iter().map(of).collect();
+        let held = match &hammer.controller {
+            Some(controller) => format!("the spindle that {} levitates", file_name(controller)),
+            None => "the rotor as it was held when it was hit".to_owned(),
+        };
+        Self {
+            record: file_name(&hammer.name).to_owned(),
+            resonances_hz: list(|r| r.frequency_hz),
+            resonances_standard_deviation_hz: list(|r| r.standard_deviation_hz),
+            damping_ratio: list(|r| r.damping_ratio),
+            damping_ratio_standard_deviation: list(|r| r.standard_deviation_hz / r.frequency_hz),
+            refers_to: format!("{held}, at {} rpm", hammer.frf.speed_rpm),
+        }
+    }
+}
+
 /// `drift`: what the resonances did over the repeats.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct DriftSummary {
@@ -330,7 +362,8 @@ pub(crate) fn response_files(frfs: &[MeasuredFrf], hammers: &[Hammer]) -> Vec<(S
     files
 }
 
-/// FRF with covariance: entries, then the upper triangle of Cov(vec G) (index = output + 4·input, from 1).
+/// FRF with covariance: entries, none in a column that is not determined, then the upper triangle of Cov(vec G) (index
+/// = output + 4·input, from 1).
 fn frf_csv(frf: &MeasuredFrf) -> String {
     let mut text = String::from("frequency_hz");
     for i in 1..=4 {
@@ -349,7 +382,7 @@ fn frf_csv(frf: &MeasuredFrf) -> String {
         for i in 0..4 {
             for j in 0..4 {
                 let g = frf.response[(l, i, j)];
-                let _ = write!(text, ",{:e},{:e}", g.re, g.im);
+                let _ = if frf.determined[j] { write!(text, ",{:e},{:e}", g.re, g.im) } else { write!(text, ",,") };
             }
         }
         for a in 0..16 {

@@ -1,7 +1,8 @@
-//! Natural frequencies of the free-free rotor with its tool over speed, magnets off.
+//! Natural frequencies of a rotor with its tool over speed, magnets off.
 
-use crate::rotor::WhirlMode;
-use crate::spindle::{Machine, SpindleError};
+use crate::rotor::whirl::WhirlSpectrum;
+use crate::rotor::{Rotor, WhirlMode};
+use crate::spindle::{Machine, RotorOnSupports, SpindleError};
 use serde::Serialize;
 use std::f64::consts::TAU;
 
@@ -31,26 +32,46 @@ pub(crate) struct SpeedModes {
 }
 
 impl ModesSummary {
-    /// The modes of a machine at speeds in rpm.
+    /// The modes of a machine without its magnets, on the springs of its effects, at speeds in rpm.
     ///
     /// # Errors
     /// [`SpindleError`] when the rotor cannot be assembled or an eigenvalue iteration fails.
     pub(crate) fn of(machine: &Machine, speeds_rpm: &[f64]) -> Result<Self, SpindleError> {
-        let properties = machine.rotor()?.mass_properties();
+        let supports = machine.supports();
+        let names = [&machine.spindle.name, &machine.tool.name].map(String::as_str);
+        Self::at_speeds(names, &machine.rotor()?, speeds_rpm, &|speed| machine.whirl_on(&supports, speed, TO_HZ))
+    }
+
+    /// The modes of a rotor on its supports.
+    ///
+    /// # Errors
+    /// As [`Self::of`].
+    pub(crate) fn of_rotor(rotor: &RotorOnSupports, speeds_rpm: &[f64]) -> Result<Self, SpindleError> {
+        let tool = rotor.tool.as_ref().map_or("no tool", |tool| &tool.name);
+        Self::at_speeds([&rotor.name, tool], &rotor.rotor()?, speeds_rpm, &|speed| rotor.whirl(speed, TO_HZ))
+    }
+
+    fn at_speeds(
+        names: [&str; 2],
+        rotor: &Rotor,
+        speeds_rpm: &[f64],
+        whirl: &dyn Fn(f64) -> Result<WhirlSpectrum, SpindleError>,
+    ) -> Result<Self, SpindleError> {
+        let properties = rotor.mass_properties();
         let at = |rpm: &f64| -> Result<SpeedModes, SpindleError> {
-            let found = machine.whirl(rpm * TAU / 60.0, TO_HZ)?;
+            let found = whirl(rpm * TAU / 60.0)?;
             let list = |pick: fn(&WhirlMode) -> f64| -> Vec<f64> { found.modes.iter().map(pick).collect() };
             Ok(SpeedModes {
                 speed_rpm: *rpm,
                 natural_frequencies_hz: list(|m| m.natural_rad_s / TAU),
                 damped_frequencies_hz: list(|m| m.damped_rad_s / TAU),
                 damping_ratio: list(|m| m.damping_ratio),
-                whirl: found.modes.iter().map(|m| m.whirl as i64).collect(),
+                whirl: found.modes.iter().map(|m| m.whirl.round() as i64).collect(),
             })
         };
         Ok(Self {
-            spindle: machine.spindle.name.clone(),
-            tool: machine.tool.name.clone(),
+            spindle: names[0].to_owned(),
+            tool: names[1].to_owned(),
             mass_kg: properties.mass_kg,
             centre_of_gravity_m: properties.centre_of_gravity_m,
             polar_inertia_kg_m2: properties.polar_inertia_kg_m2,

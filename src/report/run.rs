@@ -159,7 +159,7 @@ fn add_loops(report: &mut Report, run: &Run) {
 fn add_model_pictures(report: &mut Report, run: &Run, curves: &Curves) -> Result<(), ReportError> {
     if let Some(updating) = &run.updating {
         let fits = [("updated", &updating.gauss_newton.fit)];
-        report.figures(update_figures(&run.nominal, &fits))?;
+        report.figures(update_figures(Some(&run.nominal), &fits))?;
     }
     let names = [("updated", Role::Updated), ("nominal", Role::Nominal)];
     let used = curves.open_loop.iter().rev().zip(names);

@@ -248,9 +248,10 @@ pub(crate) fn shape_table(shapes: &[ShapeComparison]) -> Table {
     table
 }
 
-/// Pictures of an updating: factors, determinability, errors, mode shapes. `models` names the fits, the
+/// Pictures of an updating: factors, determinability, errors, mode shapes; a rotor without magnets has no machine.
+/// `models` names the fits, the
 /// delivered one first.
-pub(crate) fn figures(machine: &Machine, models: &[(&str, &Updated)]) -> Vec<(Picture, Figure)> {
+pub(crate) fn figures(machine: Option<&Machine>, models: &[(&str, &Updated)]) -> Vec<(Picture, Figure)> {
     let Some((name, fit)) = models.first() else {
         return vec![];
     };
@@ -291,7 +292,7 @@ pub(crate) fn figures(machine: &Machine, models: &[(&str, &Updated)]) -> Vec<(Pi
     list
 }
 
-fn shapes_figure(machine: &Machine, name: &str, fit: &Updated) -> Figure {
+fn shapes_figure(machine: Option<&Machine>, name: &str, fit: &Updated) -> Figure {
     let z = fit.rotor.node_positions_m();
     let mut at = fit.rotor.from_m();
     let outline: Vec<OutlinePiece> = fit
@@ -304,14 +305,13 @@ fn shapes_figure(machine: &Machine, name: &str, fit: &Updated) -> Figure {
             OutlinePiece { from_m, to_m: at, diameter_m: 0.5 * (s.outer_diameter_m[0] + s.outer_diameter_m[1]) }
         })
         .collect();
-    let [f, r] = machine.effective().bearings;
     let station = |name, position_m, kind| Station { name, position_m, kind };
-    let stations = [
-        station("sensor", f.sensor_m, StationKind::Sensor),
-        station("AMB", f.actuator_m, StationKind::Actuator),
-        station("AMB", r.actuator_m, StationKind::Actuator),
-        station("sensor", r.sensor_m, StationKind::Sensor),
-    ];
+    let bearings = machine.iter().flat_map(|own| own.effective().bearings);
+    let stations: Vec<Station> = bearings
+        .flat_map(|b| {
+            [station("sensor", b.sensor_m, StationKind::Sensor), station("AMB", b.actuator_m, StationKind::Actuator)]
+        })
+        .collect();
     let deflection = |shape: &Vec<[f64; 2]>| -> Vec<f64> { shape.iter().map(|v| v[0]).collect() };
     let shown = fit.after.shapes.len().min(3);
     let after: Vec<Vec<f64>> = fit.after.shapes.iter().map(deflection).collect();

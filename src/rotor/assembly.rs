@@ -222,6 +222,31 @@ impl Rotor {
         Ok(rotor)
     }
 
+    /// The same shaft with every section changed.
+    ///
+    /// # Errors
+    /// [`RotorError::Element`] when a changed section breaks a rule.
+    pub(crate) fn with_sections(&self, change: impl Fn(&mut Section)) -> Result<Self, RotorError> {
+        let mut rotor = self.clone();
+        for (i, section) in rotor.sections.iter_mut().enumerate() {
+            change(section);
+            section.validate(i)?;
+            rotor.elements[i] = element::matrices(section);
+        }
+        Ok(rotor)
+    }
+
+    /// The same shaft with mass and inertia of every disc multiplied; none without discs.
+    pub(crate) fn with_disc_factor(&self, factor: f64) -> Option<Self> {
+        let mut rotor = self.clone();
+        for (_, disc) in &mut rotor.discs {
+            disc.mass_kg *= factor;
+            disc.polar_inertia_kg_m2 *= factor;
+            disc.diametral_inertia_kg_m2 *= factor;
+        }
+        (!rotor.discs.is_empty()).then_some(rotor)
+    }
+
     /// Assembled matrices of one plane.
     pub fn plane_matrices(&self) -> PlaneMatrices {
         let n = self.dofs();

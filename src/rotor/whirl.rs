@@ -7,7 +7,7 @@
 use super::RotorError;
 use super::assembly::Rotor;
 use super::modes::{PlanarModes, RIGID};
-use crate::linalg::{Mat, c64, eigen_vectors, eigenvalues_complex};
+use crate::linalg::{Mat, c64, eigen_vectors, eigenvalues_complex, solve_complex};
 use std::f64::consts::TAU;
 
 /// Damping of the shaft itself.
@@ -64,10 +64,26 @@ pub struct Support {
 }
 
 impl Support {
+    /// Neither stiffness nor damping.
+    pub(crate) fn at(position_m: f64) -> Self {
+        Self { position_m, stiffness_n_per_m: [[0.0; 2]; 2], damping_n_s_per_m: [[0.0; 2]; 2] }
+    }
+
     fn is_isotropic(&self) -> bool {
         let circulant = |m: [[f64; 2]; 2]| m[0][0] == m[1][1] && m[0][1] == -m[1][0];
         circulant(self.stiffness_n_per_m) && circulant(self.damping_n_s_per_m)
     }
+}
+
+/// What a rotor stands on, its damping, and its speed.
+#[derive(Clone, Copy, Debug)]
+pub struct RotorState<'a> {
+    /// rad/s.
+    pub speed_rad_s: f64,
+    /// Of the shaft.
+    pub damping: &'a Damping,
+    /// Springs and dampers to ground.
+    pub supports: &'a [Support],
 }
 
 /// One whirl mode.
@@ -109,6 +125,57 @@ struct ModalRotor {
 }
 
 impl ModalRotor {
+    /// In the modes of the free-free shaft at rest.
+    fn of(
+        rotor: &Rotor,
+        modes: &PlanarModes,
+        speed_rad_s: f64,
+        damping: &Damping,
+        supports: &[Support],
+    ) -> Result<Self, RotorError> {
+        let n = modes.len();
+        let project = |m: &Mat<f64>| modes.shapes.transpose() * (m * &modes.shapes);
+        let gyroscopic = project(&modes.matrices.gyroscopic);
+        let omega2 = |k: usize| modes.omega_rad_s[k].powi(2);
+        let rows = supports
+            .iter()
+            .map(|s| Ok(modes.amplitudes(&rotor.shape_at("support", s.position_m)?)))
+            .collect::<Result<Vec<_>, RotorError>>()?;
+        let form = |part: fn(&Support) -> [[f64; 2]; 2], a: usize, b: usize| {
+            Mat::from_fn(n, n, |i, j| {
+                supports.iter().zip(&rows).map(|(s, row)| part(s)[a][b] * row[i] * row[j]).sum::<f64>()
+            })
+        };
+        let stiffness = |a, b| form(|s| s.stiffness_n_per_m, a, b);
+        let viscous = |a, b| form(|s| s.damping_n_s_per_m, a, b);
+        // States (s q, q̇) with s² = ω² + the supports' share, at least 1: rows and columns of like size.
+        let share = |k: usize| -> f64 {
+            let stiff = |s: &Support| s.stiffness_n_per_m[0][0].abs().max(s.stiffness_n_per_m[1][1].abs());
+            supports.iter().zip(&rows).map(|(s, row)| stiff(s) * row[k] * row[k]).sum()
+        };
+        Ok(Self {
+            omega2: (0..n).map(omega2).collect(),
+            scale: (0..n).map(|k| (omega2(k) + share(k)).max(1.0).sqrt()).collect(),
+            damping: damping.modal_matrix(modes),
+            turn: Mat::from_fn(n, n, |i, j| speed_rad_s * gyroscopic[(i, j)]),
+            stiffness: [0, 1].map(|a| [0, 1].map(|b| stiffness(a, b))),
+            viscous: [0, 1].map(|a| [0, 1].map(|b| viscous(a, b))),
+        })
+    }
+
+    /// Force per modal displacement of both planes at a frequency, rad/s.
+    fn dynamic_stiffness(&self, w: f64) -> Mat<c64> {
+        let n = self.scale.len();
+        Mat::from_fn(2 * n, 2 * n, |i, j| {
+            let (p, q) = (i / n, j / n);
+            let (i, j) = (i % n, j % n);
+            let turn = [[0.0, 1.0], [-1.0, 0.0]][p][q] * self.turn[(i, j)];
+            let own = if p == q && i == j { self.omega2[i] - w * w } else { 0.0 };
+            let damping = if p == q { self.damping[(i, j)] } else { 0.0 };
+            c64::new(own + self.stiffness[p][q][(i, j)], w * (damping + self.viscous[p][q][(i, j)] + turn))
+        })
+    }
+
     /// System matrix in r = x + jy: a circulant [[a, b], [−b, a]] of the supports acts as a − jb.
     fn isotropic(&self) -> Mat<c64> {
         let n = self.scale.len();
@@ -172,36 +239,7 @@ impl Rotor {
     ) -> Result<WhirlSpectrum, RotorError> {
         let modes = PlanarModes::new(self)?;
         let n = modes.len();
-        let matrices = &modes.matrices;
-        let project = |m: &Mat<f64>| modes.shapes.transpose() * (m * &modes.shapes);
-        let gyroscopic = project(&matrices.gyroscopic);
-        let omega2 = |k: usize| modes.omega_rad_s[k].powi(2);
-        let c = damping.modal_matrix(&modes);
-        let rows = supports
-            .iter()
-            .map(|s| Ok(modes.amplitudes(&self.shape_at("support", s.position_m)?)))
-            .collect::<Result<Vec<_>, RotorError>>()?;
-        let form = |part: fn(&Support) -> [[f64; 2]; 2], a: usize, b: usize| {
-            Mat::from_fn(n, n, |i, j| {
-                supports.iter().zip(&rows).map(|(s, row)| part(s)[a][b] * row[i] * row[j]).sum::<f64>()
-            })
-        };
-        let stiffness = |a, b| form(|s| s.stiffness_n_per_m, a, b);
-        let viscous = |a, b| form(|s| s.damping_n_s_per_m, a, b);
-        // States (s q, q̇) with s² = ω² + the supports' share, at least 1: rows and columns of like size.
-        let share = |k: usize| -> f64 {
-            let stiff = |s: &Support| s.stiffness_n_per_m[0][0].abs().max(s.stiffness_n_per_m[1][1].abs());
-            supports.iter().zip(&rows).map(|(s, row)| stiff(s) * row[k] * row[k]).sum()
-        };
-        let scale: Vec<f64> = (0..n).map(|k| (omega2(k) + share(k)).max(1.0).sqrt()).collect();
-        let reduced = ModalRotor {
-            omega2: (0..n).map(omega2).collect(),
-            scale,
-            damping: c,
-            turn: Mat::from_fn(n, n, |i, j| speed_rad_s * gyroscopic[(i, j)]),
-            stiffness: [0, 1].map(|a| [0, 1].map(|b| stiffness(a, b))),
-            viscous: [0, 1].map(|a| [0, 1].map(|b| viscous(a, b))),
-        };
+        let reduced = ModalRotor::of(self, &modes, speed_rad_s, damping, supports)?;
         let at_rest = speed_rad_s == 0.0;
         if supports.iter().all(Support::is_isotropic) {
             let values = eigenvalues_complex(&reduced.isotropic())?;
@@ -232,6 +270,31 @@ impl Rotor {
         let direction = |v: c64, k: usize| if v.im > OSCILLATING_RAD_S { whirl(k) } else { 0.0 };
         let kept: Vec<(c64, f64)> = listed.filter(|(v, _)| v.im >= 0.0).map(|(v, k)| (v, direction(v, k))).collect();
         Ok(spectrum(kept, to_hz))
+    }
+
+    /// Displacement over force, m/N, [[xx, xy], [yx, yy]] at each frequency: read at the first of `places_m`, with the
+    /// force at the second. No mode of the mesh is left out.
+    ///
+    /// # Errors
+    /// [`RotorError::OffShaft`] for a place beyond the ends, [`RotorError::Numeric`] when the modes cannot be computed.
+    pub fn receptance(
+        &self,
+        state: &RotorState<'_>,
+        places_m: [f64; 2],
+        frequency_hz: &[f64],
+    ) -> Result<Vec<[[c64; 2]; 2]>, RotorError> {
+        let modes = PlanarModes::new(self)?;
+        let n = modes.len();
+        let reduced = ModalRotor::of(self, &modes, state.speed_rad_s, state.damping, state.supports)?;
+        let row = |what, z| Ok::<_, RotorError>(modes.amplitudes(&self.shape_at(what, z)?));
+        let (output, input) = (row("response", places_m[0])?, row("force", places_m[1])?);
+        let force = Mat::from_fn(2 * n, 2, |i, p| c64::new(if i / n == p { input[i % n] } else { 0.0 }, 0.0));
+        let at = |hz: &f64| {
+            let moved = solve_complex(&reduced.dynamic_stiffness(TAU * hz), &force);
+            let read = |p: usize, q: usize| (0..n).map(|k| moved[(p * n + k, q)] * output[k]).sum();
+            [0, 1].map(|p| [0, 1].map(|q| read(p, q)))
+        };
+        Ok(frequency_hz.iter().map(at).collect())
     }
 
     /// Synchronous critical speeds of the rotor on undamped isotropic supports (stiffness kxx), rad/s, ascending:

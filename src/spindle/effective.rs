@@ -3,6 +3,7 @@
 
 use super::effects::Plane;
 use crate::linalg::c64;
+use crate::rotor::Support;
 
 /// A bearing with its chain after all effects.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -102,6 +103,22 @@ pub struct Attachment {
     pub value: f64,
     /// The plane in which it acts; none: in both.
     pub plane: Option<Plane>,
+}
+
+impl Attachment {
+    /// The same as a support of a shaft; a mass is none.
+    pub(crate) fn support(&self) -> Support {
+        let of = |p: usize| if self.plane.is_none_or(|own| own as usize == p) { self.value } else { 0.0 };
+        let (mut support, diagonal) = (Support::at(self.position_m), [[of(0), 0.0], [0.0, of(1)]]);
+        match self.law {
+            FeedbackLaw::Spring => support.stiffness_n_per_m = diagonal,
+            // A force jq(x + jy) takes y to x and x to y.
+            FeedbackLaw::Circulatory => support.stiffness_n_per_m = [[0.0, self.value], [-self.value, 0.0]],
+            FeedbackLaw::Dashpot => support.damping_n_s_per_m = diagonal,
+            FeedbackLaw::Mass => {}
+        }
+        support
+    }
 }
 
 /// Everything the plant needs besides the shaft, after all effects.

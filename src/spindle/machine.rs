@@ -3,10 +3,10 @@
 
 use super::SpindleError;
 use super::backup::{BackupBearings, BackupContact};
-use super::effective::{Effective, EffectiveBearing};
+use super::effective::{Effective, EffectiveBearing, Motion};
 use super::effects::{Effect, EffectKind, Location, action};
 use super::rule::{BrokenRules, MOST_DELAY_SAMPLES, rule};
-use crate::rotor::whirl::WhirlSpectrum;
+use crate::rotor::whirl::{Support, WhirlSpectrum};
 use crate::rotor::{Damping, Disc, Rotor, RotorError, Section};
 
 /// A bearing of the spindle.
@@ -213,7 +213,7 @@ impl Tool {
     }
 
     /// The tool as a shaft at z ≤ 0, tip first.
-    fn rotor(&self) -> Result<Rotor, SpindleError> {
+    pub(super) fn rotor(&self) -> Result<Rotor, SpindleError> {
         let sections = self.sections.iter().rev().map(Section::reverse_ends).collect();
         let discs: Vec<Disc> = self.discs.iter().map(Disc::mirror_ends).collect();
         Rotor::new(-self.length_m(), sections, &discs).map_err(SpindleError::Tool)
@@ -285,16 +285,31 @@ impl Machine {
         Ok(rotor)
     }
 
+    /// Springs, dampers and circulatory laws that effects put between shaft and ground.
+    pub fn supports(&self) -> Vec<Support> {
+        let attached = self.effective().attachments.into_iter();
+        let displaced = attached.filter(|a| a.motion == Motion::Displacement);
+        displaced.map(|a| a.support()).collect()
+    }
+
     /// Whirl modes of the free-free rotor turning at a speed, up to a frequency: modal damping and gyroscopic factor
     /// after all effects.
     ///
     /// # Errors
     /// [`SpindleError`] when a part breaks a rule or the eigenvalues fail.
     pub fn whirl(&self, speed_rad_s: f64, to_hz: f64) -> Result<WhirlSpectrum, SpindleError> {
+        self.whirl_on(&[], speed_rad_s, to_hz)
+    }
+
+    /// As [`Machine::whirl`], on supports.
+    ///
+    /// # Errors
+    /// As [`Machine::whirl`].
+    pub fn whirl_on(&self, supports: &[Support], speed_rad_s: f64, to_hz: f64) -> Result<WhirlSpectrum, SpindleError> {
         let rotor = self.rotor()?;
         let ratios = (0..rotor.dofs()).map(|k| self.damping_ratio(k)).collect();
         let seen_rad_s = speed_rad_s * self.effective().gyroscopic_factor;
-        Ok(rotor.whirl(seen_rad_s, &Damping::Modal(ratios), &[], to_hz)?)
+        Ok(rotor.whirl(seen_rad_s, &Damping::Modal(ratios), supports, to_hz)?)
     }
 
     /// Damping ratio of flexible mode `k`, counted from 0, after all effects.

@@ -14,6 +14,7 @@ pub mod plant;
 pub mod plant_loop;
 pub(crate) mod realise;
 pub mod response;
+pub mod rotor_on_supports;
 mod rule;
 mod rules;
 pub(crate) mod whirl_form;
@@ -25,6 +26,7 @@ pub use machine::{Bearing, Electronics, Machine, Planes, Side, Spindle, Tool};
 pub use model_detail::ModelDetail;
 pub use plant::Plant;
 pub use plant_loop::PlantLoop;
+pub use rotor_on_supports::RotorOnSupports;
 
 use crate::linalg::NumericError;
 use crate::rotor::RotorError;

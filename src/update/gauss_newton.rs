@@ -7,8 +7,9 @@
 //! is smallest at ρ̂, and σ̂ = ρ̂ √(c/n) (MacKay, Bayesian interpolation, Neural Computation 4, 1992).
 //! Levenberg's damping keeps every step within a region where the linearisation has proved itself.
 
+use super::alternatives::{ModuliFit, Refit};
 use super::determine::{find_determined, prior_root};
-use super::outcome::{Explanation, Method, Updated, assemble};
+use super::outcome::{Explanation, Method, READING_SD, Updated, assemble};
 use super::problem::{UpdateEvaluation, UpdateProblem, UpdateSettings};
 use super::targets::Targets;
 use super::{UpdateError, outcome};
@@ -63,8 +64,25 @@ pub fn gauss_newton_rotor(rotor: &Rotor, targets: &Targets, settings: &UpdateSet
     let mut root = Mat::from_fn(n, n, |i, j| sd * unit_root[(i, j)]);
     let mut state = fit.minimise(&sigma, &root, CONVERGED)?;
     let data = used().count();
-    let explanation = Explanation::judge(&problem, &fit.at, state.objective, data, estimated.is_some());
+    let mut explanation = Explanation::judge(&problem, &fit.at, state.objective, data, estimated.is_some());
     if !explanation.explained {
+        let found = problem.peaks.iter().zip(&fit.at.compared).all(|(peak, own)| !peak.used || own.model.is_some());
+        if found {
+            let of_readings = vec![READING_SD; sigma.len()];
+            let scatter = if estimated.is_some() { &of_readings } else { &sigma };
+            let of_moduli = |rotor: &Rotor, targets: &Targets| {
+                let problem = UpdateProblem::new(rotor, targets, settings.use_antiresonances)?;
+                let start = problem.evaluate(&vec![0.0; n], true);
+                let mut fit =
+                    UpdateFit { problem: &problem, evaluations: 1, limit: settings.max_evaluations.max(2), at: start };
+                let statistic = fit.minimise(scatter, &root, CONVERGED)?.objective;
+                let end = fit.at;
+                Ok(ModuliFit { problem, end, statistic })
+            };
+            let refit = Refit { sigma: scatter, root: &root, fit: &of_moduli };
+            let best = refit.best_alternative(rotor, targets, of_moduli(rotor, targets)?)?;
+            explanation.name_alternative(best.as_ref());
+        }
         // Whatever the moduli cannot explain must not bend them: fit again with the discrepancy counted as noise and
         // with moduli that scatter as the likelihood says, not as the wide prior allows.
         fit.at = start.clone();

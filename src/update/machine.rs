@@ -7,7 +7,6 @@ use super::outcome::Updated;
 use super::problem::UpdateSettings;
 use super::targets::{FrfTargets, Target, Targets};
 use crate::identify::{Identification, Reading};
-use crate::rotor::Section;
 use crate::spindle::Machine;
 
 /// A machine with updated moduli and the fit behind it.
@@ -34,7 +33,7 @@ pub fn front_and_rear(
         antiresonances,
         held_out: false,
     };
-    Targets { resonances, antiresonances: vec![frf("front", &f, front), frf("rear", &r, rear)], mode_shapes: vec![] }
+    Targets { resonances, antiresonances: vec![frf("front", &f, front), frf("rear", &r, rear)], ..Targets::default() }
 }
 
 /// Targets of what was identified from a sweep at rest; the crossed FRFs are held out.
@@ -88,14 +87,7 @@ pub fn nelder_mead(
 
 fn apply(machine: &Machine, fit: Updated) -> UpdatedMachine {
     let mut machine = machine.clone();
-    let scale = |sections: &mut Vec<Section>| {
-        for section in sections {
-            if let Some(region) = &section.region {
-                section.modulus_scale *= fit.factor(region);
-            }
-        }
-    };
-    scale(&mut machine.spindle.sections);
-    scale(&mut machine.tool.sections);
+    fit.scale(&mut machine.spindle.sections);
+    fit.scale(&mut machine.tool.sections);
     UpdatedMachine { machine, fit }
 }

@@ -6,8 +6,10 @@
 //! analytic sensitivities and a prior ([`gauss_newton()`]), and the Nelder–Mead search of the reference method, Eq. (7)
 //! ([`nelder_mead()`]).
 
+mod alternatives;
 pub(crate) mod determine;
 pub mod gauss_newton;
+pub mod hammers;
 pub(crate) mod held_out;
 pub mod machine;
 pub(crate) mod matching;
@@ -20,6 +22,7 @@ pub(crate) mod targets;
 
 pub use determine::{Combination, Determined};
 pub use gauss_newton::gauss_newton_rotor;
+pub use hammers::{PlacedTap, hammer_targets};
 pub use held_out::tool_error_db;
 pub use machine::{UpdatedMachine, front_and_rear, gauss_newton, nelder_mead};
 pub use nelder_mead::nelder_mead_rotor;

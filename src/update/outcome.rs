@@ -2,13 +2,14 @@
 //! determine, and whether moduli can explain the data at all.
 
 use super::UpdateError;
+use super::alternatives::Alternative;
 use super::determine::Determined;
 use super::peak_kind::PeakKind;
 use super::problem::{MeasuredPeak, UpdateEvaluation, UpdateProblem};
 use super::shapes::{self, ShapeComparison};
 use super::targets::Targets;
-use crate::rotor::Rotor;
 use crate::rotor::spectrum::ModalSpectrum;
+use crate::rotor::{Rotor, Section};
 
 /// How the factors were found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -88,6 +89,8 @@ pub struct Explanation {
 
 /// Largest frequency error, %, that passes for scatter of readings when their noise had to be estimated.
 const READING_ERROR_PERCENT: f64 = 1.0;
+/// Standard deviation of a reading that keeps within that error with a probability of 99 % (2.576 is its quantile).
+pub(super) const READING_SD: f64 = READING_ERROR_PERCENT / 100.0 / 2.576;
 /// A factor beyond this, or below its inverse, is not a modulus any more: no lamination or joint softens a section
 /// tenfold, and no steel part is stiffer than its drawing by ten.
 const PLAUSIBLE_FACTOR: f64 = 10.0;
@@ -105,30 +108,33 @@ impl Explanation {
         let largest = used().map(|(_, c)| 100.0 * c.residual_ln.abs()).fold(0.0, f64::max);
         let missing = used().filter(|(_, c)| c.model.is_none()).count();
         let extreme = problem.chain.regions.iter().zip(&end.ln_factors).find(|(_, x)| x.abs() > PLAUSIBLE_FACTOR.ln());
+        let of_readings: f64 = used().map(|(_, c)| (c.residual_ln / READING_SD).powi(2)).sum();
         let (explained, statement) = if missing > 0 {
             let s = format!(
-                "{missing} of the measured peaks have no counterpart in the model whatever the moduli: the moduli \
-                 cannot explain the data"
+                "{missing} measured {} no counterpart in the model whatever the moduli: the moduli cannot explain the \
+                 data",
+                if missing == 1 { "peak has" } else { "peaks have" }
             );
             (false, s)
-        } else if let Some((region, x)) = extreme {
-            let s = format!(
-                "the data ask for modulus factor {:.3} in region {}, which no modulus has: the moduli cannot explain \
-                 the data",
-                x.exp(),
-                region.name
-            );
-            (false, s)
-        } else if noise_estimated && largest > READING_ERROR_PERCENT {
+        } else if noise_estimated && largest > READING_ERROR_PERCENT && of_readings > limit {
             let s = format!(
                 "the best moduli leave errors up to {largest:.2} %, more than readings scatter \
-                 ({READING_ERROR_PERCENT} %): the moduli cannot explain the data"
+                 ({READING_ERROR_PERCENT} %): χ² = {of_readings:.1} against {limit:.1} (99 % for {data} data), the \
+                 moduli cannot explain the data"
             );
-            (false, s)
+            return Self { explained: false, statistic: of_readings, limit, statement: s };
         } else if !noise_estimated && statistic > limit {
             let s = format!(
                 "the best moduli leave χ² = {statistic:.1} against {limit:.1} (99 % for {data} data): the moduli \
                  cannot explain the data within their noise"
+            );
+            (false, s)
+        } else if let Some((region, x)) = extreme {
+            let s = format!(
+                "the moduli meet the data only with a factor of {:.3} in region {}, which no modulus has: something \
+                 else is off",
+                x.exp(),
+                region.name
             );
             (false, s)
         } else {
@@ -138,6 +144,25 @@ impl Explanation {
             (true, s)
         };
         Self { explained, statistic, limit, statement }
+    }
+}
+
+impl Explanation {
+    /// With what explains the data instead, or that nothing looked at does.
+    pub(super) fn name_alternative(&mut self, found: Option<&Alternative>) {
+        let limit = self.limit;
+        self.statement += &match found {
+            Some(Alternative { what, factor, statistic }) if *statistic <= limit => format!(
+                "; free {what} instead: {factor:.3} times that of the file would explain them (χ² = {statistic:.1} \
+                 against {limit:.1})"
+            ),
+            Some(Alternative { what, factor, statistic }) if 2.0 * statistic < self.statistic => format!(
+                "; of density, diameter, discs and supports {what} helps most, {factor:.3} times that of the file, but \
+                 does not explain them either (χ² = {statistic:.1} against {limit:.1})"
+            ),
+            _ => "; no single density, diameter, disc or support explains them: look for a part that the model lacks"
+                .to_owned(),
+        };
     }
 }
 
@@ -184,6 +209,15 @@ impl Updated {
     /// Factor of a region; 1 for one that the fit does not know.
     pub fn factor(&self, region: &str) -> f64 {
         self.factors.iter().find(|f| f.region == region).map_or(1.0, |f| f.factor)
+    }
+
+    /// Multiplies the moduli of the sections of a file by the factors of their regions.
+    pub(crate) fn scale(&self, sections: &mut [Section]) {
+        for section in sections {
+            if let Some(region) = &section.region {
+                section.modulus_scale *= self.factor(region);
+            }
+        }
     }
 
     /// Largest |error| in % over the peaks that the fit used; infinite when one has no counterpart.

@@ -102,7 +102,10 @@ pub(super) struct UpdateProblem {
 
 impl UpdateProblem {
     pub(super) fn new(rotor: &Rotor, targets: &Targets, use_zeros: bool) -> Result<Self, UpdateError> {
-        let chain = chain_assembly::chain(rotor)?;
+        let mut chain = chain_assembly::chain(rotor)?;
+        for (position_m, n_per_m) in &targets.springs {
+            chain = chain.with_spring(&chain_assembly::port(rotor, "support", *position_m)?, *n_per_m);
+        }
         if chain.regions.is_empty() {
             return Err(UpdateError::NoRegions);
         }
@@ -135,7 +138,9 @@ impl UpdateProblem {
                 chain_assembly::port(rotor, "force of an FRF", frf.input_m)?,
             ));
         }
-        let from_hz = lowest_hz(rotor)?;
+        // On springs the rigid modes are measured as well: from an octave below the lowest peak on.
+        let least_hz = if targets.springs.is_empty() { f64::INFINITY } else { 0.5 * targets.lowest_hz() };
+        let from_hz = lowest_hz(rotor)?.min(least_hz);
         let query = Query {
             frfs,
             from_hz,

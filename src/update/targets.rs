@@ -10,17 +10,28 @@ pub struct Target {
     pub frequency_hz: f64,
     /// Standard deviation, Hz; `None` when whoever read it off gave none.
     pub standard_deviation_hz: Option<f64>,
+    /// Part of the frequency that stands for the stiffness of the magnets, which was removed, Hz; 0 where there was
+    /// none.
+    pub magnet_shift_hz: f64,
 }
 
 impl Target {
     /// A reading of a measured peak; none of a peak that was not found.
     pub(super) fn of(reading: &Reading) -> Option<Self> {
-        Some(Self { frequency_hz: reading.frequency_hz()?, standard_deviation_hz: reading.standard_deviation_hz() })
+        let Reading::Found { frequency_hz, standard_deviation_hz, magnet_shift_hz } = *reading else {
+            return None;
+        };
+        Some(Self { frequency_hz, standard_deviation_hz: Some(standard_deviation_hz), magnet_shift_hz })
+    }
+
+    /// A frequency of the free-free rotor, Hz, with its standard deviation if one is known.
+    pub fn free(frequency_hz: f64, standard_deviation_hz: Option<f64>) -> Self {
+        Self { frequency_hz, standard_deviation_hz, magnet_shift_hz: 0.0 }
     }
 
     /// A frequency without a standard deviation.
     pub fn read_off(frequency_hz: f64) -> Self {
-        Self { frequency_hz, standard_deviation_hz: None }
+        Self::free(frequency_hz, None)
     }
 }
 
@@ -57,6 +68,8 @@ pub struct Targets {
     pub antiresonances: Vec<FrfTargets>,
     /// Mode shapes to compare with.
     pub mode_shapes: Vec<MeasuredShape>,
+    /// Springs to ground that the measured rotor stands on: place, m, and stiffness, N/m. None: it is free.
+    pub springs: Vec<(f64, f64)>,
 }
 
 impl Targets {
@@ -69,12 +82,16 @@ impl Targets {
 
     /// Highest measured frequency, Hz; 0 when there is none.
     pub(crate) fn highest_hz(&self) -> f64 {
-        self.antiresonances
-            .iter()
-            .flat_map(|f| &f.antiresonances)
-            .chain(&self.resonances)
-            .flatten()
-            .map(|t| t.frequency_hz)
-            .fold(0.0, f64::max)
+        self.all_hz().fold(0.0, f64::max)
+    }
+
+    /// Lowest measured frequency, Hz; infinite when there is none.
+    pub(super) fn lowest_hz(&self) -> f64 {
+        self.all_hz().fold(f64::INFINITY, f64::min)
+    }
+
+    fn all_hz(&self) -> impl Iterator<Item = f64> {
+        let zeros = self.antiresonances.iter().flat_map(|f| &f.antiresonances);
+        zeros.chain(&self.resonances).flatten().map(|t| t.frequency_hz)
     }
 }

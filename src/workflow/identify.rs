@@ -4,7 +4,9 @@ use super::failure::Failure;
 use super::plausibility::{Records, name_record};
 use crate::identify::{Identification, IdentifyError, identify, pole_drift};
 use crate::input::Measurement;
-use crate::report::identification::{DriftSummary, IdentificationSummary, PlausibilitySummary, response_files};
+use crate::report::identification::{
+    DriftSummary, HammerSummary, IdentificationSummary, PlausibilitySummary, response_files,
+};
 use crate::report::results::ResultsFolder;
 use crate::report::summary::json;
 use crate::spindle::Machine;
@@ -22,24 +24,33 @@ pub(crate) struct IdentifiedRecords {
 }
 
 impl IdentifiedRecords {
+    /// Number of resonances in the hammer tests.
+    pub(crate) fn of_hammers(&self) -> usize {
+        self.answer.hammers.iter().map(|h| h.resonances_hz.len()).sum()
+    }
+
     /// Whether no record contradicts the machine, and the sentence about it.
     pub(crate) fn verdict(&self) -> (bool, String) {
         let words = match (self.plausible, &self.peaks) {
             (false, _) => "a record contradicts the machine".to_owned(),
-            (true, None) => "the records are plausible; peaks need a sweep at rest".to_owned(),
+            (true, None) => format!(
+                "{} resonances in the hammer tests; antiresonances, and the rotor without its magnets, need a sweep at \
+                 rest",
+                self.of_hammers()
+            ),
             (true, Some(found)) => format!("{} resonances of the free rotor", found.resonances.len()),
         };
         (self.plausible, words)
     }
 }
 
-/// Identifies the free rotor from records that are estimated already; `watch` is called on the way.
+/// Identifies the free rotor from records that are estimated already; a rotor without magnets has no machine. `watch` is called on the way.
 ///
 /// # Errors
 /// [`Failure`] as `muspin identify` tells it.
 pub(crate) fn identify_records(
     measurement: &Measurement,
-    machine: &Machine,
+    machine: Option<&Machine>,
     records: &Records,
     watch: &dyn Fn(),
 ) -> Result<IdentifiedRecords, Failure> {
@@ -53,7 +64,7 @@ pub(crate) fn identify_records(
     }
     let plausibility = PlausibilitySummary::of(&records.reports);
     let (mut peaks, mut drift) = (None, None);
-    if let Some((frf, report)) = records.standstill() {
+    if let (Some((frf, report)), Some(machine)) = (records.standstill(), machine) {
         // Units and order of channels decide what the magnets' stiffness shifts: no peaks from an implausible record.
         if report.plausible() {
             let at_rest = |e| name_record(e, &record_at_rest(measurement));
@@ -79,6 +90,7 @@ pub(crate) fn identify_records(
         plausibility,
         identification: peaks.as_ref().map(IdentificationSummary::from),
         drift: drift.as_ref().map(DriftSummary::from),
+        hammers: measurement.hammers.iter().map(HammerSummary::of).collect(),
         records: names,
     };
     Ok(IdentifiedRecords { answer, folder, peaks, plausible: records.plausible() })
@@ -91,6 +103,8 @@ pub(crate) struct Answer {
     identification: Option<IdentificationSummary>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) drift: Option<DriftSummary>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(crate) hammers: Vec<HammerSummary>,
     /// Files of the responses.
     records: Vec<String>,
 }

@@ -2,7 +2,9 @@
 
 use super::failure::Failure;
 use crate::controller::Controller;
-use crate::identify::{IdentifyError, MeasuredFrf, Plausibility, hammer_plausibility, open_loop, sweep_plausibility};
+use crate::identify::{
+    IdentifyError, MeasuredFrf, Plausibility, hammer_plausibility, open_loop_columns, sweep_plausibility,
+};
 use crate::input::{Measurement, load_controller};
 use crate::lti::HeldResponse;
 use crate::spindle::Machine;
@@ -15,8 +17,8 @@ pub(crate) struct Records {
     pub(crate) reports: Vec<Plausibility>,
     /// Controllers of the hammer tests that name one, in their order.
     pub(crate) controllers: Vec<Controller>,
-    /// What of the files is not used, in words.
-    left_out: Vec<String>,
+    /// What of the files is not used and what they do not determine, in words.
+    notes: Vec<String>,
 }
 
 /// The controllers of the hammer tests that name one, in their order.
@@ -27,34 +29,39 @@ pub(crate) fn controllers(measurement: &Measurement) -> Result<Vec<Controller>, 
 }
 
 impl Records {
-    /// Estimates the responses of all sweeps and compares every record with the machine; `watch` is called before each.
-    pub(crate) fn of(measurement: &Measurement, machine: &Machine, watch: &dyn Fn()) -> Result<Self, Failure> {
-        let (mut frfs, mut reports) = (vec![], vec![]);
-        for sweep in &measurement.sweeps {
+    /// Estimates the responses of all sweeps and compares every record with the machine; without magnets there are
+    /// neither sweeps nor controllers. `watch` is called before each record.
+    pub(crate) fn of(measurement: &Measurement, machine: Option<&Machine>, watch: &dyn Fn()) -> Result<Self, Failure> {
+        let (mut frfs, mut reports, mut notes) = (vec![], vec![], vec![]);
+        for (sweep, machine) in measurement.sweeps.iter().zip(machine.into_iter().cycle()) {
             watch();
-            let frf = open_loop(&sweep.record).map_err(|e| name_record(e, &sweep.record.name))?;
+            let name = &sweep.record.name;
+            let (frf, undetermined) = open_loop_columns(&sweep.record).map_err(|e| name_record(e, name))?;
+            let said = sweep.record.left_out.iter().chain(&undetermined);
+            notes.extend(said.map(|note| format!("{name}: {note}")));
+            if !undetermined.is_empty() {
+                notes.push(format!("{name}: without all four injections units, signs and channels are not checked"));
+                reports.push(Plausibility { record: name.clone(), checks: vec![], faults: vec![] });
+                frfs.push(frf);
+                continue;
+            }
             let controller = sweep.controller.as_ref().map(|path| load_controller(path));
             let controller = controller.transpose()?;
             let named = controller.as_ref().map(|k| k as &dyn HeldResponse);
-            reports.push(sweep_plausibility(&sweep.record.name, &frf, machine, named)?);
+            reports.push(sweep_plausibility(name, &frf, machine, named)?);
             frfs.push(frf);
         }
         let controllers = controllers(measurement)?;
         let known = measurement.hammers.iter();
         let known = known.filter(|hammer| hammer.controller.is_some());
-        for (hammer, controller) in known.zip(&controllers) {
+        for ((hammer, controller), machine) in known.zip(&controllers).zip(machine.into_iter().cycle()) {
             watch();
             let (name, frf) = (&hammer.name, &hammer.frf);
             let report = hammer_plausibility(name, frf, hammer.axis, machine, controller)?;
             reports.push(report);
         }
-        let left_out = measurement
-            .sweeps
-            .iter()
-            .flat_map(|sweep| sweep.record.left_out.iter().map(|note| format!("{}: {note}", sweep.record.name)));
-        let notes = measurement.hammers.iter().flat_map(|hammer| hammer.notes.iter().cloned());
-        let left_out = left_out.chain(notes);
-        Ok(Self { frfs, reports, controllers, left_out: left_out.collect() })
+        notes.extend(measurement.hammers.iter().flat_map(|hammer| hammer.notes.iter().cloned()));
+        Ok(Self { frfs, reports, controllers, notes })
     }
 
     /// True when every record is plausible.
@@ -66,7 +73,7 @@ impl Records {
     pub(crate) fn lines(&self) -> impl Iterator<Item = String> {
         let statements = self.reports.iter().filter_map(Plausibility::statement);
         let remarks = self.reports.iter().flat_map(Plausibility::remarks);
-        let notes = self.left_out.iter().cloned().chain(remarks);
+        let notes = self.notes.iter().cloned().chain(remarks);
         statements.chain(notes.map(|note| format!("note: {note}")))
     }
 

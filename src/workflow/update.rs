@@ -5,15 +5,27 @@ use super::identify::record_at_rest;
 use super::plausibility::{Records, name_record};
 use crate::identify::{Identification, identify};
 use crate::input::{Measurement, spindle_yaml, tool_yaml};
+use crate::report::identification::file_name;
 use crate::report::results::ResultsFolder;
 use crate::report::updating::{error_table, figures, shape_table};
+use crate::rotor::{Rotor, Support};
 use crate::spindle::Machine;
 use crate::update::machine::identified_targets;
-use crate::update::{Target, Targets, UpdateError, Updated, UpdatedMachine, front_and_rear};
+use crate::update::{PlacedTap, Target, Targets, UpdateError, Updated, UpdatedMachine, front_and_rear, hammer_targets};
 
 /// Whether moduli explain the frequencies of plausible records, and the sentence about it.
 pub(crate) fn verdict<'a>(fit: &'a Updated, records: &Records) -> (bool, &'a str) {
     (fit.explanation.explained && records.plausible(), &fit.explanation.statement)
+}
+
+/// What moduli are fitted to.
+pub(crate) struct FitTargets {
+    /// Frequencies and mode shapes.
+    pub(crate) targets: Targets,
+    /// What the sweep at rest says, where there is one.
+    pub(crate) identification: Option<Identification>,
+    /// Records that are left out, in words.
+    pub(crate) notes: Vec<String>,
 }
 
 /// What to fit: the standstill sweep where there is one, else frequencies that were read off. The crossed FRFs of a
@@ -23,26 +35,72 @@ pub(crate) fn targets(
     records: &Records,
     machine: &Machine,
     relative_deviation: Option<f64>,
-) -> Result<(Targets, Option<Identification>), Failure> {
-    let mut identification = None;
+) -> Result<FitTargets, Failure> {
+    let (mut identification, mut notes) = (None, vec![]);
     let mut targets = if let Some((frf, _)) = records.standstill() {
         let found = identify(frf, machine).map_err(|e| name_record(e, &record_at_rest(measurement)))?;
         let targets = identified_targets(machine, &found);
         identification = Some(found);
         targets
     } else if let Some(read) = measurement.frequencies.first() {
-        let list = |frequencies: &[Option<f64>]| {
-            let each = |f: &Option<f64>| {
-                f.map(|f| Target { frequency_hz: f, standard_deviation_hz: relative_deviation.map(|r| r * f) })
-            };
-            frequencies.iter().map(each).collect()
-        };
+        let list = |frequencies: &[Option<f64>]| read_off(frequencies, relative_deviation);
         front_and_rear(machine, list(&read.resonances_hz), list(&read.front_hz), list(&read.rear_hz))
+    } else if records.frfs.is_empty() {
+        let plane_m = machine.tool_plane_m();
+        let springs = |axis| springs_of(&machine.supports(), axis);
+        let (found, left_out) = taps_of(measurement, &machine.rotor()?, plane_m, &springs)?;
+        notes = left_out;
+        found
     } else {
         return Err(UpdateError::NoTargets { what: "neither a sweep at 0 rpm nor frequencies" }.into());
     };
     targets.mode_shapes = measurement.mode_shapes.clone();
-    Ok((targets, identification))
+    Ok(FitTargets { targets, identification, notes })
+}
+
+/// Targets that a person has read off.
+pub(crate) fn read_off(frequencies: &[Option<f64>], relative_deviation: Option<f64>) -> Vec<Option<Target>> {
+    let target = |f: f64| Target::free(f, relative_deviation.map(|r| r * f));
+    frequencies.iter().map(|f| f.map(target)).collect()
+}
+
+/// Targets of the hammer tests at rest that no controller levitates, and which of these are left out. `springs` are those
+/// of the model in an axis.
+pub(crate) fn taps_of(
+    measurement: &Measurement,
+    rotor: &Rotor,
+    tool_plane_m: f64,
+    springs: &dyn Fn(usize) -> Vec<(f64, f64)>,
+) -> Result<(Targets, Vec<String>), Failure> {
+    let mut free = measurement.hammers.iter().filter(|h| h.controller.is_none() && h.frf.speed_rpm == 0.0);
+    let Some(first) = free.next() else {
+        return Err(UpdateError::NoTargets {
+            what: "neither a sweep at 0 rpm nor frequencies nor a hammer test at 0 rpm without a controller",
+        }
+        .into());
+    };
+    let (mut taps, mut notes) = (vec![first], vec![]);
+    for hammer in free {
+        if hammer.axis == first.axis && hammer.frf.frequency_hz == first.frf.frequency_hz {
+            taps.push(hammer);
+        } else {
+            notes.push(format!("note: {}: axis or lines differ from those of {}: left out", hammer.name, first.name));
+        }
+    }
+    let placed: Vec<PlacedTap> = taps
+        .iter()
+        .map(|hammer| PlacedTap {
+            name: file_name(&hammer.name),
+            frf: &hammer.frf,
+            places_m: hammer.places_m.unwrap_or([tool_plane_m; 2]),
+        })
+        .collect();
+    Ok((hammer_targets(rotor, springs(first.axis), &placed)?, notes))
+}
+
+/// Place and stiffness of springs in an axis, m and N/m.
+pub(crate) fn springs_of(supports: &[Support], axis: usize) -> Vec<(f64, f64)> {
+    supports.iter().map(|s| (s.position_m, s.stiffness_n_per_m[axis][axis])).collect()
 }
 
 /// The updated files, tables and pictures.
@@ -54,16 +112,21 @@ pub(crate) fn updated_folder(
     delivered: &UpdatedMachine,
     models: &[(&str, &Updated)],
 ) -> Result<ResultsFolder, Failure> {
-    let mut folder = ResultsFolder::new();
+    let mut folder = fit_folder(Some(before), models)?;
     folder.add("spindle.yaml", spindle_yaml(&delivered.machine.spindle))?;
-    folder.add_table("errors.csv", &error_table(models))?;
     let tool = &delivered.machine.tool;
     if tool.sections.iter().any(|s| s.region.is_some()) {
         folder.add("tool.yaml", tool_yaml(tool))?;
     }
-    if !delivered.fit.shapes.is_empty() {
-        let table = shape_table(&delivered.fit.shapes);
-        folder.add_table("mode_shapes.csv", &table)?;
+    Ok(folder)
+}
+
+/// Tables and pictures of fits, the delivered one first.
+pub(crate) fn fit_folder(before: Option<&Machine>, models: &[(&str, &Updated)]) -> Result<ResultsFolder, Failure> {
+    let mut folder = ResultsFolder::new();
+    folder.add_table("errors.csv", &error_table(models))?;
+    if let Some((_, fit)) = models.first().filter(|(_, fit)| !fit.shapes.is_empty()) {
+        folder.add_table("mode_shapes.csv", &shape_table(&fit.shapes))?;
     }
     for (name, figure) in figures(before, models) {
         folder.add_plot(name, &figure)?;

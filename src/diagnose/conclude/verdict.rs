@@ -158,7 +158,7 @@ pub(super) fn conclude_unless(
     progress("where it sits");
     let localisation = localise(&case)?;
     let mut round = case.run_round(null)?;
-    case.add_located(&localisation, &mut round)?;
+    case.add_located(&localisation, &mut round);
     if !round.finalists.first().is_some_and(|c| case.within(c))
         && let Some(other) = instead(&round.finalists)?
     {
@@ -204,7 +204,7 @@ pub(super) fn conclude_located(
     let catalogue = hypotheses(&trial.machine, &trial.model, &trial.evidence)?;
     let case = trial.case(&catalogue, progress);
     let mut round = ScreeningRound { finalists: vec![], others: vec![] };
-    case.add_located(localisation, &mut round)?;
+    case.add_located(localisation, &mut round);
     let Some(best) = round.finalists.first().filter(|c| case.within(c)) else {
         return Ok(None);
     };

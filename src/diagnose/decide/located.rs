@@ -3,7 +3,6 @@
 //! A linear step from nothing does not lead to a spring that moves resonances by many times their width; the law that
 //! was recovered without a hypothesis says where it sits and how large it is.
 
-use super::super::DiagnoseError;
 use super::super::data::evidence::Subset;
 use super::super::fit::case::Case;
 use super::super::fit::problem::Point;
@@ -26,44 +25,31 @@ struct Reading {
 
 impl Case<'_> {
     /// Adds to a round of single effects that explains nothing those which the best places read off.
-    ///
-    /// # Errors
-    /// [`DiagnoseError`] when a model cannot be assembled.
-    pub(crate) fn add_located(
-        &self,
-        localisation: &Localisation,
-        round: &mut ScreeningRound,
-    ) -> Result<(), DiagnoseError> {
+    pub(crate) fn add_located(&self, localisation: &Localisation, round: &mut ScreeningRound) {
         let finalists = &mut round.finalists;
         if finalists.first().is_some_and(|c| self.within(c)) {
-            return Ok(());
+            return;
         }
         let placed = localisation.ports.iter().filter(|port| port.place.position_m().is_some());
         for port in placed.take(PLACES) {
             for reading in readings(port) {
-                if let Some(found) = self.begin_at(&reading, port)?.filter(matters) {
-                    finalists.push(found);
-                }
+                finalists.extend(self.begin_at(&reading, port).filter(matters));
             }
         }
         self.rank(finalists);
-        Ok(())
     }
 
-    /// The fit of a reading, with the nuisance parameters of its place.
-    fn begin_at(&self, reading: &Reading, port: &PortScore) -> Result<Option<Candidate>, DiagnoseError> {
-        let Some(z) = reading.place.position_m() else { return Ok(None) };
+    /// The fit of a reading, with the nuisance parameters of its place; none where no machine has it (a mass that takes
+    /// more away than is there).
+    fn begin_at(&self, reading: &Reading, port: &PortScore) -> Option<Candidate> {
+        let z = reading.place.position_m()?;
         let same = self.catalogue.iter().filter(|h| h.kind == reading.kind && h.place.moved_to(z) == reading.place);
-        let Some(h) = same.min_by(|a, b| {
-            let off = |place: &Location| place.position_m().map_or(f64::INFINITY, |at| (at - z).abs());
-            off(&a.place).total_cmp(&off(&b.place))
-        }) else {
-            return Ok(None);
-        };
+        let off = |place: &Location| place.position_m().map_or(f64::INFINITY, |at| (at - z).abs());
+        let h = same.min_by(|a, b| off(&a.place).total_cmp(&off(&b.place)))?;
         let mut theta = vec![reading.value / h.slope(0, &h.start), z / h.slope(1, &h.start)];
         h.clamp(&mut theta);
         let from = Point { p: port.p.clone(), theta: vec![theta], ..self.origin() };
-        self.finish(std::slice::from_ref(h), &from, MODEL_ERRORS[1], Subset::ALL).map(Some)
+        self.finish(std::slice::from_ref(h), &from, MODEL_ERRORS[1], Subset::ALL).ok()
     }
 }
 

@@ -110,11 +110,15 @@ fn a_hammer_record_stands_beside_the_prediction_of_its_loop() {
     let key = "at_max_speed_n_per_m";
     let ratio = at(measured, key).unwrap() / at(&predicted[0], key).unwrap();
     assert!((0.3..3.0).contains(&ratio), "{ratio}");
-    // Resonances that the record resolves are near poles of the predicted loop.
-    let light = measured["lightly_damped_modes"].as_array().unwrap();
-    for mode in light {
-        assert!(mode["damping_ratio"].as_f64().unwrap() < 0.03);
-    }
+    // Modes and lobes of the record itself.
+    let modes = measured["modes"].as_array().unwrap();
+    assert!(modes.iter().any(|mode| mode["damping_ratio"].as_f64().unwrap() < 0.03), "{modes:?}");
+    let chatter = found["chatter"].as_object().unwrap();
+    let depth = |is_measured: bool| {
+        let (_, own) = chatter.iter().find(|(key, _)| key.starts_with("measured") == is_measured).unwrap();
+        own["minimum_depth_m"].as_f64().unwrap()
+    };
+    assert!((0.2..5.0).contains(&(depth(true) / depth(false))), "{chatter:?}");
 }
 
 #[test]

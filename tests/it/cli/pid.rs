@@ -139,3 +139,36 @@ fn a_tuned_pid_keeps_its_limits() {
     assert_eq!(found["pid"]["meets_limits"], true);
     assert!(found["pid"]["front"]["gain_a_per_m"].as_f64().unwrap() > 0.0);
 }
+
+/// Magnets that are stiff against a slender shaft move its modes far from where they are free: none of them is missing.
+#[test]
+fn modes_of_a_slender_rotor_are_listed_where_the_magnets_put_them() {
+    let numbers = "name: own-pid\nfront: &channel\n  gain_a_per_m: 4170\n  damping_a_s_per_m: 22\n  \
+                   derivative_rolloff_hz: 1000\nrear: *channel\n";
+    let folder = folder(numbers);
+    let (_, _, err) = summary(folder.path(), &["pid", "pid.yaml", "--out", "o", "--speeds", "0"]);
+    let file = ["--controller", "o/controller/discrete.json"];
+    let (_, found, _) = summary(folder.path(), &[&["compare", "--speeds", "0", "--out", "c"][..], &file].concat());
+    let plane = &found["tool_plane"]["own-pid"][0];
+    let flexible = plane["flexible_modes"].as_array().unwrap();
+    let rigid = plane["rigid_body_modes"].as_array().unwrap();
+    let missing = flexible.iter().filter(|mode| mode.is_null()).count();
+    assert!(missing > 0 && rigid.len() >= missing, "{plane} {err}");
+    // Each stands where the tool is most compliant.
+    let frf = ["frf", "--from", "5", "--to", "150", "--points", "3000"];
+    let (_, out, _) = muspin(&[&frf[..], &file, &MACHINE].concat(), folder.path());
+    let mut lines = out.lines();
+    let header: Vec<&str> = lines.next().unwrap().split(',').collect();
+    let at = header.iter().position(|name| *name == "t_xx_re").unwrap();
+    let curve: Vec<(f64, f64)> = lines
+        .map(|line| {
+            let row: Vec<f64> = line.split(',').map(|x| x.parse().unwrap()).collect();
+            (row[0], row[at].hypot(row[at + 1]))
+        })
+        .collect();
+    let peaks: Vec<f64> = curve.windows(3).filter(|w| w[1].1 > w[0].1 && w[1].1 > w[2].1).map(|w| w[1].0).collect();
+    for mode in rigid.iter().filter(|mode| mode["damping_ratio"].as_f64().unwrap() < 0.1) {
+        let hz = mode["frequency_hz"].as_f64().unwrap();
+        assert!(peaks.iter().any(|peak| (peak / hz - 1.0).abs() < 0.05), "{hz} {peaks:?}");
+    }
+}

@@ -3,5 +3,6 @@
 mod column_slips;
 mod identify_sweeps;
 mod modal_sums;
+mod partial_records;
 mod polluted_lines;
 mod record_plausibility;

@@ -20,7 +20,7 @@ fn a_run_fills_its_weights_from_the_machine_that_was_updated() {
     let mut truth = nominal.clone();
     truth.spindle.sections.iter_mut().for_each(|s| s.modulus_scale *= 0.9);
     let resonances = flexible_hz(&truth).into_iter().map(|hz| Some(Target::read_off(hz))).collect();
-    let targets = Targets { resonances, antiresonances: vec![], mode_shapes: vec![] };
+    let targets = Targets { resonances, ..Targets::default() };
     let text = shipped::WEIGHTS.iter().find(|w| w.name == "machine").unwrap().text;
     let uncertain = text.replace("[0.01, 0.01]", "[0.01, 0.01, 0.01]");
     let weights = read_weights("w.yaml", &uncertain).unwrap();

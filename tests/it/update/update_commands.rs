@@ -178,9 +178,7 @@ fn what_moduli_cannot_explain_is_said_and_does_not_bend_them() {
     let joint = Effect::new(EffectKind::ToolJoint, Location::None, vec![2.5e8, 1.2e5, 0.0]);
     let truth = machine.with_effect(joint.unwrap());
     let seen = own_spectrum(&truth, 100.0, 4000.0);
-    let list = |l: &[f64]| {
-        l.iter().map(|f| Some(Target { frequency_hz: *f, standard_deviation_hz: Some(1e-4 * f) })).collect()
-    };
+    let list = |l: &[f64]| l.iter().map(|f| Some(Target::free(*f, Some(1e-4 * f)))).collect();
     let targets = front_and_rear(&machine, list(&seen.poles_hz), list(&seen.zeros_hz[0]), list(&seen.zeros_hz[1]));
     let u = gauss_newton(&machine, &targets, &UpdateSettings::default()).unwrap();
     println!("{} {:?}", u.fit.explanation.statement, u.fit.factors);

@@ -62,7 +62,7 @@ fn errors_db(nominal: &Machine, truth: &Machine) -> (f64, Vec<f64>, f64) {
     };
     let lists = [pick(&spectrum.poles_hz, 3), pick(&spectrum.zeros_hz[0], 3), pick(&spectrum.zeros_hz[1], 2)];
     let given = |relative: Option<f64>| {
-        let target = |f: &f64| Target { frequency_hz: *f, standard_deviation_hz: relative.map(|r| r * f) };
+        let target = |f: &f64| Target::free(*f, relative.map(|r| r * f));
         let one = |l: &Vec<f64>| l.iter().map(|f| Some(target(f))).collect::<Vec<_>>();
         front_and_rear(nominal, one(&lists[0]), one(&lists[1]), one(&lists[2]))
     };

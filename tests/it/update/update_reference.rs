@@ -71,11 +71,7 @@ pub fn load(name: &str) -> Case {
     let measured = &json["measured"];
     let sd = number(&measured["relative_sigma"]);
     let list = |v: &Value| -> Vec<Option<Target>> {
-        v.as_array()
-            .unwrap()
-            .iter()
-            .map(|f| f.as_f64().map(|f| Target { frequency_hz: f, standard_deviation_hz: Some(sd * f) }))
-            .collect()
+        v.as_array().unwrap().iter().map(|f| f.as_f64().map(|f| Target::free(f, Some(sd * f)))).collect()
     };
     let node = |p: &Value| z[p.as_u64().unwrap() as usize];
     let antiresonances = [("11", "front"), ("33", "rear")]
@@ -88,7 +84,7 @@ pub fn load(name: &str) -> Case {
             held_out: false,
         })
         .collect();
-    let targets = Targets { resonances: list(&measured["resonances_hz"]), antiresonances, mode_shapes: vec![] };
+    let targets = Targets { resonances: list(&measured["resonances_hz"]), antiresonances, ..Targets::default() };
     Case { rotor, targets, json }
 }
 
@@ -256,11 +252,11 @@ fn sensitivities_equal_differences() {
     let (a, b) = (at(&case.rotor), at(&changed));
     let mut targets = case.targets.clone();
     for (t, f) in targets.resonances.iter_mut().zip(&b.poles_hz) {
-        *t = Some(Target { frequency_hz: *f, standard_deviation_hz: Some(0.0) });
+        *t = Some(Target::free(*f, Some(0.0)));
     }
     for (frf, zeros) in targets.antiresonances.iter_mut().zip(&b.zeros_hz) {
         for (t, f) in frf.antiresonances.iter_mut().zip(zeros) {
-            *t = Some(Target { frequency_hz: *f, standard_deviation_hz: Some(0.0) });
+            *t = Some(Target::free(*f, Some(0.0)));
         }
     }
     let settings = UpdateSettings { max_evaluations: 2, floor_relative_sd: 1e-8, ..Default::default() };
