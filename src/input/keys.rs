@@ -231,19 +231,17 @@ pub const SPINDLE: &[KeyGroup] = &[
     group("effects[]", EFFECT),
 ];
 
-const SUPPORT: &[Key] = {
-    const STIFF: [Range; 2] = [[10.0, 1e10], [0.0, 1e13]];
-    const STIFF_WHY: &str = "bungees have 100 N/m, rolling bearings 1e8 N/m; none unless given";
-    const DAMPED: [Range; 2] = [[0.1, 1e6], [0.0, 1e9]];
-    const DAMPED_WHY: &str = "squeeze films have some thousand N s/m; none unless given";
-    &[
-        required_key("position_m", "m", [[0.0, 3.0], [0.0, 10.0]], "shafts on magnetic bearings are shorter than 3 m"),
-        open("stiffness_x_n_per_m", "N/m", STIFF, STIFF_WHY),
-        open("stiffness_y_n_per_m", "N/m", STIFF, STIFF_WHY),
-        open("damping_x_n_s_per_m", "N s/m", DAMPED, DAMPED_WHY),
-        open("damping_y_n_s_per_m", "N s/m", DAMPED, DAMPED_WHY),
-    ]
-};
+const STIFF: [Range; 2] = [[10.0, 1e10], [0.0, 1e13]];
+const STIFF_WHY: &str = "bungees have 100 N/m, rolling bearings 1e8 N/m; none unless given";
+const DAMPED: [Range; 2] = [[0.1, 1e6], [0.0, 1e9]];
+const DAMPED_WHY: &str = "squeeze films have some thousand N s/m; none unless given";
+const SUPPORT: &[Key] = &[
+    required_key("position_m", "m", [[0.0, 3.0], [0.0, 10.0]], "shafts on magnetic bearings are shorter than 3 m"),
+    open("stiffness_n_per_m", "N/m", STIFF, STIFF_WHY),
+    open("damping_n_s_per_m", "N s/m", DAMPED, DAMPED_WHY),
+];
+const SUPPORT_STIFFNESS: &[Key] = &[open("x", "N/m", STIFF, STIFF_WHY), open("y", "N/m", STIFF, STIFF_WHY)];
+const SUPPORT_DAMPING: &[Key] = &[open("x", "N s/m", DAMPED, DAMPED_WHY), open("y", "N s/m", DAMPED, DAMPED_WHY)];
 
 /// A rotor without magnets.
 pub const ROTOR: &[KeyGroup] = &[
@@ -253,6 +251,8 @@ pub const ROTOR: &[KeyGroup] = &[
     group("rotor.discs[]", DISC),
     group("rotor", &[words("materials"), words("elements"), DAMPING]),
     group("supports[]", SUPPORT),
+    group("supports[].stiffness_n_per_m", SUPPORT_STIFFNESS),
+    group("supports[].damping_n_s_per_m", SUPPORT_DAMPING),
 ];
 
 /// A tool file.

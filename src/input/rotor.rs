@@ -55,18 +55,48 @@ struct ShaftFile {
 struct SupportFile {
     /// Place, from the end at z = 0.
     position_m: f64,
-    /// Stiffness in x.
+    /// Stiffness, in both planes or by plane.
     #[serde(default)]
-    stiffness_x_n_per_m: f64,
-    /// Stiffness in y.
+    stiffness_n_per_m: ByPlane,
+    /// Damping, in both planes or by plane.
     #[serde(default)]
-    stiffness_y_n_per_m: f64,
-    /// Damping in x.
+    damping_n_s_per_m: ByPlane,
+}
+
+/// One number for both planes, or one for each.
+#[derive(Clone, Copy, Deserialize, JsonSchema)]
+#[serde(untagged)]
+enum ByPlane {
+    Both(f64),
+    Each(EachPlane),
+}
+
+/// Numbers by plane; zero where none is given.
+#[derive(Clone, Copy, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct EachPlane {
+    /// In x.
     #[serde(default)]
-    damping_x_n_s_per_m: f64,
-    /// Damping in y.
+    x: f64,
+    /// In y.
     #[serde(default)]
-    damping_y_n_s_per_m: f64,
+    y: f64,
+}
+
+impl Default for ByPlane {
+    fn default() -> Self {
+        Self::Both(0.0)
+    }
+}
+
+impl ByPlane {
+    fn diagonal(self) -> [[f64; 2]; 2] {
+        let EachPlane { x, y } = match self {
+            Self::Both(value) => EachPlane { x: value, y: value },
+            Self::Each(each) => each,
+        };
+        [[x, 0.0], [0.0, y]]
+    }
 }
 
 /// A rotor from a path, with a tool of a path or shipped name in it, or none.
@@ -95,11 +125,10 @@ pub fn read_rotor(file: &str, text: &str) -> Result<RotorOnSupports, InputError>
 fn rotor(errors: &mut ErrorList<'_>, read: RotorModelFile) -> RotorOnSupports {
     let file = errors.file;
     let materials = materials(errors, "rotor.materials", read.rotor.materials);
-    let diagonal = |x: f64, y: f64| [[x, 0.0], [0.0, y]];
     let supports = read.supports.iter().map(|s| Support {
         position_m: s.position_m,
-        stiffness_n_per_m: diagonal(s.stiffness_x_n_per_m, s.stiffness_y_n_per_m),
-        damping_n_s_per_m: diagonal(s.damping_x_n_s_per_m, s.damping_y_n_s_per_m),
+        stiffness_n_per_m: s.stiffness_n_per_m.diagonal(),
+        damping_n_s_per_m: s.damping_n_s_per_m.diagonal(),
     });
     let rotor = RotorOnSupports {
         name: read.name,

@@ -16,14 +16,13 @@ pub fn rotor_yaml(rotor: &RotorOnSupports) -> String {
         lines.push("supports:".into());
     }
     lines.extend(rotor.supports.iter().map(|s| {
-        let values = [
-            ("position_m", s.position_m),
-            ("stiffness_x_n_per_m", s.stiffness_n_per_m[0][0]),
-            ("stiffness_y_n_per_m", s.stiffness_n_per_m[1][1]),
-            ("damping_x_n_s_per_m", s.damping_n_s_per_m[0][0]),
-            ("damping_y_n_s_per_m", s.damping_n_s_per_m[1][1]),
-        ];
-        format!("  - {{{}}}", pairs(&values))
+        let by_plane = |m: [[f64; 2]; 2]| format!("{{x: {}, y: {}}}", number(m[0][0]), number(m[1][1]));
+        format!(
+            "  - {{position_m: {}, stiffness_n_per_m: {}, damping_n_s_per_m: {}}}",
+            number(s.position_m),
+            by_plane(s.stiffness_n_per_m),
+            by_plane(s.damping_n_s_per_m)
+        )
     }));
     lines.join("\n") + "\n"
 }

@@ -51,9 +51,8 @@ fn a_two_disc_rotor_on_springs_has_the_frequencies_of_the_book() {
     let folder = tempfile::tempdir().unwrap();
     let rest = "  discs:\n    - {position_m: 0.5, mass_kg: 32.59, polar_inertia_kg_m2: 0.32914, \
                 diametral_inertia_kg_m2: 0.17808}\n    - {position_m: 1.0, mass_kg: 51.475, polar_inertia_kg_m2: \
-                0.80431, diametral_inertia_kg_m2: 0.42326}\nsupports:\n  - {position_m: 0, stiffness_x_n_per_m: \
-                1.0e+6, stiffness_y_n_per_m: 1.0e+6}\n  - {position_m: 1.5, stiffness_x_n_per_m: 1.0e+6, \
-                stiffness_y_n_per_m: 1.0e+6}\n";
+                0.80431, diametral_inertia_kg_m2: 0.42326}\nsupports:\n  - {position_m: 0, stiffness_n_per_m: \
+                1.0e+6}\n  - {position_m: 1.5, stiffness_n_per_m: 1.0e+6}\n";
     let text = rotor_file([2.11e11, 7810.0, 0.299_261], &elements(1.5, [0.05, 0.0], 6, "shaft"), rest);
     let found = modes(folder.path(), &text.replace("[0.001]", "[0]"), "0,4000");
     let published = [[86.66, 86.66, 274.31, 274.31, 716.78], [85.39, 87.80, 251.78, 294.71, 600.18]];
@@ -110,8 +109,8 @@ fn hits(folder: &Path, places_m: &[[f64; 2]]) {
     std::fs::write(folder.join("rotor.yaml"), rotor_file([2.06e11, 7850.0, 0.3], &bar(), CORDS)).unwrap();
 }
 
-const CORDS: &str = "supports:\n  - {position_m: 0.3, stiffness_x_n_per_m: 300, stiffness_y_n_per_m: 300}\n  - \
-                     {position_m: 1.0, stiffness_x_n_per_m: 300, stiffness_y_n_per_m: 300}\n";
+const CORDS: &str = "supports:\n  - {position_m: 0.3, stiffness_n_per_m: 300}\n  - \
+                     {position_m: 1.0, stiffness_n_per_m: 300}\n";
 
 fn bar() -> String {
     let end = elements(0.3, [0.035, 0.022], 6, "end");
@@ -151,8 +150,8 @@ fn the_response_of_a_rotor_on_supports_is_that_of_its_matrices() {
     let text = rotor_file([2.06e11, 7850.0, 0.3], &elements(0.6, [0.02, 0.0], 6, "bar"), "");
     let disc =
         "  discs:\n    - {position_m: 0.2, mass_kg: 3, polar_inertia_kg_m2: 0.02, diametral_inertia_kg_m2: 0.01}\n";
-    let supports = "supports:\n  - {position_m: 0.1, stiffness_x_n_per_m: 2.0e+6, stiffness_y_n_per_m: 1.0e+6, \
-                    damping_x_n_s_per_m: 50}\n  - {position_m: 0.5, stiffness_x_n_per_m: 1.0e+6}\n";
+    let supports = "supports:\n  - {position_m: 0.1, stiffness_n_per_m: {x: 2.0e+6, y: 1.0e+6}, \
+                    damping_n_s_per_m: {x: 50}}\n  - {position_m: 0.5, stiffness_n_per_m: {x: 1.0e+6}}\n";
     let model = read_rotor("r.yaml", &format!("{text}{disc}{supports}")).unwrap();
     let (rotor, damping) = (model.rotor().unwrap(), Damping::Modal(vec![0.001; 12]));
     let speed = 800.0;
