@@ -44,7 +44,8 @@ impl IdentifiedRecords {
     }
 }
 
-/// Identifies the free rotor from records that are estimated already; a rotor without magnets has no machine. `watch` is called on the way.
+/// Identifies the free rotor from records that are estimated already; a rotor without magnets has no machine.
+/// `watch` is called on the way.
 ///
 /// # Errors
 /// [`Failure`] as `muspin identify` tells it.

@@ -64,8 +64,8 @@ pub(crate) fn read_off(frequencies: &[Option<f64>], relative_deviation: Option<f
     frequencies.iter().map(|f| f.map(target)).collect()
 }
 
-/// Targets of the hammer tests at rest that no controller levitates, and which of these are left out. `springs` are those
-/// of the model in an axis.
+/// Targets of the hammer tests at rest that no controller levitates, and which of these are left out. `springs` are
+/// those of the model in an axis.
 pub(crate) fn taps_of(
     measurement: &Measurement,
     rotor: &Rotor,

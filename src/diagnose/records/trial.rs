@@ -139,8 +139,8 @@ impl<'a> Trial<'a> {
         Ok((standing, complete))
     }
 
-    /// The machine with all priors wider, once for each width: a machine that was updated less carefully has every number
-    /// further off, a missing effect only few.
+    /// The machine with all priors wider, once for each width: a machine that was updated less carefully has every
+    /// number further off, a missing effect only few.
     ///
     /// # Errors
     /// [`DiagnoseError`] when a model cannot be assembled.
