@@ -6,7 +6,7 @@
 
 use super::super::DiagnoseError;
 use super::super::data::evidence::Subset;
-use super::super::data::measurement::RecordSet;
+use super::super::data::measurement::{RecordId, RecordSet};
 use super::super::decide::candidate::{Candidate, Standing};
 use super::super::decide::judgement::Verdict;
 use super::super::decide::screening::TIE_BIC;
@@ -150,6 +150,11 @@ fn one_effect_on_wide(
     let mut lowest = plain.score;
     let mut best = None;
     for wide in widths {
+        let catalogue = hypotheses(&wide.trial.machine, &wide.trial.model, &wide.trial.evidence)?;
+        let case = wide.trial.case(&catalogue, progress);
+        if !case.run_round(&wide.null)?.finalists.first().is_some_and(|c| case.within(c)) {
+            continue;
+        }
         let found = conclude(&wide.trial, &wide.null, (gross.to_vec(), 1), progress)?;
         let named = matches!(found.verdict, Verdict::Named | Verdict::Probable);
         let explains = named && found.gap_after <= 1.0 && found.gap_after_held_out <= 1.0;
@@ -249,7 +254,9 @@ fn course(
         if rest.complete {
             return conclude(&rest.trial, &rest.null, (faults, MOST_EFFECTS), progress);
         }
-        if let Some(found) = conclude_located(&rest.trial, &rest.null, &plain.localisation, faults, progress)? {
+        if matches!(record, RecordId::Hammer(_))
+            && let Some(found) = conclude_located(&rest.trial, &rest.null, &plain.localisation, faults, progress)?
+        {
             return Ok(found);
         }
     }

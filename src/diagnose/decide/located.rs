@@ -48,7 +48,12 @@ impl Case<'_> {
         let h = same.min_by(|a, b| off(&a.place).total_cmp(&off(&b.place)))?;
         let mut theta = vec![reading.value / h.slope(0, &h.start), z / h.slope(1, &h.start)];
         h.clamp(&mut theta);
-        let from = Point { p: port.p.clone(), theta: vec![theta], ..self.origin() };
+        // Fewer records have fewer axis gains; the numbers of the machine stand first.
+        let mut p = self.origin().p;
+        let machine = self.model.layout.machine.count();
+        let known = if port.p.len() == p.len() { p.len() } else { machine };
+        p[..known].copy_from_slice(&port.p[..known]);
+        let from = Point { p, theta: vec![theta], ..self.origin() };
         self.finish(std::slice::from_ref(h), &from, MODEL_ERRORS[1], Subset::ALL).ok()
     }
 }
