@@ -152,7 +152,9 @@ fn one_effect_on_wide(
     for wide in widths {
         let catalogue = hypotheses(&wide.trial.machine, &wide.trial.model, &wide.trial.evidence)?;
         let case = wide.trial.case(&catalogue, progress);
-        if !case.run_round(&wide.null)?.finalists.first().is_some_and(|c| case.within(c)) {
+        let mut round = case.run_round(&wide.null)?;
+        case.add_located(&plain.localisation, &mut round);
+        if !round.finalists.first().is_some_and(|c| case.within(c)) {
             continue;
         }
         let found = conclude(&wide.trial, &wide.null, (gross.to_vec(), 1), progress)?;
