@@ -140,7 +140,7 @@ pub(crate) struct RivalSummary {
 #[serde(untagged)]
 enum Members {
     Several { effects: Vec<EffectSummary> },
-    One(EffectSummary),
+    One(Box<EffectSummary>),
 }
 
 /// What a free law at a place explains.
@@ -353,7 +353,7 @@ impl From<&Rival> for RivalSummary {
     fn from(rival: &Rival) -> Self {
         Self {
             members: match &rival.effects[..] {
-                [one] => Members::One(EffectSummary::from(one)),
+                [one] => Members::One(Box::new(EffectSummary::from(one))),
                 several => Members::Several { effects: several.iter().map(EffectSummary::from).collect() },
             },
             record_faults: rival.record_faults.iter().map(fault_words).collect(),
@@ -365,7 +365,7 @@ impl From<&Rival> for RivalSummary {
 impl RivalSummary {
     fn effects(&self) -> &[EffectSummary] {
         match &self.members {
-            Members::One(effect) => std::slice::from_ref(effect),
+            Members::One(effect) => std::slice::from_ref(effect.as_ref()),
             Members::Several { effects } => effects,
         }
     }
