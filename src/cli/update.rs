@@ -18,7 +18,7 @@ use crate::update::{
     Targets, UpdateSettings, Updated, gauss_newton, gauss_newton_rotor, nelder_mead, nelder_mead_rotor, tool_error_db,
 };
 use crate::workflow::plausibility::Records;
-use crate::workflow::update::{fit_folder, read_off, springs_of, taps_of, targets, updated_folder, verdict};
+use crate::workflow::update::{fit_folder, read_off, taps_of, targets, updated_folder, verdict};
 use clap::ValueEnum;
 use serde::Serialize;
 use std::path::Path;
@@ -212,11 +212,11 @@ fn update_rotor(
     let mut targets = match measurement.frequencies.first() {
         Some(read) => Targets {
             resonances: read_off(&read.resonances_hz, arguments.relative_deviation),
-            springs: springs_of(&rotor.supports, 0),
+            springs: rotor.springs(0),
             ..Targets::default()
         },
         None => {
-            let springs = |axis| springs_of(&rotor.supports, axis);
+            let springs = |axis| rotor.springs(axis);
             let (found, notes) = taps_of(measurement, &shaft, rotor.tool_plane_m(), &springs)?;
             notes.iter().for_each(|note| eprintln!("{note}"));
             found

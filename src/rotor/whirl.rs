@@ -64,6 +64,11 @@ pub struct Support {
 }
 
 impl Support {
+    /// Place and stiffness in a plane, m and N/m; 0 is x, 1 is y.
+    pub(crate) fn spring(&self, plane: usize) -> (f64, f64) {
+        (self.position_m, self.stiffness_n_per_m[plane][plane])
+    }
+
     /// Neither stiffness nor damping.
     pub(crate) fn at(position_m: f64) -> Self {
         Self { position_m, stiffness_n_per_m: [[0.0; 2]; 2], damping_n_s_per_m: [[0.0; 2]; 2] }

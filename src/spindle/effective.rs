@@ -143,6 +143,11 @@ pub struct Effective {
 }
 
 impl Effective {
+    /// Whether a sensor signal has a share of another.
+    pub(crate) fn has_crosstalk(&self) -> bool {
+        self.crosstalk.as_flattened().iter().any(|share| *share != 0.0)
+    }
+
     /// Positions of the actuators, front and rear, then of the sensors, m.
     pub(crate) fn planes_m(&self) -> [f64; 4] {
         let [front, rear] = &self.bearings;

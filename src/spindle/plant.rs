@@ -97,7 +97,7 @@ impl Plant {
         let bearings = &self.effective.bearings;
         self.mechanics.planes_are_decoupled()
             && self.mechanics.plane_springs().is_empty()
-            && self.effective.crosstalk.as_flattened().iter().all(|share| *share == 0.0)
+            && !self.effective.has_crosstalk()
             && bearings.iter().all(EffectiveBearing::axes_are_alike)
     }
 

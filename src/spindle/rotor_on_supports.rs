@@ -77,7 +77,7 @@ impl RotorOnSupports {
     /// Place and stiffness of its springs in a plane, m and N/m; 0 is x, 1 is y.
     pub fn springs(&self, axis: usize) -> Vec<(f64, f64)> {
         let axis = axis.min(1);
-        self.supports.iter().map(|s| (s.position_m, s.stiffness_n_per_m[axis][axis])).collect()
+        self.supports.iter().map(|s| s.spring(axis)).collect()
     }
 
     /// Where the tip of the tool is, or the first end without one, m.

@@ -8,7 +8,7 @@ use crate::input::{Measurement, spindle_yaml, tool_yaml};
 use crate::report::identification::file_name;
 use crate::report::results::ResultsFolder;
 use crate::report::updating::{error_table, figures, shape_table};
-use crate::rotor::{Rotor, Support};
+use crate::rotor::Rotor;
 use crate::spindle::Machine;
 use crate::update::machine::identified_targets;
 use crate::update::{PlacedTap, Target, Targets, UpdateError, Updated, UpdatedMachine, front_and_rear, hammer_targets};
@@ -47,7 +47,7 @@ pub(crate) fn targets(
         front_and_rear(machine, list(&read.resonances_hz), list(&read.front_hz), list(&read.rear_hz))
     } else if records.frfs.is_empty() {
         let plane_m = machine.tool_plane_m();
-        let springs = |axis| springs_of(&machine.supports(), axis);
+        let springs = |axis| machine.supports().iter().map(|support| support.spring(axis)).collect();
         let (found, left_out) = taps_of(measurement, &machine.rotor()?, plane_m, &springs)?;
         notes = left_out;
         found
@@ -96,11 +96,6 @@ pub(crate) fn taps_of(
         })
         .collect();
     Ok((hammer_targets(rotor, springs(first.axis), &placed)?, notes))
-}
-
-/// Place and stiffness of springs in an axis, m and N/m.
-pub(crate) fn springs_of(supports: &[Support], axis: usize) -> Vec<(f64, f64)> {
-    supports.iter().map(|s| (s.position_m, s.stiffness_n_per_m[axis][axis])).collect()
 }
 
 /// The updated files, tables and pictures.

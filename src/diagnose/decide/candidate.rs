@@ -166,16 +166,11 @@ impl Case<'_> {
         for model_error in MODEL_ERRORS.into_iter().filter(|f| *f <= top) {
             let last_stage = model_error == FINAL_MODEL_ERROR;
             let iterations = if last_stage { FINAL_ITERATIONS } else { ITERATIONS };
-            let mut fit = None;
             // Where there are many lines, most of the way at the final model error is gone on some of them, too.
-            if !last_stage || leading.usage != whole.usage {
-                fit = Some(leading.fit(&at, &[(model_error, iterations)])?);
+            let mut fit = leading.fit(&at, &[(model_error, iterations)])?;
+            if last_stage && leading.usage != whole.usage {
+                fit = whole.fit(&fit.at, &[(model_error, iterations)])?;
             }
-            if last_stage {
-                let from = fit.as_ref().map_or(&at, |fit| &fit.at);
-                fit = Some(whole.fit(from, &[(model_error, iterations)])?);
-            }
-            let Some(fit) = fit else { continue };
             let hopeless = fit.data_chi2 > HOPELESS_CHI2 * fit.residuals as f64;
             at = fit.at.clone();
             last = Some((fit, model_error));

@@ -16,9 +16,9 @@ const KEPT: f64 = 0.1;
 /// Fraction of the least level within which a level counts as settled: half of it in the bound, a thousandth of what a
 /// bound may be off by.
 const SETTLED: f64 = 2e-7;
-/// Levels at most; eight to twelve are usual.
+/// Levels at most: each divides the distance to the least one by about ten, of which seven decades are asked.
 const MAX_LEVELS: usize = 40;
-/// Newton steps of one level at most; three to ten are usual.
+/// Newton steps of one level at most; a centre that is not reached then is only a worse start of the next.
 const MAX_STEPS: usize = 60;
 /// A centre is near enough for the next level below this decrement: the quadratic range of Newton's method.
 const CENTRED: f64 = 0.25;
@@ -85,7 +85,8 @@ fn descend(m: &Mat<c64>, structure: &Structure, frame: &Scaling) -> Option<(Scal
             best = found;
         }
         let gap = level - bound;
-        // At a centre the least level is at most `order` times as far away as the bound of the centre.
+        // An estimate: an ellipsoid around a centre lies inside, and `order` times as wide it holds all that does. The
+        // bound itself is evaluated, whatever the estimate is worth.
         if gap.is_nan() || gap * barrier.order <= SETTLED * bound {
             break;
         }

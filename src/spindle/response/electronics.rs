@@ -30,9 +30,8 @@ impl ElectronicsLine {
         let delay = (-s * machine.delay_s).exp();
         let blocks =
             |gain: c64, shape: [[f64; 2]; 2]| -> [c64; 4] { std::array::from_fn(|k| gain * shape[k / 2][k % 2]) };
-        let is_mixed = machine.crosstalk.as_flattened().iter().any(|share| *share != 0.0);
         Self {
-            crosstalk: is_mixed.then_some(machine.crosstalk),
+            crosstalk: machine.has_crosstalk().then_some(machine.crosstalk),
             force: machine.bearings.each_ref().map(|b| blocks(delay * amplifier(b, s), b.force_matrix())),
             axes: machine.bearings.each_ref().map(|b| {
                 let gain = sensor(b, machine.sensor_bandwidth_hz, s) * b.sensor_gain;

@@ -52,8 +52,7 @@ impl Change {
 
     /// ∂F of a response F of a machine at a line.
     pub(crate) fn slope(&self, machine: &Effective, f: &Square, omega_rad_s: f64) -> Square {
-        let shares = &machine.crosstalk;
-        let is_mixed = shares.as_flattened().iter().any(|share| *share != 0.0);
+        let (shares, is_mixed) = (&machine.crosstalk, machine.has_crosstalk());
         let before = if is_mixed { unmix(f, shares) } else { *f };
         if let Some([from, to]) = self.across {
             let mut all = [ZERO; SIDE * SIDE];
