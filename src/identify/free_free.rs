@@ -155,10 +155,10 @@ fn channel(frf: &MeasuredFrf, machine: &Machine, output: usize, input: usize) ->
         .frequency_hz
         .iter()
         .map(|f| {
-            let lag = |corner_hz: f64| one / c64::new(1.0, f / corner_hz);
+            let amplifier = actuator.axes[input % 2].amplifier;
             c64::from_polar(actuator.ki_n_per_a * sensor.sensor_gain, -TAU * f * effective.delay_s)
-                * lag(actuator.amplifier_bandwidth_hz)
-                * lag(electronics.sensor_bandwidth_hz)
+                * amplifier.gain(c64::new(0.0, TAU * f))
+                * (one / c64::new(1.0, f / electronics.sensor_bandwidth_hz))
         })
         .collect();
     let value: Vec<c64> = (0..frf.len()).map(|l| frf.response[(l, output, input)] / known[l]).collect();

@@ -42,6 +42,8 @@ pub struct SweepRecord {
     pub signal: Array4<c64>,
     /// What of the file is not used, in words.
     pub left_out: Vec<String>,
+    /// Whether run-out was seen, which leaks into all lines in one phase a repeat.
+    pub run_out: bool,
 }
 
 impl SweepRecord {

@@ -107,7 +107,8 @@ pub fn without_polluted_lines(
     }
     list.sort_by_key(|own| own.source);
     let kept: Vec<usize> = (0..excess.len()).filter(|k| !polluted.contains(k)).collect();
-    (list, record.with_lines(&kept))
+    let run_out = list.iter().any(|own| own.source == PollutionSource::Speed);
+    (list, SweepRecord { run_out, ..record.with_lines(&kept) })
 }
 
 /// The numbers of the lines that are disturbed, with those beside them that still scatter more than theirs: leakage

@@ -136,6 +136,7 @@ impl Rehearsal {
             current,
             signal,
             left_out: vec![],
+            run_out: false,
         })
     }
 

@@ -1,11 +1,15 @@
 //! What the repeats of a sweep differ by: the gain of every sensor axis (levitated anew), and noise.
 //!
 //! The gains are estimated repeat by repeat, a_pi = argmin Σ|y_p − (1+a_pi)(Ĝu_p)_i|²/S_i, and leave the scatter. S_i
-//! is the scatter as the caller smooths it over the lines.
+//! is the scatter as the caller smooths it over the lines. What the experiments of a repeat have in common answers to no
+//! injection: run-out and unbalance leak into every line of a turning rotor, and with each repeat in another phase.
 
 use super::frf::{AXES, MeasuredFrf, SweepRecord};
 use crate::linalg::c64;
 
+/// Standard deviations by which the common part of the scatter of independent experiments is not exceeded: one record
+/// in a thousand million.
+const COMMON: f64 = 6.0;
 /// Rounds of gains and weights, which depend on each other only weakly.
 const ROUNDS: usize = 3;
 
@@ -17,6 +21,8 @@ pub(crate) struct RepeatScatter {
     pub scatter: Vec<[f64; AXES]>,
     /// The same, smoothed over the lines.
     pub smooth: Vec<[f64; AXES]>,
+    /// Whether the experiments of a repeat share a disturbance of an axis.
+    pub shares: [bool; AXES],
 }
 
 impl RepeatScatter {
@@ -24,13 +30,21 @@ impl RepeatScatter {
     pub(crate) fn of(record: &SweepRecord, frf: &MeasuredFrf, smooth: &dyn Fn(&[f64]) -> Vec<f64>) -> Self {
         let (lines, experiments, repeats, _) = record.current.dim();
         let nothing = vec![[0.0; AXES]; lines];
-        let mut found = Self { gains: vec![[0.0; AXES]; repeats], scatter: nothing.clone(), smooth: nothing };
+        let mut found = Self {
+            gains: vec![[0.0; AXES]; repeats],
+            scatter: nothing.clone(),
+            smooth: nothing,
+            shares: [false; AXES],
+        };
         if repeats < 2 {
             return found;
         }
         // y of a repeat as Ĝ makes it of its u.
         let predicted = |k: usize, e: usize, p: usize, i: usize| {
             (0..AXES).fold(c64::new(0.0, 0.0), |sum, j| sum + frf.response[(k, i, j)] * record.current[(k, e, p, j)])
+        };
+        let off = |gains: &[[f64; AXES]], (k, e, p, i): (usize, usize, usize, usize)| {
+            record.signal[(k, e, p, i)] - predicted(k, e, p, i) * (1.0 + gains[p][i])
         };
         let freedom = (experiments * (repeats - 1)).max(1) as f64;
         for _ in 0..ROUNDS {
@@ -39,9 +53,8 @@ impl RepeatScatter {
                     .map(|k| {
                         let mut sum = 0.0;
                         for e in 0..experiments {
-                            for (p, gain) in found.gains.iter().enumerate() {
-                                let off = record.signal[(k, e, p, i)] - predicted(k, e, p, i) * (1.0 + gain[i]);
-                                sum += off.norm_sqr();
+                            for p in 0..repeats {
+                                sum += off(&found.gains, (k, e, p, i)).norm_sqr();
                             }
                         }
                         sum / freedom
@@ -68,6 +81,20 @@ impl RepeatScatter {
                 }
             }
         }
+        found.shares = std::array::from_fn(|i| {
+            let mut common = 0.0;
+            for k in 0..lines {
+                let scatter = found.smooth[k][i].max(f64::MIN_POSITIVE) * freedom;
+                for p in 0..repeats {
+                    let all = (0..experiments).map(|e| off(&found.gains, (k, e, p, i)));
+                    common += all.fold(c64::new(0.0, 0.0), |sum, r| sum + r).norm_sqr() / scatter;
+                }
+            }
+            // Of independent experiments the square of the sum is the sum of the squares, on average over the lines
+            // and repeats; each is distributed exponentially.
+            let draws = (lines * (repeats - 1)) as f64;
+            common / lines as f64 > 1.0 + COMMON / draws.sqrt()
+        });
         found
     }
 }

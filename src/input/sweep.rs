@@ -102,6 +102,7 @@ fn read_sweep_from(file: &str, reader: impl BufRead, speed_rpm: f64) -> Result<S
         frequency_hz: used.iter().map(|rows| rows[0].frequency_hz).collect(),
         current,
         signal,
+        run_out: false,
         left_out: at_zero.then(|| AT_ZERO.to_owned()).into_iter().chain(left_out(&groups, &counts, repeats)).collect(),
     })
 }

@@ -335,7 +335,7 @@ impl SampledShaft {
             voltages: [0.0; AXES],
             magnets: [pair(Side::Front, 0), pair(Side::Rear, 1)],
             force_matrices: effective.bearings.each_ref().map(|b| {
-                let (cross, [x, y]) = (b.coupling_ratio, b.force_factors);
+                let (cross, [x, y]) = (b.coupling_ratio, b.axes.map(|axis| axis.force_factor));
                 [[x, cross * y], [cross * x, y]]
             }),
             backup: BackupBearing {

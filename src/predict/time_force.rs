@@ -44,7 +44,7 @@ impl Magnet {
             bias_a: bearing.bias_current_a,
             max_a: bearing.max_current_a,
             max_n: bearing.max_force_n,
-            corner_rad_s: TAU * effective.amplifier_bandwidth_hz,
+            corner_rad_s: TAU * effective.axes[0].amplifier.lag_bandwidth_hz(),
             slew_a_per_s: bus_voltage_v / inductance,
             inductance_h: inductance,
         }

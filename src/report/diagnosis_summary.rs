@@ -5,7 +5,7 @@ use super::readable;
 use super::summary::{Named, finite};
 use crate::diagnose::conclude::verdict::Rival;
 use crate::diagnose::locate::localisation::PortScore;
-use crate::diagnose::{Diagnosis, NamedEffect};
+use crate::diagnose::{Diagnosis, NamedEffect, Verdict};
 use crate::spindle::effects::AXIS_NAMES as AXES;
 use crate::spindle::{Effect, Location};
 use serde::{Deserialize, Serialize};
@@ -26,6 +26,8 @@ pub(crate) struct DiagnosisSummary {
     #[serde(flatten)]
     pub(crate) all: GapOfAll,
     gap_nearest: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    nearest: Option<NearestSummary>,
     strained: Vec<StrainedSummary>,
     further_off: Vec<FurtherOffSummary>,
     #[serde(flatten)]
@@ -57,6 +59,14 @@ pub(crate) struct GapsOfParts {
     pub(crate) gap_after_used: Option<f64>,
     pub(crate) gap_before_held_out: Option<f64>,
     pub(crate) gap_after_held_out: Option<f64>,
+}
+
+/// What came nearest to records that nothing explains, and the gap that it leaves.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(default)]
+struct NearestSummary {
+    effects: Vec<EffectSummary>,
+    gap: Option<f64>,
 }
 
 /// A nuisance parameter beyond its prior.
@@ -235,6 +245,10 @@ impl From<&Diagnosis> for DiagnosisSummary {
             tie: d.tie.iter().map(RivalSummary::from).collect(),
             all: GapOfAll { gap_before: finite(d.gap_before), gap_after: finite(d.gap_after) },
             gap_nearest: finite(d.gap_nearest),
+            nearest: (d.verdict == Verdict::Unexplained).then(|| NearestSummary {
+                effects: d.nearest.iter().cloned().map(|e| EffectSummary::from(&NamedEffect::from(e))).collect(),
+                gap: finite(d.gap_nearest),
+            }),
             strained: strained.collect(),
             further_off: further_off.collect(),
             parts: GapsOfParts::of(used, (d.gap_before_held_out, d.gap_after_held_out)),

@@ -110,12 +110,21 @@ fn verdict_sentence(d: &Diagnosis) -> String {
     }
 }
 
+/// Gap, σ, from which on what leaves it has no name: more than noise and a careful model leave at most lines.
+const FAR_GAP: f64 = 2.0;
+
 /// What came nearest among all that was tried, and the gap that it leaves.
 fn say_tried(d: &Diagnosis) -> String {
     let names: Vec<String> = d.nearest.iter().map(size).collect();
     if names.is_empty() {
         return format!(
             " No effect of the catalogue and no known mistake of a rig lowers the gap of {:.2} σ beyond chance.",
+            d.gap_nearest
+        );
+    }
+    if d.gap_nearest >= FAR_GAP {
+        return format!(
+            " No effect of the catalogue and no known mistake of a rig comes near: the nearest leaves a gap of {:.1} σ.",
             d.gap_nearest
         );
     }

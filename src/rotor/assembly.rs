@@ -20,19 +20,10 @@ pub struct Joint {
     pub damping_n_m_s_per_rad: f64,
 }
 
-/// A point mass anywhere on the shaft.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PointMass {
-    /// Position, m from the nose face.
-    pub position_m: f64,
-    /// Mass, kg.
-    pub mass_kg: f64,
-}
-
 /// Matrices of one plane, n×n with n = 2 × nodes.
 #[derive(Clone, Debug)]
 pub struct PlaneMatrices {
-    /// Mass of shaft, discs and point masses.
+    /// Mass of shaft and discs.
     pub mass: Mat<f64>,
     /// Stiffness of shaft and joints.
     pub stiffness: Mat<f64>,
@@ -67,7 +58,8 @@ pub struct Rotor {
     node_z_m: Vec<f64>,
     discs: Vec<(usize, Disc)>,
     joints: Vec<([usize; 2], Joint)>,
-    masses: Vec<PointMass>,
+    /// Discs that need not stand on a node.
+    added: Vec<Disc>,
 }
 
 impl Rotor {
@@ -99,7 +91,7 @@ impl Rotor {
             node_z_m,
             discs: placed,
             joints: vec![],
-            masses: vec![],
+            added: vec![],
         })
     }
 
@@ -146,28 +138,30 @@ impl Rotor {
         rotor.element_nodes.extend(right.element_nodes.iter().map(moved));
         rotor.discs.extend(right.discs.iter().map(|(n, d)| (n + shift, *d)));
         rotor.joints.extend(right.joints.iter().map(|(n, j)| (moved(n), *j)));
-        rotor.masses.extend(&right.masses);
+        rotor.added.extend(&right.added);
         if let Some(joint) = joint {
             rotor.joints.push(([shift - 1, shift], joint));
         }
         Ok(rotor)
     }
 
-    /// The same shaft with one more point mass.
+    /// The same shaft with a disc anywhere on it; its mass may be negative.
     ///
     /// # Errors
-    /// [`RotorError::OffShaft`] for a position beyond the ends, [`RotorError::Part`] when a mass takes away all mass
-    /// there is.
-    pub(crate) fn with_point_mass(mut self, mass: PointMass) -> Result<Self, RotorError> {
-        self.check_position("point mass", mass.position_m)?;
-        if !mass.mass_kg.is_finite() {
-            return Err(RotorError::Part {
-                what: "point mass (kg)".into(),
-                value: mass.mass_kg,
-                rule: "must be a number".into(),
-            });
+    /// [`RotorError::OffShaft`] for a position beyond the ends, [`RotorError::Part`] for what is no number or an
+    /// inertia below zero.
+    pub(crate) fn with_added_disc(mut self, disc: Disc) -> Result<Self, RotorError> {
+        self.check_position("added disc", disc.position_m)?;
+        let bad = |what: &str, value, rule: &str| RotorError::Part { what: what.into(), value, rule: rule.into() };
+        if !disc.mass_kg.is_finite() {
+            return Err(bad("added mass (kg)", disc.mass_kg, "must be a number"));
         }
-        self.masses.push(mass);
+        for inertia in [disc.polar_inertia_kg_m2, disc.diametral_inertia_kg_m2] {
+            if !(inertia.is_finite() && inertia >= 0.0) {
+                return Err(bad("inertia of an added disc (kg m²)", inertia, "must be zero or a positive number"));
+            }
+        }
+        self.added.push(disc);
         Ok(self)
     }
 
@@ -270,13 +264,18 @@ impl Rotor {
             mass[(2 * node + 1, 2 * node + 1)] += disc.diametral_inertia_kg_m2;
             gyroscopic[(2 * node + 1, 2 * node + 1)] += disc.polar_inertia_kg_m2;
         }
-        for point in &self.masses {
-            let shape = self.shape_at_unchecked(point.position_m);
-            for (i, a) in &shape {
-                for (j, b) in &shape {
-                    mass[(*i, *j)] += point.mass_kg * a * b;
+        let carry = |m: &mut Mat<f64>, row: &[(usize, f64)], value: f64| {
+            for (i, a) in row {
+                for (j, b) in row {
+                    m[(*i, *j)] += value * a * b;
                 }
             }
+        };
+        for disc in &self.added {
+            let slope = self.read_element(disc.position_m, element::hermite_slope);
+            carry(&mut mass, &self.shape_at_unchecked(disc.position_m), disc.mass_kg);
+            carry(&mut mass, &slope, disc.diametral_inertia_kg_m2);
+            carry(&mut gyroscopic, &slope, disc.polar_inertia_kg_m2);
         }
         let spring = |m: &mut Mat<f64>, a: usize, b: usize, k: f64| {
             m[(a, a)] += k;
@@ -309,7 +308,8 @@ impl Rotor {
         // About the centre of gravity from the start: no difference of large numbers.
         let about = Mat::from_fn(n, 1, |i, _| if i % 2 == 0 { self.node_z_m[i / 2] - centre } else { 1.0 });
         let shaft: f64 = self.elements.iter().map(|e| e.polar_inertia_kg_m2).sum();
-        let discs: f64 = self.discs.iter().map(|(_, d)| d.polar_inertia_kg_m2).sum();
+        let discs = self.discs.iter().map(|(_, disc)| disc).chain(&self.added);
+        let discs: f64 = discs.map(|disc| disc.polar_inertia_kg_m2).sum();
         MassProperties {
             mass_kg,
             centre_of_gravity_m: centre,
@@ -352,6 +352,15 @@ impl Rotor {
     pub(crate) fn slope_at(&self, what: &str, position_m: f64) -> Result<Vec<(usize, f64)>, RotorError> {
         self.check_position(what, position_m)?;
         Ok(self.read_element(position_m, element::hermite_slope))
+    }
+
+    /// Row that reads the curvature of the deflection at a position.
+    ///
+    /// # Errors
+    /// [`RotorError::OffShaft`] beyond the ends.
+    pub(crate) fn curvature_at(&self, what: &str, position_m: f64) -> Result<Vec<(usize, f64)>, RotorError> {
+        self.check_position(what, position_m)?;
+        Ok(self.read_element(position_m, element::hermite_curvature))
     }
 
     fn shape_at_unchecked(&self, position_m: f64) -> Vec<(usize, f64)> {

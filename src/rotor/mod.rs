@@ -17,7 +17,7 @@ pub mod tilt;
 pub mod whirl;
 pub mod zeros;
 
-pub use assembly::{Joint, MassProperties, PlaneMatrices, PointMass, Rotor};
+pub use assembly::{Joint, MassProperties, PlaneMatrices, Rotor};
 pub use basis::Basis;
 pub use modes::PlanarModes;
 pub use section::{Disc, Material, Section, Shear};

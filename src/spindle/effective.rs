@@ -4,6 +4,62 @@
 use super::effects::Plane;
 use crate::linalg::c64;
 use crate::rotor::Support;
+use std::f64::consts::TAU;
+
+/// The current loop of an amplifier.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Amplifier {
+    /// 1/(1 + s/ω_a).
+    FirstOrder {
+        /// ω_a/2π, Hz.
+        bandwidth_hz: f64,
+    },
+    /// ω²/(s² + 2ζωs + ω²).
+    SecondOrder {
+        /// ω/2π, Hz.
+        frequency_hz: f64,
+        /// ζ.
+        damping_ratio: f64,
+    },
+}
+
+impl Amplifier {
+    /// Bandwidth of the first-order loop with the same lag at low frequencies, Hz.
+    pub(crate) fn lag_bandwidth_hz(self) -> f64 {
+        match self {
+            Self::FirstOrder { bandwidth_hz } => bandwidth_hz,
+            Self::SecondOrder { frequency_hz, damping_ratio } => 0.5 * frequency_hz / damping_ratio,
+        }
+    }
+
+    /// Current per command at s, rad/s.
+    pub(crate) fn gain(self, s: c64) -> c64 {
+        let lag = s / (TAU * self.lag_bandwidth_hz()) + 1.0;
+        match self {
+            Self::FirstOrder { .. } => lag.inv(),
+            Self::SecondOrder { frequency_hz, .. } => (lag + (s / (TAU * frequency_hz)).powi(2)).inv(),
+        }
+    }
+}
+
+/// What is electronic at one axis of a bearing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AxisElectronics {
+    /// The amplifier.
+    pub amplifier: Amplifier,
+    /// Delay beyond that of the loop, s.
+    pub further_delay_s: f64,
+    /// Eddy-current corner, Hz.
+    pub eddy_corner_hz: Option<f64>,
+    /// Corner of the laminated iron, Hz.
+    pub lamination_corner_hz: Option<f64>,
+    /// Second-order sensor low-pass, Hz.
+    pub sensor_lowpass_hz: Option<f64>,
+    /// Factor on the force.
+    pub force_factor: f64,
+    /// Factor on the signal.
+    pub signal_factor: f64,
+}
 
 /// A bearing with its chain after all effects.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -12,14 +68,8 @@ pub struct EffectiveBearing {
     pub ki_n_per_a: f64,
     /// N/m, positive.
     pub ks_n_per_m: f64,
-    /// Amplifier, Hz.
-    pub amplifier_bandwidth_hz: f64,
-    /// Eddy-current corner, Hz.
-    pub eddy_corner_hz: Option<f64>,
-    /// Corner of the laminated iron, Hz.
-    pub lamination_corner_hz: Option<f64>,
-    /// Second-order sensor low-pass, Hz.
-    pub sensor_lowpass_hz: Option<f64>,
+    /// x, y.
+    pub axes: [AxisElectronics; 2],
     /// Sensor plane, m.
     pub sensor_m: f64,
     /// Actuator plane, m.
@@ -30,18 +80,13 @@ pub struct EffectiveBearing {
     pub coupling_ratio: f64,
     /// Rotation of the sensor axes, rad.
     pub sensor_angle_rad: f64,
-    /// Factors on the forces of x and y, where the axes differ.
-    pub force_factors: [f64; 2],
-    /// Factors on the signals of x and y, where the axes differ.
-    pub signal_factors: [f64; 2],
 }
 
 impl EffectiveBearing {
-    /// Whether x and y do not act on each other and have the same gains.
+    /// Whether x and y do not act on each other and have the same electronics.
     pub(crate) fn axes_are_alike(&self) -> bool {
-        let [force_x, force_y] = self.force_factors;
-        let [signal_x, signal_y] = self.signal_factors;
-        force_x == force_y && signal_x == signal_y && self.coupling_ratio == 0.0 && self.sensor_angle_rad == 0.0
+        let [x, y] = self.axes;
+        x == y && self.coupling_ratio == 0.0 && self.sensor_angle_rad == 0.0
     }
 }
 
@@ -76,16 +121,19 @@ pub enum FeedbackLaw {
     Dashpot,
     /// Against the acceleration.
     Mass,
+    /// A moment of the rate of the slope across the plane, times the speed of the rotor.
+    Gyroscopic,
 }
 
 impl FeedbackLaw {
-    /// Force per displacement at a signed frequency, rad/s, in r = x + jy.
-    pub fn gain(self, w: f64) -> c64 {
+    /// Force per displacement at a signed frequency, rad/s, in r = x + jy, of a rotor at a speed, rad/s.
+    pub fn gain(self, w: f64, speed_rad_s: f64) -> c64 {
         match self {
             Self::Spring => c64::new(-1.0, 0.0),
             Self::Circulatory => c64::new(0.0, 1.0),
             Self::Dashpot => c64::new(0.0, -w),
             Self::Mass => c64::new(w * w, 0.0),
+            Self::Gyroscopic => c64::new(-w * speed_rad_s, 0.0),
         }
     }
 }
@@ -115,7 +163,7 @@ impl Attachment {
             // A force jq(x + jy) takes y to x and x to y.
             FeedbackLaw::Circulatory => support.stiffness_n_per_m = [[0.0, self.value], [-self.value, 0.0]],
             FeedbackLaw::Dashpot => support.damping_n_s_per_m = diagonal,
-            FeedbackLaw::Mass => {}
+            FeedbackLaw::Mass | FeedbackLaw::Gyroscopic => {}
         }
         support
     }
@@ -136,6 +184,8 @@ pub struct Effective {
     pub loss_time_s: f64,
     /// Share of the signal of each axis (columns) in that of another (rows).
     pub crosstalk: [[f64; 4]; 4],
+    /// Signal of each axis (rows) per rate of the coil current of each (columns), m s/A.
+    pub current_pickup: [[f64; 4]; 4],
     /// Springs, dampers and circulatory laws on the shaft.
     pub attachments: Vec<Attachment>,
     /// Housing modes.
@@ -146,6 +196,22 @@ impl Effective {
     /// Whether a sensor signal has a share of another.
     pub(crate) fn has_crosstalk(&self) -> bool {
         self.crosstalk.as_flattened().iter().any(|share| *share != 0.0)
+    }
+
+    /// Whether a sensor signal has a share of another, or of the rate of a current.
+    pub(crate) fn signals_mix(&self) -> bool {
+        self.has_crosstalk() || self.has_pickup()
+    }
+
+    /// Whether a sensor picks up the rate of a current.
+    pub(crate) fn has_pickup(&self) -> bool {
+        self.current_pickup.as_flattened().iter().any(|share| *share != 0.0)
+    }
+
+    /// The delay that all axes share, s: the least of theirs.
+    pub(crate) fn common_delay_s(&self) -> f64 {
+        let further = self.bearings.iter().flat_map(|b| b.axes).map(|axis| axis.further_delay_s);
+        self.delay_s + further.fold(f64::INFINITY, f64::min)
     }
 
     /// Positions of the actuators, front and rear, then of the sensors, m.

@@ -3,7 +3,7 @@
 
 use super::SpindleError;
 use super::backup::{BackupBearings, BackupContact};
-use super::effective::{Effective, EffectiveBearing, Motion};
+use super::effective::{Amplifier, AxisElectronics, Effective, EffectiveBearing, Motion};
 use super::effects::{Effect, EffectKind, Location, action};
 use super::rule::{BrokenRules, MOST_DELAY_SAMPLES, rule};
 use crate::rotor::whirl::{Support, WhirlSpectrum};
@@ -322,20 +322,24 @@ impl Machine {
     /// Bearings, chain and additions after all effects.
     pub fn effective(&self) -> Effective {
         let (s, p, e) = (&self.spindle, &self.spindle.planes, &self.spindle.electronics);
-        let nominal = |b: &Bearing, sensor_m, actuator_m| EffectiveBearing {
-            ki_n_per_a: b.ki_n_per_a,
-            ks_n_per_m: b.ks_n_per_m,
-            amplifier_bandwidth_hz: e.amplifier_bandwidth_hz,
+        let axis = AxisElectronics {
+            amplifier: Amplifier::FirstOrder { bandwidth_hz: e.amplifier_bandwidth_hz },
+            further_delay_s: 0.0,
             eddy_corner_hz: None,
             lamination_corner_hz: None,
             sensor_lowpass_hz: None,
+            force_factor: 1.0,
+            signal_factor: 1.0,
+        };
+        let nominal = |b: &Bearing, sensor_m, actuator_m| EffectiveBearing {
+            ki_n_per_a: b.ki_n_per_a,
+            ks_n_per_m: b.ks_n_per_m,
+            axes: [axis; 2],
             sensor_m,
             actuator_m,
             sensor_gain: b.sensor_gain,
             coupling_ratio: 0.0,
             sensor_angle_rad: 0.0,
-            force_factors: [1.0; 2],
-            signal_factors: [1.0; 2],
         };
         let mut all = Effective {
             bearings: [
@@ -347,6 +351,7 @@ impl Machine {
             gyroscopic_factor: if s.gyroscopics { 1.0 } else { 0.0 },
             loss_time_s: 0.0,
             crosstalk: [[0.0; 4]; 4],
+            current_pickup: [[0.0; 4]; 4],
             attachments: vec![],
             housings: vec![],
         };
@@ -412,7 +417,7 @@ impl Machine {
                 rule(ok, "effects[0]".into(), z, rule_text)?;
             }
         }
-        let total = effective.delay_s;
+        let total = effective.common_delay_s();
         let least = 0.5 * self.spindle.electronics.sample_period_s();
         rule(
             total >= least * (1.0 - 1e-9) && total <= 2.0 * MOST_DELAY_SAMPLES * least,

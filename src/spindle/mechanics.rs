@@ -13,7 +13,7 @@ use super::machine::Machine;
 use super::model_detail::ModelDetail;
 use super::open_receptance::{Coordinates, OpenReceptance};
 use super::response::damping::ModalDamping;
-use super::response::feedback::{Feedback, PlaneSpring, close, list_attached, springs_in_one_plane};
+use super::response::feedback::{Feedback, PlaneLaw, close, laws_in_one_plane, list_attached};
 use super::response::pairs::whole;
 use super::whirl_form::WhirlModes;
 use crate::linalg::{Mat, c64, solve_complex};
@@ -66,7 +66,7 @@ pub(crate) struct Mechanics {
     residual: Mat<f64>,
     feedback: Vec<Feedback>,
     /// Springs in one plane, open here.
-    plane_springs: Vec<PlaneSpring>,
+    plane_laws: Vec<PlaneLaw>,
     /// Made when a response is first asked for.
     open: OnceLock<OpenReceptance>,
     /// Whirl modes, which do not depend on the ports: the same for this shaft at any of them.
@@ -102,7 +102,7 @@ impl Mechanics {
     ) -> Result<Self, SpindleError> {
         let rotor = machine.rotor()?;
         let modes = PlanarModes::new(&rotor)?;
-        let Ports { rows, mut feedback, plane_springs } = Ports::new(machine, effective, &rotor, &modes)?;
+        let Ports { rows, mut feedback, plane_laws } = Ports::new(machine, effective, &rotor, &modes)?;
         let (flexible, cut) = match detail {
             ModelDetail::Full => {
                 let flexible = &modes.omega_rad_s[RIGID..];
@@ -140,7 +140,8 @@ impl Mechanics {
             }
         });
         // A dashpot reads the kept modes only: through the residual it would turn into a derivative of the force.
-        let damped: Vec<usize> = feedback.iter().filter(|f| f.law == FeedbackLaw::Dashpot).map(|f| f.port).collect();
+        let laws = feedback.iter().map(|f| (f.law, f.port)).chain(plane_laws.iter().map(|l| (l.law, l.port)));
+        let damped: Vec<usize> = laws.filter(|(law, _)| *law == FeedbackLaw::Dashpot).map(|(_, port)| port).collect();
         let residual = Mat::from_fn(p, p, |i, j| {
             if damped.contains(&i) || damped.contains(&j) { 0.0 } else { basis.residual_m_per_n[(i, j)] }
         });
@@ -157,7 +158,7 @@ impl Mechanics {
             ports,
             residual,
             feedback,
-            plane_springs,
+            plane_laws,
             open: OnceLock::new(),
             whirl: Arc::default(),
         })
@@ -204,8 +205,8 @@ impl Mechanics {
     }
 
     /// The springs in one plane, which [`Self::receptance`] and [`Self::close_loop`] leave open.
-    pub(crate) fn plane_springs(&self) -> &[PlaneSpring] {
-        &self.plane_springs
+    pub(crate) fn plane_laws(&self) -> &[PlaneLaw] {
+        &self.plane_laws
     }
 
     /// True when the two planes do not couple, so that the response at −ω is the conjugate of that at ω; springs in one
@@ -232,7 +233,7 @@ impl Mechanics {
             ports: Mat::from_fn(p, n, |i, k| self.ports[(kept[i], k)]),
             residual: Mat::from_fn(p, p, |i, j| self.residual[(kept[i], kept[j])]),
             feedback: feedback.collect(),
-            plane_springs: vec![],
+            plane_laws: vec![],
             open: OnceLock::new(),
             ..self.clone()
         }
@@ -291,7 +292,7 @@ impl Mechanics {
         let real = |x: f64| c64::new(x, 0.0);
         // Springs and circulatory laws; a dashpot stands in the damping.
         let gains: Vec<c64> = f.iter().map(|f| f.gain(0.0)).collect();
-        let springs: Vec<usize> = self.plane_springs.iter().map(|s| s.port).collect();
+        let springs: Vec<usize> = self.plane_laws.iter().map(|s| s.port).collect();
         let inputs = [&[0usize, 1, 2, 3, 4], springs.as_slice()].concat();
         let outputs = [&[5usize, 6, 2, 3, 4], springs.as_slice()].concat();
         let count = inputs.len();
@@ -339,7 +340,7 @@ impl Mechanics {
 struct Ports {
     rows: Vec<Vec<f64>>,
     feedback: Vec<Feedback>,
-    plane_springs: Vec<PlaneSpring>,
+    plane_laws: Vec<PlaneLaw>,
 }
 
 impl Ports {
@@ -390,7 +391,7 @@ impl Ports {
                 rows.push(modes.amplitudes(&[(2 * a + 1, 1.0), (2 * b + 1, -1.0)]));
             }
         }
-        let plane_springs = springs_in_one_plane(effective, &mut rows, |z| at("attachment", z))?;
-        Ok(Self { rows, feedback, plane_springs })
+        let plane_laws = laws_in_one_plane(effective, &mut rows, |z| at("attachment", z))?;
+        Ok(Self { rows, feedback, plane_laws })
     }
 }

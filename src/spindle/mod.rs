@@ -20,7 +20,7 @@ mod rules;
 pub(crate) mod whirl_form;
 
 pub use backup::{BackupBearings, BackupContact};
-pub use effective::{Effective, EffectiveBearing, Housing};
+pub use effective::{Amplifier, AxisElectronics, Effective, EffectiveBearing, Housing};
 pub use effects::{Bearings, Effect, EffectKind, Location, Plane};
 pub use machine::{Bearing, Electronics, Machine, Planes, Side, Spindle, Tool};
 pub use model_detail::ModelDetail;

@@ -82,9 +82,9 @@ impl Plant {
         Self { mechanics: self.mechanics.for_few_frequencies(), ..self }
     }
 
-    /// Total delay τ from sampling to current command, s.
+    /// Total delay τ from sampling to current command that all axes share, s.
     pub(crate) fn delay_s(&self) -> f64 {
-        self.effective.delay_s
+        self.effective.common_delay_s()
     }
 
     /// Sample period of the machine, s.
@@ -96,8 +96,8 @@ impl Plant {
     pub(crate) fn planes_are_alike(&self) -> bool {
         let bearings = &self.effective.bearings;
         self.mechanics.planes_are_decoupled()
-            && self.mechanics.plane_springs().is_empty()
-            && !self.effective.has_crosstalk()
+            && self.mechanics.plane_laws().is_empty()
+            && !self.effective.signals_mix()
             && bearings.iter().all(EffectiveBearing::axes_are_alike)
     }
 
@@ -119,8 +119,8 @@ impl Response for Plant {
         // Ports: 0, 1 control; 2 tool; 3, 4 actuators; 5, 6 sensors.
         let ports = self.mechanics.ports();
         let first = ports - self.modal_ports;
-        let springs = self.mechanics.plane_springs();
-        let further: Vec<usize> = (first..ports).chain(springs.iter().map(|s| s.port)).collect();
+        let laws = self.mechanics.plane_laws();
+        let further: Vec<usize> = (first..ports).chain(laws.iter().map(|s| s.port)).collect();
         let inputs = [&[0usize, 1, 2, 3, 4], further.as_slice()].concat();
         let outputs = [&[5usize, 6, 2, 3, 4], further.as_slice()].concat();
         let channels = 2 * inputs.len();
@@ -128,11 +128,11 @@ impl Response for Plant {
             let entry = outputs[n / inputs.len()] * ports + inputs[n % inputs.len()];
             planar(forward[entry], backward.as_ref().map(|b| b[entry]))
         });
-        if !springs.is_empty() {
-            let first = inputs.len() - springs.len();
-            (_, h) = close_in_planes(&h, channels, first, springs, omega_rad_s);
+        if !laws.is_empty() {
+            let first = inputs.len() - laws.len();
+            (_, h) = close_in_planes(&h, channels, first, laws, omega_rad_s);
         }
-        ElectronicsLine::new(&self.effective, omega_rad_s).apply_to(&mut h, channels);
+        ElectronicsLine::new(&self.effective, omega_rad_s).apply_with_pickup(&mut h, channels);
         let outer = CHANNELS + 2 * self.modal_ports;
         Mat::from_fn(outer, outer, |i, j| h[i * channels + j])
     }

@@ -7,13 +7,13 @@
 //! there.
 
 use super::SpindleError;
-use super::effective::EffectiveBearing;
+use super::effective::{Amplifier, AxisElectronics, EffectiveBearing, FeedbackLaw};
 use super::plant::{AXES, CHANNELS, Plant};
 use super::response::electronics::LOWPASS_DAMPING;
 use super::response::feedback::Feedback;
 use crate::linalg::equal_planes::EqualPlanes;
 use crate::linalg::{Mat, NumericError, c64};
-use crate::lti::connect::{append, check_sample_times, lower_lft, series};
+use crate::lti::connect::{add, append, check_sample_times, lower_lft, series};
 use crate::lti::delay::{pade_delay, sample_planes};
 use crate::lti::structure::planes_apart;
 use crate::lti::{Continuous, Discrete, StateSpace};
@@ -86,20 +86,23 @@ impl Plant {
     /// # Errors
     /// [`NumericError`] when a connection fails.
     pub(crate) fn planes_of_states(&self, order: usize) -> Result<Option<EqualPlanes>, NumericError> {
-        let [front, rear] = &self.effective.bearings;
-        let both = |chain: StateSpace<Continuous>| chain.order() / 2;
+        if self.effective.has_pickup() {
+            return Ok(None);
+        }
         let plane = 2 * self.mechanics.omega_rad_s().len();
-        let sizes = [
-            both(actuator_chain(front)?),
-            both(actuator_chain(rear)?),
-            plane,
-            both(self.sensor_chain(front)?),
-            both(self.sensor_chain(rear)?),
-        ];
-        let undelayed = 2 * sizes.iter().sum::<usize>();
-        let late = vec![1; order.saturating_sub(undelayed) / 2];
-        let in_y: Vec<bool> =
-            sizes.into_iter().chain(late).flat_map(|size| [vec![false; size], vec![true; size]].concat()).collect();
+        let mut sizes = vec![];
+        for bearing in &self.effective.bearings {
+            let [x, y] = &bearing.axes;
+            sizes.push([self.actuator_axis(x)?.order(), self.actuator_axis(y)?.order()]);
+        }
+        sizes.push([plane; 2]);
+        for bearing in &self.effective.bearings {
+            let [x, y] = &bearing.axes;
+            sizes.push([self.sensor_axis(x)?.order(), self.sensor_axis(y)?.order()]);
+        }
+        let undelayed = sizes.as_flattened().iter().sum::<usize>();
+        sizes.extend(vec![[1; 2]; order.saturating_sub(undelayed) / 2]);
+        let in_y: Vec<bool> = sizes.iter().flat_map(|[x, y]| [vec![false; *x], vec![true; *y]].concat()).collect();
         Ok(EqualPlanes::of(&in_y).filter(|_| in_y.len() == order))
     }
 
@@ -136,7 +139,7 @@ impl Plant {
     /// The plant without its delay.
     fn realise_undelayed(&self, modes: usize) -> Result<StateSpace<Continuous>, SpindleError> {
         let [front, rear] = &self.effective.bearings;
-        let before = append(&actuator_chain(front)?, &actuator_chain(rear)?);
+        let before = append(&self.actuator_chain(front)?, &self.actuator_chain(rear)?);
         let crosstalk = &self.effective.crosstalk;
         let mix = Mat::from_fn(4, 4, |i, j| f64::from(u8::from(i == j)) + crosstalk[i][j]);
         let after = append(&self.sensor_chain(front)?, &self.sensor_chain(rear)?).scale_outputs(&mix);
@@ -144,46 +147,93 @@ impl Plant {
         let pass = |n: usize| StateSpace::gain(Mat::identity(n, n), Continuous);
         let ports = 2 * modes.min(self.mechanics.flexible());
         let first = series(&append(&before, &pass(LOADS + ports)), &shaft)?;
-        Ok(series(&first, &append(&after, &pass(LOADS + ports)))?)
+        let all = series(&first, &append(&after, &pass(LOADS + ports)))?;
+        if self.effective.has_pickup() {
+            let none = StateSpace::gain(Mat::zeros(LOADS + ports, LOADS + ports), Continuous);
+            return Ok(add(&all, &append(&self.pickup_chain()?, &none))?);
+        }
+        Ok(all)
     }
 
     /// Displacements (x, y) to signals (x, y) of one bearing.
     fn sensor_chain(&self, bearing: &EffectiveBearing) -> Result<StateSpace<Continuous>, NumericError> {
-        let mut axis = first_order(self.effective.sensor_bandwidth_hz)?;
-        if let Some(bandwidth) = bearing.sensor_lowpass_hz {
-            let w = TAU * bandwidth;
-            let filter = StateSpace::new(
-                Mat::from_fn(2, 2, |i, j| match (i, j) {
-                    (0, 0) => 0.0,
-                    (0, _) => w,
-                    (_, 0) => -w,
-                    _ => -2.0 * LOWPASS_DAMPING * w,
-                }),
-                Mat::from_fn(2, 1, |i, _| if i == 1 { w } else { 0.0 }),
-                Mat::from_fn(1, 2, |_, j| if j == 0 { 1.0 } else { 0.0 }),
-                Mat::zeros(1, 1),
-                Continuous,
-            )?;
-            axis = series(&axis, &filter)?;
-        }
         let axes = bearing.axes_matrix();
         let gain = Mat::from_fn(2, 2, |i, j| bearing.sensor_gain * axes[i][j]);
-        Ok(append(&axis, &axis).scale_inputs(&gain))
+        let [x, y] = &bearing.axes;
+        Ok(append(&self.sensor_axis(x)?, &self.sensor_axis(y)?).scale_inputs(&gain))
+    }
+
+    /// The lag of the sensor of one axis.
+    fn sensor_axis(&self, axis: &AxisElectronics) -> Result<StateSpace<Continuous>, NumericError> {
+        let own = first_order(self.effective.sensor_bandwidth_hz)?;
+        match axis.sensor_lowpass_hz {
+            Some(hz) => series(&own, &second_order(hz, LOWPASS_DAMPING)?),
+            None => Ok(own),
+        }
+    }
+
+    /// Command to coil current of one axis, with its delay beyond that of the others.
+    fn coil_current(&self, axis: &AxisElectronics) -> Result<StateSpace<Continuous>, NumericError> {
+        let amplifier = match axis.amplifier {
+            Amplifier::FirstOrder { bandwidth_hz } => first_order(bandwidth_hz)?,
+            Amplifier::SecondOrder { frequency_hz, damping_ratio } => second_order(frequency_hz, damping_ratio)?,
+        };
+        let delay_s = self.effective.delay_s + axis.further_delay_s - self.effective.common_delay_s();
+        if delay_s > 0.0 { series(&pade_delay(delay_s, FURTHER_DELAY_ORDER)?, &amplifier) } else { Ok(amplifier) }
+    }
+
+    /// Command to the current that makes force, of one axis.
+    fn actuator_axis(&self, axis: &AxisElectronics) -> Result<StateSpace<Continuous>, NumericError> {
+        let mut chain = self.coil_current(axis)?;
+        if let Some(corner) = axis.eddy_corner_hz {
+            chain = series(&chain, &half_order_lag(corner)?)?;
+        }
+        if let Some(corner) = axis.lamination_corner_hz {
+            chain = series(&chain, &sheet_lag(corner)?)?;
+        }
+        Ok(chain)
+    }
+
+    /// Currents (x, y) to forces (x, y) of one bearing.
+    fn actuator_chain(&self, bearing: &EffectiveBearing) -> Result<StateSpace<Continuous>, NumericError> {
+        let force = bearing.force_matrix();
+        let [x, y] = &bearing.axes;
+        let both = append(&self.actuator_axis(x)?, &self.actuator_axis(y)?);
+        Ok(both.scale_outputs(&Mat::from_fn(2, 2, |i, j| force[i][j])))
+    }
+
+    /// Commands to what the signals pick up of the rates of the coil currents, 4×4.
+    fn pickup_chain(&self) -> Result<StateSpace<Continuous>, NumericError> {
+        let mut rates = StateSpace::gain(Mat::zeros(0, 0), Continuous);
+        for axis in self.effective.bearings.iter().flat_map(|b| b.axes) {
+            let current = self.coil_current(&axis)?;
+            // i̇ = C A x + C B u: a coil current does not follow its command at once.
+            let rate = StateSpace::new(
+                current.a.clone(),
+                current.b.clone(),
+                &current.c * &current.a,
+                &current.c * &current.b,
+                Continuous,
+            )?;
+            rates = append(&rates, &rate);
+        }
+        let shares = &self.effective.current_pickup;
+        Ok(rates.scale_outputs(&Mat::from_fn(AXES, AXES, |i, j| shares[i][j])))
     }
 
     /// Forces (two controls, tool, two actuators; modal ports) to displacements (two sensors, tool, two actuators; q).
-    /// Springs in one plane have ports behind these until they are closed at the end.
+    /// Laws in one plane have ports behind these until they are closed at the end.
     fn shaft(&self, modes: usize) -> Result<StateSpace<Continuous>, SpindleError> {
         let closed = self.mechanics.close_loop();
         let omega = self.mechanics.omega_rad_s();
         let (n, m) = (omega.len(), modes.min(self.mechanics.flexible()));
-        let springs = self.mechanics.plane_springs();
-        let (size, channels) = (2 * n, 5 + m + springs.len());
-        // Port of a channel: named ones, then those of springs; modal ones have none.
+        let laws = self.mechanics.plane_laws();
+        let (size, channels) = (2 * n, 5 + m + laws.len());
+        // Port of a channel: named ones, then those of laws in one plane; modal ones have none.
         let port = |channel: usize| match channel {
             named @ 0..5 => Some(named),
             modal if modal < 5 + m => None,
-            spring => Some(spring - m),
+            law => Some(law - m),
         };
         let modal = |channel: usize| RIGID + channel - 5;
         // Displacement states scaled to velocity size; 100 rad/s for the rigid modes is of the order of the magnets'
@@ -201,13 +251,24 @@ impl Plant {
             (false, Some(p)) => closed.b[(i - n, p)],
             (false, None) => c64::new(f64::from(u8::from(i - n == modal(j))), 0.0),
         });
+        let damps = |channel: usize| {
+            let law = channel.checked_sub(5 + m).and_then(|k| laws.get(k));
+            law.is_some_and(|l| l.law == FeedbackLaw::Dashpot)
+        };
         let c = Mat::from_fn(channels, size, |i, j| match (j < n, port(i)) {
+            (velocity, Some(p)) if damps(i) => {
+                if velocity {
+                    zero
+                } else {
+                    closed.c_out[(p, j - n)]
+                }
+            }
             (false, _) => zero,
             (true, Some(p)) => closed.c_out[(p, j)] / scale[j],
             (true, None) => c64::new(f64::from(u8::from(j == modal(i))) / scale[j], 0.0),
         });
         let d = Mat::from_fn(channels, channels, |i, j| match (port(i), port(j)) {
-            (Some(p), Some(q)) => closed.d[(p, q)],
+            (Some(p), Some(q)) if !damps(i) => closed.d[(p, q)],
             _ => zero,
         });
         // States by plane, channels in pairs (x, y).
@@ -232,10 +293,10 @@ impl Plant {
             both(&d, by_pair, by_pair),
             Continuous,
         )?;
-        if springs.is_empty() {
+        if laws.is_empty() {
             return Ok(open);
         }
-        let loops: Vec<Feedback> = (5 + m..).zip(springs).map(|(k, s)| s.beside(k)).collect();
+        let loops: Vec<Feedback> = (5 + m..).zip(laws).map(|(k, s)| s.beside(k)).collect();
         let kept = (0..2 * (5 + m)).chain(loops.iter().map(|f| f.port));
         let kept: Vec<usize> = kept.collect();
         let law = Mat::from_fn(loops.len(), loops.len(), |i, j| if i == j { -loops[i].value } else { 0.0 });
@@ -250,6 +311,26 @@ fn first_order(bandwidth_hz: f64) -> Result<StateSpace<Continuous>, NumericError
     let m = |x: f64| Mat::from_fn(1, 1, |_, _| x);
     StateSpace::new(m(-w), m(w), m(1.0), m(0.0), Continuous)
 }
+
+/// ω²/(s² + 2ζωs + ω²).
+fn second_order(frequency_hz: f64, damping_ratio: f64) -> Result<StateSpace<Continuous>, NumericError> {
+    let w = TAU * frequency_hz;
+    StateSpace::new(
+        Mat::from_fn(2, 2, |i, j| match (i, j) {
+            (0, 0) => 0.0,
+            (0, _) => w,
+            (_, 0) => -w,
+            _ => -2.0 * damping_ratio * w,
+        }),
+        Mat::from_fn(2, 1, |i, _| if i == 1 { w } else { 0.0 }),
+        Mat::from_fn(1, 2, |_, j| if j == 0 { 1.0 } else { 0.0 }),
+        Mat::zeros(1, 1),
+        Continuous,
+    )
+}
+
+/// Order of the Padé approximant of what an axis is later than the others: a few samples at most.
+const FURTHER_DELAY_ORDER: usize = 4;
 
 /// Lowest and highest pole of the rational half-order lag, Hz, and poles per decade.
 const HALF_ORDER_BAND_HZ: (f64, f64) = (0.1, 1e6);
@@ -306,17 +387,4 @@ fn sheet_lag(corner_hz: f64) -> Result<StateSpace<Continuous>, NumericError> {
         Mat::zeros(1, 1),
         Continuous,
     )
-}
-
-/// Currents (x, y) to forces (x, y) of one bearing.
-fn actuator_chain(bearing: &EffectiveBearing) -> Result<StateSpace<Continuous>, NumericError> {
-    let mut axis = first_order(bearing.amplifier_bandwidth_hz)?;
-    if let Some(corner) = bearing.eddy_corner_hz {
-        axis = series(&axis, &half_order_lag(corner)?)?;
-    }
-    if let Some(corner) = bearing.lamination_corner_hz {
-        axis = series(&axis, &sheet_lag(corner)?)?;
-    }
-    let force = bearing.force_matrix();
-    Ok(append(&axis, &axis).scale_outputs(&Mat::from_fn(2, 2, |i, j| force[i][j])))
 }

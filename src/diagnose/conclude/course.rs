@@ -9,11 +9,12 @@ use super::super::data::evidence::Subset;
 use super::super::data::measurement::{RecordId, RecordSet};
 use super::super::decide::candidate::{Candidate, Standing};
 use super::super::decide::judgement::Verdict;
-use super::super::decide::screening::TIE_BIC;
+use super::super::decide::screening::{TIE_BIC, explains};
 use super::super::decide::selection::MOST_EFFECTS;
 use super::super::fit::estimate::FINAL_MODEL_ERROR;
 use super::super::fit::levitated_line::LEVITATED_FROM;
 use super::super::fit::problem::Point;
+use super::super::locate::localisation::localise;
 use super::super::records::finding::{Alternatives, FoundFault};
 use super::super::records::gross::without_gross_faults;
 use super::super::records::search::{Explained, explain_records, on_all_lines};
@@ -129,6 +130,10 @@ impl<'a> Begun<'a> {
         let case = self.trial.case(&[], &|_| {});
         for set in sets {
             let from = Point { theta: set.fit.at.theta.clone(), ..case.origin() };
+            // What fails on some of the lines fails on all of them.
+            if !explains(&case.fit_down(&set.effects, &from, case.thin())?.candidate) {
+                continue;
+            }
             let stands = case.fit_down(&set.effects, &from, Subset::ALL)?;
             if case.within(&stands.candidate) {
                 return Ok(stands.candidate.newest());
@@ -136,6 +141,33 @@ impl<'a> Begun<'a> {
         }
         Ok(None)
     }
+}
+
+/// One effect that a free law reads off on a machine that is further off than usual, where that law says one place for
+/// all that is missing and the effect leaves a gap below 1 on all records and on those held out.
+fn located_on_wide(
+    widths: &[Widened],
+    gross: &[FoundFault],
+    progress: &(dyn Fn(&str) + Sync),
+) -> Result<Option<Diagnosis>, DiagnoseError> {
+    for wide in widths {
+        progress("one place on a machine that is further off than usual");
+        let localisation = localise(&wide.trial.case(&[], progress))?;
+        if localisation.sole().is_none() {
+            continue;
+        }
+        let found = conclude_located(&wide.trial, &wide.null, &localisation, gross.to_vec(), progress)?;
+        if let Some(found) = found.filter(explains_all) {
+            return Ok(Some(found));
+        }
+    }
+    Ok(None)
+}
+
+/// Whether a diagnosis names effects that leave a gap below 1 on all records and on those held out.
+fn explains_all(found: &Diagnosis) -> bool {
+    let named = matches!(found.verdict, Verdict::Named | Verdict::Probable);
+    named && found.gap_after <= 1.0 && found.gap_after_held_out <= 1.0
 }
 
 /// One effect on a machine that is further off than usual, where that scores below `plain` and leaves a gap below 1 on
@@ -158,9 +190,7 @@ fn one_effect_on_wide(
             continue;
         }
         let found = conclude(&wide.trial, &wide.null, (gross.to_vec(), 1), progress)?;
-        let named = matches!(found.verdict, Verdict::Named | Verdict::Probable);
-        let explains = named && found.gap_after <= 1.0 && found.gap_after_held_out <= 1.0;
-        if explains && found.score + wide.cost < lowest {
+        if explains_all(&found) && found.score + wide.cost < lowest {
             lowest = found.score + wide.cost;
             best = Some(found);
         }
@@ -195,10 +225,14 @@ fn course(
     let most = if wide.is_some() { 2 } else { MOST_EFFECTS };
     let beside = |best: &[Candidate]| {
         if explained_by_nothing || best.is_empty() {
-            Ok(None)
-        } else {
-            effect_and_fault(&trial, &gross, alternatives, Some(best), progress)
+            return Ok(None);
         }
+        if wide.is_none()
+            && let Some(probable) = located_on_wide(&widths, &gross, progress)?
+        {
+            return Ok(Some(probable));
+        }
+        effect_and_fault(&trial, &gross, alternatives, Some(best), progress)
     };
     let plain = conclude_unless(&trial, &null, (gross.clone(), most), &beside, progress)?;
     // One effect is simpler than a machine that is off everywhere.
@@ -230,7 +264,8 @@ fn course(
         let mut open = trial.observing(trial.evidence.clone());
         open.model.levitation = None;
         let (start, _) = open.stands(Subset::ALL)?;
-        let found = conclude(&open, &start, (gross.clone(), most), progress)?;
+        // Larger sets are left to the comparison of closed loops: this one repeats the whole search.
+        let found = conclude(&open, &start, (gross.clone(), most.min(2)), progress)?;
         if found.verdict != Verdict::Unexplained {
             return Ok(found);
         }

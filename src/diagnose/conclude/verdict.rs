@@ -41,6 +41,13 @@ pub struct NamedEffect {
     pub position_sd_m: Option<f64>,
 }
 
+impl From<Effect> for NamedEffect {
+    /// An effect of which nothing more is known.
+    fn from(effect: Effect) -> Self {
+        Self { effect, standard_deviations: vec![], intervals: vec![], position_sd_m: None }
+    }
+}
+
 /// A rival explanation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rival {

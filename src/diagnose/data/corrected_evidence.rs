@@ -98,6 +98,8 @@ impl SweepEvidence {
             omega_rad_s: some(&self.omega_rad_s, lines),
             response: some(&self.response, lines),
             spread: some(&self.spread, lines),
+            common: some(&self.common, lines),
+            shares: self.shares,
             noise: some(&self.noise, lines),
             size: some(&self.size, lines),
             gap_sigma: some(&self.gap_sigma, lines),
@@ -120,6 +122,7 @@ impl SweepEvidence {
                         let conjugate = |all: &mut [c64; 16]| *all = all.map(|v| v.conj());
                         conjugate(&mut self.response[k]);
                         conjugate(&mut self.spread[k]);
+                        conjugate(&mut self.common[k]);
                     }
                 }
             }

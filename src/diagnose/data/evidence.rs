@@ -11,6 +11,7 @@ use super::super::DiagnoseError;
 use super::common_error::Known;
 use super::covariance::cholesky;
 use super::measurement::{ControlAxis, RecordSet};
+use crate::identify::frf::AXES;
 use crate::identify::repeat_scatter::RepeatScatter;
 use crate::identify::{MeasuredFrf, SweepRecord, open_loop};
 use crate::linalg::c64;
@@ -21,6 +22,9 @@ use std::f64::consts::TAU;
 
 /// Floor of the gap: re-levitation and amplitude dependence that repeats do not show.
 pub(crate) const GAP_FLOOR: f64 = 0.005;
+/// Power of a disturbance that all experiments share, in units of the noise: repeats show how it differs between a few
+/// phases, not how large it is, so that what they have in common counts for nothing.
+const UNKNOWN_SIZE: f64 = 1e4;
 /// Lines on either side over which noise and magnitude are averaged.
 const POOL: usize = 10;
 /// Least standard deviation of an axis gain's mean: what calibration leaves between the axes of a rig, which no repeat
@@ -60,6 +64,9 @@ pub struct SweepEvidence {
     pub response: Vec<[c64; 16]>,
     /// (ŪŪᴴ)⁻ᵀ/P, row-major 4×4.
     pub(super) spread: Vec<[c64; 16]>,
+    /// The same of one disturbance in all experiments, row-major 4×4, and whether axis i has one.
+    pub(super) common: Vec<[c64; 16]>,
+    pub(super) shares: [bool; 4],
     /// S_i.
     pub(super) noise: Vec<[f64; 4]>,
     /// ½(|G|² + local mean).
@@ -239,21 +246,32 @@ fn medians(values: &[f64]) -> Vec<f64> {
         .collect()
 }
 
+/// Upper 90 % limit of a variance that was estimated as 1 from so many real numbers: n/χ²₀.₁(n), after Wilson and
+/// Hilferty (1931). Run-out leaks into all lines of a repeat in one phase, so that each experiment of each repeat says of
+/// it no more than one line does.
+fn variance_limit(freedom: usize) -> f64 {
+    const LOWER_TENTH: f64 = -1.2816;
+    let spread = 2.0 / (9.0 * freedom as f64);
+    (1.0 - spread + LOWER_TENTH * spread.sqrt()).powi(-3)
+}
+
 fn sweep(record: &SweepRecord) -> Result<SweepEvidence, DiagnoseError> {
     let frf: MeasuredFrf = open_loop(record)?;
     let (lines, _, repeats, _) = record.current.dim();
     let g = |k: usize, i: usize, j: usize| frf.response[(k, i, j)];
-    let RepeatScatter { gains, smooth: mut noise, .. } = RepeatScatter::of(record, &frf, &pool_variances);
+    let RepeatScatter { gains, smooth: mut noise, shares, .. } = RepeatScatter::of(record, &frf, &pool_variances);
     let axis_gain_sd = std::array::from_fn(|i| {
         let square: f64 = gains.iter().map(|g| g[i] * g[i]).sum();
         let of_one = square / repeats.saturating_sub(1).max(1) as f64;
         (of_one / repeats as f64).sqrt().max(AXIS_GAIN_FLOOR)
     });
-    let mut spread = Vec::with_capacity(lines);
+    let (mut spread, mut common) = (Vec::with_capacity(lines), Vec::with_capacity(lines));
     for k in 0..lines {
         let mut u: Vec<c64> = (0..16).map(|n| frf.current[(k, n / 4, n % 4)]).collect();
         let mut inverse: Vec<c64> = (0..16).map(|n| c64::new(f64::from(u8::from(n / 4 == n % 4)), 0.0)).collect();
         eliminate(&mut u, &mut inverse, 4, 4);
+        let once: [c64; 4] = std::array::from_fn(|j| (0..4).fold(ZERO, |sum, e| sum + inverse[e * 4 + j]));
+        common.push(std::array::from_fn(|n| once[n / 4] * once[n % 4].conj()));
         // inverse is experiment×axis; error of row i is v_i·U⁻¹.
         spread.push(std::array::from_fn(|n| {
             let (j, l) = (n / 4, n % 4);
@@ -263,6 +281,8 @@ fn sweep(record: &SweepRecord) -> Result<SweepEvidence, DiagnoseError> {
     if repeats < 2 {
         noise = scatter_of_neighbours(&frf);
     }
+    let inflation = if record.run_out { variance_limit(2 * AXES * repeats.saturating_sub(1).max(1)) } else { 1.0 };
+    noise.as_flattened_mut().iter_mut().for_each(|noise| *noise *= inflation);
     let mut size = vec![[0.0; 16]; lines];
     for n in 0..16 {
         let power: Vec<f64> = (0..lines).map(|k| g(k, n / 4, n % 4).norm_sqr()).collect();
@@ -282,11 +302,13 @@ fn sweep(record: &SweepRecord) -> Result<SweepEvidence, DiagnoseError> {
                         let of_noise = noise[k][n / 4] * spread[k][5 * (n % 4)].re;
                         (of_noise + GAP_FLOOR.powi(2) * g(k, n / 4, n % 4).norm_sqr()).sqrt()
                     }
-                    _ => frf.sigma(k, n / 4, n % 4, GAP_FLOOR),
+                    _ => inflation.sqrt() * frf.sigma(k, n / 4, n % 4, GAP_FLOOR),
                 })
             })
             .collect(),
         spread,
+        common,
+        shares,
         noise,
         size,
         position: (0..lines).map(|k| k as f64 / (lines.max(2) - 1) as f64).collect(),
@@ -299,6 +321,10 @@ impl SweepEvidence {
     pub(crate) fn whitening(&self, line: usize, model_error: f64, off_diagonal: bool) -> [[c64; 16]; 4] {
         std::array::from_fn(|i| {
             let mut c: [c64; 16] = self.spread[line].map(|x| x * self.noise[line][i]);
+            if self.shares[i] {
+                let unknown = UNKNOWN_SIZE * self.noise[line][i];
+                c.iter_mut().zip(&self.common[line]).for_each(|(c, common)| *c += common * unknown);
+            }
             for j in 0..4 {
                 c[5 * j] += model_error * model_error * self.size[line][4 * i + j];
                 if !off_diagonal && held_out(i, j) {

@@ -58,7 +58,7 @@ pub fn detectable(case: &Case, named: &[Hypothesis], at: &Point) -> Result<Vec<D
                 || !before.iter().any(|b| b.same_name(h))
         })
         .map(|(_, h)| h)
-        .filter(|h| !named.iter().any(|n| n.same_name(h)))
+        .filter(|h| !h.in_place_of_another() && !named.iter().any(|n| n.same_name(h)))
         .collect();
     let (sized, without): (Vec<&Hypothesis>, Vec<&Hypothesis>) =
         wanted.iter().copied().partition(|h| assembled_with_size(h.kind));

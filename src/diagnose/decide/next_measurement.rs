@@ -15,7 +15,7 @@ use crate::linalg::dense::{dot, solve_normal};
 use crate::linalg::{Mat, c64};
 use crate::spindle::response::ported::factor;
 use crate::spindle::response::{SIDE, Square, ZERO};
-use crate::spindle::{Bearings, Effect, EffectKind, Location};
+use crate::spindle::{AxisElectronics, Bearings, Effect, EffectKind, Housing, Location};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
@@ -278,8 +278,8 @@ fn difference(kind: EffectKind) -> f64 {
 struct Transfer {
     kind: Kind,
     delay_s: f64,
-    amplifier_hz: [f64; 2],
-    housing: Vec<crate::spindle::Housing>,
+    axes: [AxisElectronics; 4],
+    housing: Vec<Housing>,
 }
 
 impl Transfer {
@@ -290,7 +290,7 @@ impl Transfer {
         Self {
             kind,
             delay_s: effective.delay_s,
-            amplifier_hz: [0, 1].map(|b| effective.bearings[b].amplifier_bandwidth_hz),
+            axes: std::array::from_fn(|k| effective.bearings[k / 2].axes[k % 2]),
             housing: effective.housings.clone(),
         }
     }
@@ -301,8 +301,8 @@ impl Transfer {
             Kind::Sweep | Kind::Hammer => *f,
             Kind::CoilCurrent => std::array::from_fn(|n| {
                 if n % SIDE < 4 {
-                    let amplifier = 1.0 + s / (TAU * self.amplifier_hz[n % SIDE / 2]);
-                    f[n] * (s * self.delay_s).exp() * amplifier
+                    let axis = &self.axes[n % SIDE];
+                    f[n] * (s * (self.delay_s + axis.further_delay_s)).exp() / axis.amplifier.gain(s)
                 } else {
                     f[n]
                 }

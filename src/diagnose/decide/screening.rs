@@ -129,9 +129,9 @@ impl Case<'_> {
             .filter_map(|(h, f)| self.finish(&with(h), &f.at, lower, Subset::ALL).ok())
             .filter(matters)
             .collect();
-        self.add_tip(&mut finalists, lower);
+        self.add_like_masses(&mut finalists, lower);
         self.rank(&mut finalists);
-        if finalists.first().is_some_and(|c| self.within(c)) {
+        if finalists.first().is_some_and(explains) {
             self.move_finalist(&mut finalists)?;
         }
         Ok(ScreeningRound { finalists, others })
@@ -151,6 +151,7 @@ impl Case<'_> {
         }
         (self.progress)("strong effects of any size");
         finalists.extend(self.of_any_size(standing)?);
+        self.add_like_masses(finalists, standing.working_error);
         self.rank(finalists);
         self.move_finalist(finalists)?;
         Ok(true)
@@ -330,7 +331,7 @@ fn score(fit: &Fit) -> f64 {
 }
 
 /// Whether a candidate leaves no more than noise and the final model error do.
-pub(super) fn explains(candidate: &Candidate) -> bool {
+pub(crate) fn explains(candidate: &Candidate) -> bool {
     candidate.model_error == FINAL_MODEL_ERROR && !fails(&candidate.fit)
 }
 

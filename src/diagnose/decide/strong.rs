@@ -12,8 +12,8 @@ use super::super::fit::estimate::{FINAL_MODEL_ERROR, Fit, Stage};
 use super::super::fit::hypothesis::Hypothesis;
 use super::super::fit::problem::{Point, Problem};
 use super::candidate::{Candidate, MODEL_ERRORS, Standing, fails, next_model_error};
-use super::screening::{DROPPED_CHI2_RATIO, LINES, beside_present, matters};
-use crate::spindle::EffectKind;
+use super::screening::{DROPPED_CHI2_RATIO, LINES, beside_present, explains, matters};
+use crate::spindle::{Effect, EffectKind};
 use rayon::prelude::*;
 
 /// Further places of an effect from which a fit that failed is begun again.
@@ -156,44 +156,58 @@ impl Case<'_> {
         Ok(ends.filter(matters).collect())
     }
 
-    /// Where the newest effect of a finalist is a mass on the tool: adds the same set with that mass at the tip, fitted
-    /// from the model error `top`. The linear step to a mass at the tip goes too far where that moves a resonance of
-    /// the tool by many widths.
-    pub(super) fn add_tip(&self, finalists: &mut Vec<Candidate>, top: f64) {
-        let moved = |c: &Candidate| {
+    /// Adds what finalists that end with a mass may stand for, with that mass, fitted from the model error `top`: the
+    /// best one on the tool a mass at its tip, where a linear step goes too far as soon as a resonance moves by many of
+    /// its widths; those that explain nothing a disc.
+    pub(super) fn add_like_masses(&self, finalists: &mut Vec<Candidate>, top: f64) {
+        let mass = |c: &Candidate| {
             let (h, theta) = (c.effects.last()?, c.fit.at.theta.last()?);
-            // The nose face of the spindle is at zero.
-            let on_tool = h.effect(theta).location.position_m()? < 0.0;
-            let mut tips = self.catalogue.iter();
-            let tip = tips.find(|h| h.kind == EffectKind::ToolMass)?;
-            let taken = c.effects.iter().any(|h| h.same_name(tip));
-            if h.kind != EffectKind::AddedMass || !on_tool || taken {
-                return None;
+            (h.kind == EffectKind::AddedMass).then(|| h.effect(theta))
+        };
+        // The nose face of the spindle is at zero.
+        let on_tool = |e: &Effect| e.location.position_m().is_some_and(|z| z < 0.0);
+        let tip = finalists.iter().find(|c| mass(c).as_ref().is_some_and(on_tool));
+        let tip = tip.and_then(|c| self.like_mass(c, EffectKind::ToolMass, top));
+        let heavier = |e: Effect| e.values.first().is_some_and(|mass_kg| *mass_kg > 0.0);
+        let unexplained = finalists.iter().filter(|c| mass(c).is_some_and(heavier) && !explains(c));
+        let discs = unexplained.filter_map(|c| self.like_mass(c, EffectKind::AddedDisc, top));
+        let found: Vec<Candidate> = tip.into_iter().chain(discs).filter(matters).collect();
+        for found in found {
+            let rank = |c: &Candidate| (c.model_error, c.score());
+            let newest = found.effects.last();
+            let same = |c: &&mut Candidate| {
+                let both = c.effects.last().zip(newest);
+                both.is_some_and(|(a, b)| a.same_name(b))
+            };
+            match finalists.iter_mut().find(same) {
+                Some(known) if rank(known) <= rank(&found) => {}
+                Some(known) => *known = found,
+                None => finalists.push(found),
             }
-            let mass_kg = h.slope(0, theta) * theta.first()?;
-            let (mut effects, mut at) = (c.effects.clone(), c.fit.at.clone());
-            *effects.last_mut()? = tip.clone();
-            *at.theta.last_mut()? = vec![mass_kg / tip.slope(0, &tip.start)];
-            self.finish(&effects, &at, top, Subset::ALL).ok()
-        };
-        let Some(found) = finalists.iter().find_map(moved).filter(matters) else {
-            return;
-        };
-        let rank = |c: &Candidate| (c.model_error, c.score());
-        let newest = found.effects.last();
-        let same = |c: &&mut Candidate| {
-            let both = c.effects.last().zip(newest);
-            both.is_some_and(|(a, b)| a.same_name(b))
-        };
-        match finalists.iter_mut().find(same) {
-            Some(known) if rank(known) <= rank(&found) => {}
-            Some(known) => *known = found,
-            None => finalists.push(found),
         }
     }
 
-    /// Where the best finalist is a tilting stiffness at the final model error: the same at the place that fits best.
-    /// Nuisance parameters that have left their priors fit the place where they are, so that every place is also tried
+    /// A set with an effect of another kind in place of its newest one, a mass, of the same mass at the same place;
+    /// none where the set has that effect already.
+    fn like_mass(&self, c: &Candidate, kind: EffectKind, top: f64) -> Option<Candidate> {
+        let (h, theta) = (c.effects.last()?, c.fit.at.theta.last()?);
+        let other = self.catalogue.iter().find(|other| other.kind == kind)?;
+        if c.effects.iter().any(|e| e.same_name(other)) {
+            return None;
+        }
+        let (mut effects, mut at) = (c.effects.clone(), c.fit.at.clone());
+        let mut start = other.nothing();
+        *start.first_mut()? = h.slope(0, theta) * theta.first()? / other.slope(0, &start);
+        if other.place.position_m().is_some() {
+            *start.last_mut()? = *theta.last()?;
+        }
+        *effects.last_mut()? = other.clone();
+        *at.theta.last_mut()? = start;
+        self.finish(&effects, &at, top, Subset::ALL).ok()
+    }
+
+    /// Where the best finalist is a tilting stiffness or a disc at the final model error: the same at the place that
+    /// fits best, of those of a tilting stiffness. Nuisance parameters that have left their priors fit the place where they are, so that every place is also tried
     /// with those of the machine as it is.
     ///
     /// # Errors
@@ -202,15 +216,12 @@ impl Case<'_> {
         let Some(best) = finalists.first_mut() else {
             return Ok(());
         };
-        let newest = best.effects.last();
-        let Some(newest) = newest.filter(|h| h.kind == EffectKind::TiltingStiffness) else {
-            return Ok(());
-        };
-        if best.model_error != FINAL_MODEL_ERROR {
+        let turns = |h: &Hypothesis| matches!(h.kind, EffectKind::TiltingStiffness | EffectKind::AddedDisc);
+        if best.model_error != FINAL_MODEL_ERROR || !best.effects.last().is_some_and(turns) {
             return Ok(());
         }
         let problem = self.problem(&best.effects, self.thin());
-        let places = self.catalogue.par_iter().filter(|o| o.same_name(newest));
+        let places = self.catalogue.par_iter().filter(|o| o.kind == EffectKind::TiltingStiffness);
         let mut starts = vec![best.fit.at.clone()];
         let (mut kept, mut from_error) = (PLACES[1], FINAL_MODEL_ERROR);
         if self.model.is_strained(&best.fit.at.p) {

@@ -146,7 +146,7 @@ impl Problem<'_> {
         let jointed = self.effects.iter().any(|h| h.kind == EffectKind::ToolJoint);
         let position_m = match (effect.kind, &effect.location) {
             (EffectKind::ToolMass, _) => self.model.reduced.span_m().0,
-            (EffectKind::AddedMass, Location::Position(z)) => *z,
+            (EffectKind::AddedMass | EffectKind::AddedDisc, Location::Position(z)) => *z,
             _ => return None,
         };
         let inertia = self.model.reduced.inertia_kg(position_m, jointed).ok()?;

@@ -67,7 +67,9 @@ impl Hypothesis {
     /// Whether the effect is large enough to be worth a name.
     pub fn matters(&self, theta: &[f64]) -> bool {
         match self.place {
-            Location::Axis(_) => self.size(theta).abs() > LEAST_OF_AN_AXIS,
+            Location::Axis(_) if matches!(self.kind, EffectKind::SensorGain | EffectKind::ForceConstant) => {
+                self.size(theta).abs() > LEAST_OF_AN_AXIS
+            }
             _ => (self.kind.entry().matters)(self.size(theta), theta, &self.scale),
         }
     }
@@ -104,6 +106,9 @@ impl Hypothesis {
     /// Coordinates of no effect, or of as little as they allow; numbers beside the size are those of the start.
     pub fn nothing(&self) -> Vec<f64> {
         let mut theta = self.start.clone();
+        if self.in_place_of_another() {
+            return theta;
+        }
         if let Some(t) = theta.first_mut() {
             *t -= self.size(&self.start);
         }
@@ -113,6 +118,11 @@ impl Hypothesis {
         }
         self.clamp(&mut theta);
         theta
+    }
+
+    /// Whether it is a law in place of another one, which no size of it makes vanish.
+    pub(crate) fn in_place_of_another(&self) -> bool {
+        matches!(self.kind.entry().starts, Starts::InPlaceOf(_))
     }
 
     /// Whether two hypotheses name the same effect at the same place; positions count as one place, as they are fitted.
@@ -228,6 +238,7 @@ fn scale_of(machine: &Machine, flexible_rad_s: &[f64]) -> Result<MachineScale, D
         rotor_mass_kg: rotor.mass_kg,
         bending_time_s: flexible_rad_s.first().map_or(sample_period_s, |w| w.recip()),
         bearing_span_m: spindle.planes.bearing_span_m(),
+        ki_n_per_a: 0.5 * effective.bearings.iter().map(|b| b.ki_n_per_a).sum::<f64>(),
         negative_stiffness_n_per_m: effective.bearings.iter().map(|b| b.ks_n_per_m.abs()).sum(),
         force_per_gap_n_per_m: bearings.iter().map(|b| b.max_force_n / b.gap_m).sum(),
         nose_n_per_m,
@@ -239,6 +250,7 @@ fn starts(starts: Starts, scale: &MachineScale, scope: Scope) -> Vec<Vec<f64>> {
     match starts {
         Starts::At(all) => all.iter().map(|start| start.to_vec()).collect(),
         Starts::AtPresent(present) => vec![vec![present(scale)]],
+        Starts::InPlaceOf(start) => vec![start(scale)],
         Starts::OverTheBand { first, damping_ratio } => {
             let lowest = scope.first_rad_s.max(LOWEST_START / scale.bending_time_s);
             std::iter::successors(Some(lowest), |w| Some(w * 1.45))

@@ -328,9 +328,9 @@ impl Problem<'_> {
 }
 
 /// Whether effects of a kind have to be assembled before responses can be differentiated to them: a joint makes another
-/// shaft, a housing has a frequency.
+/// shaft, a housing has a frequency, an amplifier takes the place of another one.
 pub(crate) fn assembled_with_size(kind: EffectKind) -> bool {
-    matches!(kind, EffectKind::ToolJoint | EffectKind::HousingMode)
+    matches!(kind, EffectKind::ToolJoint | EffectKind::HousingMode | EffectKind::AmplifierSecondOrder)
 }
 
 /// Residuals, and their derivatives in the rows that begin with them.

@@ -94,7 +94,7 @@ impl OpenedPlace<'_> {
         let plus = a.reduce_to_ports(omega_rad_s, &self.extra);
         let minus = (a.is_coupled() || self.split).then(|| a.reduce_to_ports(-omega_rad_s, &self.extra));
         // The directions are those of a machine without springs in one plane: near enough to tell where something is.
-        let response = if a.has_plane_springs() {
+        let response = if a.has_plane_laws() {
             a.line(omega_rad_s, None).response
         } else {
             Assembled::response(&electronics, &plus, minus.as_ref())

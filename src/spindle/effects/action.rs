@@ -3,16 +3,18 @@
 //! Every effect acts at one of three places: on bearings, electronics and attachments ([`on_machine`]), on the rotor
 //! ([`on_rotor`]), or on the damping ratio of a mode ([`on_damping_ratio`]).
 
-use super::{Bearings, Effect, EffectKind, Location};
-use crate::rotor::{Joint, PointMass, Rotor, RotorError, Section};
-use crate::spindle::effective::{Attachment, Effective, EffectiveBearing, FeedbackLaw, Housing, Motion};
+use super::{Effect, EffectKind, Location};
+use crate::rotor::{Disc, Joint, Rotor, RotorError, Section};
+use crate::spindle::effective::{
+    Amplifier, Attachment, AxisElectronics, Effective, EffectiveBearing, FeedbackLaw, Housing, Motion,
+};
 use std::f64::consts::TAU;
 
 /// Applies an effect to bearings, electronics and attachments; one that acts elsewhere changes nothing here.
 pub(crate) fn on_machine(effect: &Effect, machine: &mut Effective) {
     let value = effect.values.first().copied().unwrap_or_default();
     match (effect.kind, &effect.location) {
-        (EffectKind::LoopDelay, _) => machine.delay_s += value,
+        (EffectKind::LoopDelay, Location::None) => machine.delay_s += value,
         (EffectKind::Gyroscopic, _) => machine.gyroscopic_factor = value,
         (EffectKind::InternalDamping, _) => machine.loss_time_s += value,
         (EffectKind::CrossCoupling, Location::Position(z)) => {
@@ -24,14 +26,10 @@ pub(crate) fn on_machine(effect: &Effect, machine: &mut Effective) {
         (EffectKind::AddedDamper, Location::Position(z)) => {
             attach(machine, *z, Motion::Displacement, FeedbackLaw::Dashpot, value);
         }
-        (EffectKind::AddedStiffness, Location::InPlane(z, plane)) => {
-            machine.attachments.push(Attachment {
-                position_m: *z,
-                motion: Motion::Displacement,
-                law: FeedbackLaw::Spring,
-                value,
-                plane: Some(*plane),
-            });
+        (kind, Location::InPlane(z, plane)) => {
+            let law = if kind == EffectKind::AddedDamper { FeedbackLaw::Dashpot } else { FeedbackLaw::Spring };
+            let (position_m, motion, plane) = (*z, Motion::Displacement, Some(*plane));
+            machine.attachments.push(Attachment { position_m, motion, law, value, plane });
         }
         (EffectKind::TiltingStiffness, Location::Position(z)) => {
             attach(machine, *z, Motion::Slope, FeedbackLaw::Spring, value);
@@ -44,12 +42,23 @@ pub(crate) fn on_machine(effect: &Effect, machine: &mut Effective) {
         (EffectKind::SensorCrosstalk, Location::Across { from: from @ 0..4, to: to @ 0..4 }) => {
             machine.crosstalk[*to][*from] += value;
         }
-        (kind, Location::Bearing(which)) => on_bearings(kind, *which, value, &mut machine.bearings),
-        (EffectKind::SensorGain, Location::Axis(axis @ 0..4)) => {
-            machine.bearings[axis / 2].signal_factors[axis % 2] *= value;
+        (EffectKind::CurrentPickup, Location::Across { from: from @ 0..4, to: to @ 0..4 }) => {
+            machine.current_pickup[*to][*from] += value;
         }
-        (EffectKind::ForceConstant, Location::Axis(axis @ 0..4)) => {
-            machine.bearings[axis / 2].force_factors[axis % 2] *= value;
+        (_, Location::Bearing(which)) => {
+            for b in (0..2).filter(|b| which.includes(*b)) {
+                let bearing = &mut machine.bearings[b];
+                bearing.axes.iter_mut().for_each(|axis| on_axis(effect, axis));
+                on_bearing(effect.kind, value, bearing);
+            }
+        }
+        (kind, Location::Axis(axis @ 0..4)) => {
+            let own = &mut machine.bearings[axis / 2].axes[axis % 2];
+            match kind {
+                EffectKind::SensorGain => own.signal_factor *= value,
+                EffectKind::ForceConstant => own.force_factor *= value,
+                _ => on_axis(effect, own),
+            }
         }
         _ => {}
     }
@@ -59,23 +68,31 @@ fn attach(machine: &mut Effective, position_m: f64, motion: Motion, law: Feedbac
     machine.attachments.push(Attachment { position_m, motion, law, value, plane: None });
 }
 
-fn on_bearings(kind: EffectKind, which: Bearings, value: f64, bearings: &mut [EffectiveBearing; 2]) {
-    let meant = bearings.iter_mut().enumerate();
-    for (_, bearing) in meant.filter(|(i, _)| which.includes(*i)) {
-        match kind {
-            EffectKind::AmplifierBandwidth => bearing.amplifier_bandwidth_hz = value,
-            EffectKind::EddyCurrents => bearing.eddy_corner_hz = Some(value),
-            EffectKind::LaminatedCore => bearing.lamination_corner_hz = Some(value),
-            EffectKind::SensorLowpass => bearing.sensor_lowpass_hz = Some(value),
-            EffectKind::SensorOffset => bearing.sensor_m += value,
-            EffectKind::ActuatorOffset => bearing.actuator_m += value,
-            EffectKind::NegativeStiffness => bearing.ks_n_per_m *= value,
-            EffectKind::ForceConstant => bearing.ki_n_per_a *= value,
-            EffectKind::SensorGain => bearing.sensor_gain *= value,
-            EffectKind::BearingCoupling => bearing.coupling_ratio += value,
-            EffectKind::AxisMisalignment => bearing.sensor_angle_rad += value.to_radians(),
-            _ => {}
+fn on_axis(effect: &Effect, axis: &mut AxisElectronics) {
+    match (effect.kind, &effect.values[..]) {
+        (EffectKind::LoopDelay, [delay_s]) => axis.further_delay_s += delay_s,
+        (EffectKind::AmplifierBandwidth, [hz]) => axis.amplifier = Amplifier::FirstOrder { bandwidth_hz: *hz },
+        (EffectKind::AmplifierSecondOrder, [frequency_hz, damping_ratio]) => {
+            let (frequency_hz, damping_ratio) = (*frequency_hz, *damping_ratio);
+            axis.amplifier = Amplifier::SecondOrder { frequency_hz, damping_ratio };
         }
+        (EffectKind::EddyCurrents, [hz]) => axis.eddy_corner_hz = Some(*hz),
+        (EffectKind::LaminatedCore, [hz]) => axis.lamination_corner_hz = Some(*hz),
+        (EffectKind::SensorLowpass, [hz]) => axis.sensor_lowpass_hz = Some(*hz),
+        _ => {}
+    }
+}
+
+fn on_bearing(kind: EffectKind, value: f64, bearing: &mut EffectiveBearing) {
+    match kind {
+        EffectKind::SensorOffset => bearing.sensor_m += value,
+        EffectKind::ActuatorOffset => bearing.actuator_m += value,
+        EffectKind::NegativeStiffness => bearing.ks_n_per_m *= value,
+        EffectKind::ForceConstant => bearing.ki_n_per_a *= value,
+        EffectKind::SensorGain => bearing.sensor_gain *= value,
+        EffectKind::BearingCoupling => bearing.coupling_ratio += value,
+        EffectKind::AxisMisalignment => bearing.sensor_angle_rad += value.to_radians(),
+        _ => {}
     }
 }
 
@@ -84,14 +101,19 @@ fn on_bearings(kind: EffectKind, which: Bearings, value: f64, bearings: &mut [Ef
 /// # Errors
 /// [`RotorError`] when a mass or a factor breaks a rule of the rotor.
 pub(crate) fn on_rotor(effect: &Effect, rotor: Rotor) -> Result<Rotor, RotorError> {
-    let value = effect.values.first().copied().unwrap_or_default();
-    let mass = |position_m| PointMass { position_m, mass_kg: value };
+    let at = |i: usize| effect.values.get(i).copied().unwrap_or_default();
+    let value = at(0);
+    let mass =
+        Disc { position_m: rotor.from_m(), mass_kg: value, polar_inertia_kg_m2: 0.0, diametral_inertia_kg_m2: 0.0 };
     match (effect.kind, &effect.location) {
-        (EffectKind::ToolMass, _) => {
-            let tip = rotor.from_m();
-            rotor.with_point_mass(mass(tip))
-        }
-        (EffectKind::AddedMass, Location::Position(z)) => rotor.with_point_mass(mass(*z)),
+        (EffectKind::ToolMass, _) => rotor.with_added_disc(mass),
+        (EffectKind::AddedMass, Location::Position(z)) => rotor.with_added_disc(Disc { position_m: *z, ..mass }),
+        (EffectKind::AddedDisc, Location::Position(z)) => rotor.with_added_disc(Disc {
+            position_m: *z,
+            mass_kg: value,
+            polar_inertia_kg_m2: at(1),
+            diametral_inertia_kg_m2: at(2),
+        }),
         (EffectKind::RegionStiffness, Location::Region(region)) => {
             let inside = |s: &Section| s.region.as_ref() == Some(region);
             rotor.with_modulus_factors(|_, s| if inside(s) { value } else { 1.0 })

@@ -49,13 +49,15 @@ impl Effect {
         ) || self.kind.entry().one_axis
             && matches!(
                 (self.kind.location(), &self.location),
-                (LocationKind::Bearing, Location::Axis(0..4)) | (LocationKind::Position, Location::InPlane(..))
+                (LocationKind::Bearing | LocationKind::None, Location::Axis(0..4))
+                    | (LocationKind::Position, Location::InPlane(..))
             );
         if !matches {
             return Err(SpindleError::Name {
                 path: "effect".into(),
                 name: self.kind.name().into(),
                 rule: match self.kind.location() {
+                    LocationKind::None if self.kind.entry().one_axis => "takes no location, or one axis".into(),
                     LocationKind::None => "takes no location".into(),
                     LocationKind::Bearing if self.kind.entry().one_axis => {
                         "needs bearing: front, rear or both, or one axis".into()

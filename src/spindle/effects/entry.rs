@@ -46,6 +46,8 @@ pub enum Starts {
     At(&'static [&'static [f64]]),
     /// At the value that the machine has.
     AtPresent(fn(&MachineScale) -> f64),
+    /// Here; a law in place of another one, which no size of it makes vanish.
+    InPlaceOf(fn(&MachineScale) -> Vec<f64>),
     /// One for each factor 1.45 of frequency over the band, because the basin of a resonance is not much wider.
     OverTheBand {
         /// The first coordinate.

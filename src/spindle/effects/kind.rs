@@ -7,6 +7,8 @@ pub enum EffectKind {
     LoopDelay,
     /// First-order amplifier bandwidth that replaces the nominal one.
     AmplifierBandwidth,
+    /// Amplifier of second order that replaces the nominal one.
+    AmplifierSecondOrder,
     /// ki → ki/(1 + √(jω/ω_e)).
     EddyCurrents,
     /// ki → ki tanh(√(jω/ω_l))/√(jω/ω_l).
@@ -29,6 +31,8 @@ pub enum EffectKind {
     AxisMisalignment,
     /// Share of one sensor signal in another.
     SensorCrosstalk,
+    /// Rate of a coil current in a sensor signal.
+    CurrentPickup,
     /// Factor on the gyroscopic matrix; replaces `gyroscopics: false`.
     Gyroscopic,
     /// Rotating stiffness-proportional damping: βK(ṙ − jΩr).
@@ -43,6 +47,8 @@ pub enum EffectKind {
     ToolMass,
     /// Mass at a position.
     AddedMass,
+    /// Rigid disc at a position.
+    AddedDisc,
     /// Stator mass on its foundation, in series with both bearings; sensors ride on it.
     HousingMode,
     /// Factor on the modulus of a region.

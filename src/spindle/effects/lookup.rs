@@ -21,8 +21,9 @@ impl EffectKind {
         self.entry().name
     }
 
-    /// The kind of that name.
+    /// The kind of that name. Eddy currents in solid iron, ki/(1 + √(s/ω)), have two names.
     pub fn from_name(name: &str) -> Option<Self> {
+        let name = if name == "solid_core" { "eddy_currents" } else { name };
         Self::all().find(|kind| kind.name() == name)
     }
 

@@ -21,6 +21,8 @@ pub struct MachineScale {
     pub bending_time_s: f64,
     /// Distance between the magnets, m.
     pub bearing_span_m: f64,
+    /// Force constant of both bearings, in the mean, N/A.
+    pub ki_n_per_a: f64,
     /// Negative stiffness of both bearings, N/m; may be zero.
     pub negative_stiffness_n_per_m: f64,
     /// Largest force per air gap of both bearings, N/m.
@@ -50,6 +52,17 @@ impl MachineScale {
     /// Unit of a tilting stiffness, N m/rad.
     pub fn tilting_unit_n_m_per_rad(&self) -> f64 {
         0.25 * self.force_per_gap_n_per_m * self.tilting_arm_m2()
+    }
+
+    /// Unit of the inertia of a disc, kg m²: a unit of mass at an eighth of the distance between the magnets.
+    pub fn inertia_unit_kg_m2(&self) -> f64 {
+        6e-3 * self.rotor_mass_kg * (0.125 * self.bearing_span_m).powi(2)
+    }
+
+    /// Unit of a signal per rate of a current, m s/A: a hundredth of what the rigid rotor moves at the first bending
+    /// frequency.
+    pub fn pickup_unit_m_s_per_a(&self) -> f64 {
+        1e-2 * self.ki_n_per_a / self.rotor_mass_kg * self.bending_time_s.powi(3)
     }
 
     /// Unit of a position on the shaft, m.

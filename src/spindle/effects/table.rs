@@ -25,6 +25,7 @@ const OFFSET: Parameter = signed_parameter(
 
 const GRAMS: Shown = Shown::Either(1e3, " g", ["less", "more"]);
 const NEWTONS_PER_METRE: Shown = Shown::Scaled(1.0, " N/m");
+const SQUARE_MILLIMETRES: Shown = Shown::Scaled(1e6, " kg mm²");
 const HERTZ: Shown = Shown::Scaled(1.0, " Hz");
 /// Start of a corner frequency that is far above the band.
 const FROM_HIGH_CORNER: Starts = Starts::At(&[&[0.1]]);
@@ -35,6 +36,7 @@ pub const TABLE: &[Entry] = &[
         kind: EffectKind::LoopDelay,
         name: "loop_delay",
         location: LocationKind::None,
+        one_axis: true,
         parameters: &[signed_parameter(
             "delay_s",
             Coordinate::Linear(|machine| 0.2 * machine.sample_period_s),
@@ -52,6 +54,7 @@ pub const TABLE: &[Entry] = &[
     Entry {
         kind: EffectKind::AmplifierBandwidth,
         name: "amplifier_bandwidth",
+        one_axis: true,
         parameters: &[positive(
             "bandwidth_hz",
             Coordinate::Slowness(|machine| 2.0 * machine.sample_period_s),
@@ -71,8 +74,29 @@ pub const TABLE: &[Entry] = &[
         ..ELECTRONIC
     },
     Entry {
+        kind: EffectKind::AmplifierSecondOrder,
+        name: "amplifier_second_order",
+        one_axis: true,
+        parameters: &[
+            positive("frequency_hz", Coordinate::Inverse(MachineScale::half_sample_rate_hz), |_| (0.02, 50.0), HERTZ),
+            positive("damping_ratio", Coordinate::Logarithm, |_| (-3.0, 2.0), Shown::Scaled(1.0, "")),
+        ],
+        replaces: true,
+        sites: &[Site::Currents, Site::Loop],
+        // At the lag of the present amplifier, well damped.
+        starts: Starts::InPlaceOf(|machine| {
+            let damping_ratio: f64 = 0.7;
+            let frequency_hz = 2.0 * damping_ratio * machine.amplifier_bandwidth_hz;
+            vec![machine.half_sample_rate_hz() / frequency_hz, damping_ratio.ln()]
+        }),
+        sentence: "the amplifier of {at} is of second order, {0} with a damping ratio of {1}",
+        advice: "measure command to coil current, and check the gains of the current controller",
+        ..ELECTRONIC
+    },
+    Entry {
         kind: EffectKind::EddyCurrents,
         name: "eddy_currents",
+        one_axis: true,
         parameters: &[positive(
             "corner_hz",
             Coordinate::InverseSquare(MachineScale::half_sample_rate_hz),
@@ -91,6 +115,7 @@ pub const TABLE: &[Entry] = &[
     Entry {
         kind: EffectKind::LaminatedCore,
         name: "laminated_core",
+        one_axis: true,
         parameters: &[positive(
             "corner_hz",
             Coordinate::Inverse(MachineScale::half_sample_rate_hz),
@@ -109,6 +134,7 @@ pub const TABLE: &[Entry] = &[
     Entry {
         kind: EffectKind::SensorLowpass,
         name: "sensor_lowpass",
+        one_axis: true,
         parameters: &[positive(
             "bandwidth_hz",
             Coordinate::Inverse(MachineScale::half_sample_rate_hz),
@@ -230,6 +256,23 @@ pub const TABLE: &[Entry] = &[
         matters: |size, _, _| size.abs() > 0.1,
         sentence: "{0} of one sensor signal leaks into another, {at}",
         advice: "check cables, connectors and multiplexer of these two channels",
+        ..ELECTRONIC
+    },
+    Entry {
+        kind: EffectKind::CurrentPickup,
+        name: "current_pickup",
+        location: LocationKind::Across,
+        parameters: &[signed_parameter(
+            "m_per_a_s",
+            Coordinate::Linear(MachineScale::pickup_unit_m_s_per_a),
+            |_| (-50.0, 50.0),
+            Shown::Scaled(1e12, " pm s/A"),
+        )],
+        couples_planes: true,
+        // 0.1 % of the motion of the rigid rotor at the first bending frequency.
+        matters: |size, _, _| size.abs() > 0.1,
+        sentence: "a sensor picks up {0} of the rate of a current, {at}",
+        advice: "lay sensor cables apart from those of the coils, and check their shields",
         ..ELECTRONIC
     },
     Entry {
@@ -364,6 +407,38 @@ pub const TABLE: &[Entry] = &[
         ..COMMON
     },
     Entry {
+        kind: EffectKind::AddedDisc,
+        name: "added_disc",
+        location: LocationKind::Position,
+        parameters: &[
+            signed_parameter(
+                "mass_kg",
+                Coordinate::Linear(|machine| 6e-3 * machine.rotor_mass_kg),
+                |_| (-10.0, 60.0),
+                Shown::Scaled(1e3, " g"),
+            ),
+            signed_parameter(
+                "polar_inertia_kg_m2",
+                Coordinate::Linear(MachineScale::inertia_unit_kg_m2),
+                |_| (0.0, 1000.0),
+                SQUARE_MILLIMETRES,
+            ),
+            signed_parameter(
+                "diametral_inertia_kg_m2",
+                Coordinate::Linear(MachineScale::inertia_unit_kg_m2),
+                |_| (0.0, 1000.0),
+                SQUARE_MILLIMETRES,
+            ),
+        ],
+        sites: &[Site::Shaft],
+        // As for a mass.
+        matters: |size, _, _| size.abs() > 0.04,
+        starts: Starts::At(&[&[0.0, 0.0, 0.0]]),
+        sentence: "a disc of {0} with {1} about the axis and {2} about a diameter sits at {at}",
+        advice: "look for a nut, a balancing ring or a thrust disc that is not in the drawing",
+        ..COMMON
+    },
+    Entry {
         kind: EffectKind::HousingMode,
         name: "housing_mode",
         parameters: &[
@@ -436,6 +511,7 @@ pub const TABLE: &[Entry] = &[
         kind: EffectKind::AddedDamper,
         name: "added_damper",
         location: LocationKind::Position,
+        one_axis: true,
         parameters: &[signed_parameter(
             "damping_n_s_per_m",
             Coordinate::Linear(MachineScale::damping_unit_n_s_per_m),

@@ -5,7 +5,7 @@
 
 use super::channels::{IN, ON_HOUSING, OUT, Square, ZERO};
 use super::damping::ModalDamping;
-use super::feedback::{Feedback, PlaneSpring, close};
+use super::feedback::{Feedback, PlaneLaw, close};
 use super::gyroscopic::Gyroscopic;
 use super::pairs::{over_coordinates, pairs};
 use super::strain::Strain;
@@ -31,7 +31,7 @@ pub struct Assembled {
     /// Laws at ports.
     pub(super) feedback: Vec<Feedback>,
     /// Springs in one plane, open in [`PlanarLine`].
-    pub(super) plane_springs: Vec<PlaneSpring>,
+    pub(super) plane_laws: Vec<PlaneLaw>,
     pub(super) effective: Effective,
     pub(super) strain: Option<Strain>,
     pub(super) coupled: bool,
@@ -78,13 +78,18 @@ impl Assembled {
     }
 
     /// Whether springs in one plane make x and y differ.
-    pub(crate) fn has_plane_springs(&self) -> bool {
-        !self.plane_springs.is_empty()
+    pub(crate) fn has_plane_laws(&self) -> bool {
+        !self.plane_laws.is_empty()
     }
 
     /// Whether x and y are coupled.
     pub(crate) fn is_coupled(&self) -> bool {
         self.coupled
+    }
+
+    /// Speed as gyroscopic moments count it, rad/s.
+    pub(super) fn turning_rad_s(&self) -> f64 {
+        self.speed_rad_s * self.effective.gyroscopic_factor
     }
 
     /// Force per displacement of every feedback, N/m.

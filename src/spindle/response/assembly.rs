@@ -8,7 +8,7 @@
 
 use super::assembled::Assembled;
 use super::damping::ModalDamping;
-use super::feedback::{Feedback, PlaneSpring, list_attached, springs_in_one_plane};
+use super::feedback::{Feedback, PlaneLaw, laws_in_one_plane, list_attached};
 use super::gyroscopic::Gyroscopic;
 use super::moved_shaft::{Move, MovedShaft};
 use super::pairs::products;
@@ -22,6 +22,7 @@ use crate::rotor::modes::RIGID;
 use crate::spindle::band::sweep_end_rad_s;
 use crate::spindle::effective::{Attachment, FeedbackLaw, Motion};
 use crate::spindle::{Effect, EffectKind, Effective, Location, Machine, SpindleError};
+use std::borrow::Cow;
 
 /// Modes up to here, in ends of a sweep, are dynamic in derivatives and gyroscopic coupling, those above follow as
 /// springs.
@@ -48,7 +49,7 @@ pub struct Assembly<'a> {
 struct Ports {
     rows: Vec<Vec<f64>>,
     feedback: Vec<Feedback>,
-    plane_springs: Vec<PlaneSpring>,
+    plane_laws: Vec<PlaneLaw>,
 }
 
 impl ReducedMachine {
@@ -83,18 +84,21 @@ impl ReducedMachine {
         }
         // Springs in one plane are closed between all ports.
         let driven =
-            if ports.plane_springs.is_empty() { ports.rows.len() - assembly.probes.len() } else { ports.rows.len() };
+            if ports.plane_laws.is_empty() { ports.rows.len() - assembly.probes.len() } else { ports.rows.len() };
         let constant = match finer {
             Some(finer) => finer.move_ports(shaft, &mut ports.rows)?,
             None => vec![],
         };
         let amplitudes = amplitudes(modes, &ports.rows);
         let speed_rad_s = assembly.speed_rad_s;
-        let gyroscopic = (speed_rad_s != 0.0).then(|| {
-            let mut gyroscopic = Gyroscopic::new(speed_rad_s, &shaft.gyroscopic, modes, &amplitudes, dynamic, near);
+        let gyroscopic = if speed_rad_s == 0.0 {
+            None
+        } else {
+            let matrix = with_discs(shaft, effects)?;
+            let mut gyroscopic = Gyroscopic::new(speed_rad_s, &matrix, modes, &amplitudes, dynamic, near);
             gyroscopic.factor = effective.gyroscopic_factor;
-            gyroscopic
-        });
+            Some(gyroscopic)
+        };
         let strain = assembly.derivatives.then(|| Strain::new(shaft, &scale, modes, &amplitudes[..driven], dynamic));
         let circulates = |f: &Feedback| f.law == FeedbackLaw::Circulatory && f.value != 0.0;
         let coupled = gyroscopic.is_some()
@@ -111,7 +115,7 @@ impl ReducedMachine {
             ports: amplitudes,
             constant,
             feedback: ports.feedback,
-            plane_springs: ports.plane_springs,
+            plane_laws: ports.plane_laws,
             effective,
             strain,
             coupled,
@@ -167,9 +171,25 @@ impl ReducedMachine {
             feedback.push(Feedback { port: rows.len(), law, value });
             rows.push(row);
         }
-        let plane_springs = springs_in_one_plane(effective, &mut rows, |z| shaft.row(z))?;
-        Ok(Ports { rows, feedback, plane_springs })
+        let plane_laws = laws_in_one_plane(effective, &mut rows, |z| shaft.row(z))?;
+        Ok(Ports { rows, feedback, plane_laws })
     }
+}
+
+/// The gyroscopic matrix of a shaft with the discs that effects add.
+///
+/// # Errors
+/// [`SpindleError`] for a disc off the shaft.
+fn with_discs<'a>(shaft: &'a ReducedShaft, effects: &[Effect]) -> Result<Cow<'a, Mat<f64>>, SpindleError> {
+    let mut matrix = Cow::Borrowed(&shaft.gyroscopic);
+    for effect in effects.iter().filter(|e| e.kind == EffectKind::AddedDisc) {
+        if let (Location::Position(z), Some(polar)) = (&effect.location, effect.values.get(1)) {
+            let row = shaft.slope_row(*z)?;
+            let sum = Mat::from_fn(shaft.len(), shaft.len(), |i, j| matrix[(i, j)] + polar * row[i] * row[j]);
+            matrix = Cow::Owned(sum);
+        }
+    }
+    Ok(matrix)
 }
 
 fn add_joint_damping(ports: &mut Ports, shaft: &ReducedShaft, joint: Option<&Effect>) {

@@ -11,8 +11,11 @@ impl ReducedMachine {
     /// Derivatives to the values of an effect, and then to its position if it has one. `effects` are all that are
     /// assembled, the one in question at `index`; what it needs to see is added to `probes`.
     pub fn sensitivity(&self, effects: &[Effect], index: usize, probes: &mut Vec<Probe>) -> Vec<Number> {
-        if let Some(change) = Change::new(effects, index) {
-            return vec![Number::Electronics(change)];
+        let numbers = effects.get(index).map_or(0, |e| e.values.len());
+        let changes: Vec<Number> =
+            (0..numbers).filter_map(|n| Change::new(effects, index, n).map(Number::Electronics)).collect();
+        if !changes.is_empty() {
+            return changes;
         }
         let sums = self.sums(effects, index, probes).into_iter();
         match effects.get(index).map(|e| &e.location) {
@@ -79,8 +82,25 @@ impl ReducedMachine {
             (EffectKind::CrossCoupling, Location::Position(z)) => {
                 placed(&mut probe, across(*z), FeedbackLaw::Circulatory)
             }
-            (EffectKind::AddedDamper, Location::Position(z)) => placed(&mut probe, across(*z), FeedbackLaw::Dashpot),
+            (EffectKind::AddedDamper, Location::Position(z) | Location::InPlane(z, _)) => {
+                placed(&mut probe, across(*z), FeedbackLaw::Dashpot)
+            }
             (EffectKind::AddedMass, Location::Position(z)) => placed(&mut probe, across(*z), FeedbackLaw::Mass),
+            (EffectKind::AddedDisc, Location::Position(z)) => {
+                let [at, slope, curvature] = [Probe::Station(*z), Probe::Slope(*z), Probe::Curvature(*z)].map(probe);
+                let of = |i: usize| effect.values.get(i).copied().unwrap_or_default();
+                let (mass, turning) = (FeedbackLaw::Mass, FeedbackLaw::Gyroscopic);
+                vec![
+                    vec![(1.0, Term::Bond(at, mass))],
+                    vec![(1.0, Term::Bond(slope, turning))],
+                    vec![(1.0, Term::Bond(slope, mass))],
+                    vec![
+                        (value, Term::Shift(at, slope, mass)),
+                        (of(1), Term::Shift(slope, curvature, turning)),
+                        (of(2), Term::Shift(slope, curvature, mass)),
+                    ],
+                ]
+            }
             (EffectKind::ToolMass, _) => {
                 let tip = probe(Probe::Station(self.span_m().0));
                 vec![vec![(1.0, Term::Bond(tip, FeedbackLaw::Mass))]]

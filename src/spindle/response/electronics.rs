@@ -1,12 +1,11 @@
 //! Amplifiers, delay and eddy currents before the shaft, sensors behind it, at one line.
 //!
 //! Force per current  e^{−sT} k_i /((1 + s/ω_a)(1 + √(s/ω_e))) [1 κ; κ 1],  signal per displacement  g R(α)/((1 +
-//! s/ω_s) L(s)), L = 1 + 2ζ s/ω_l + (s/ω_l)² the second-order low-pass. Where x and y differ, a factor on each current
-//! and on each signal comes besides.
+//! s/ω_s) L(s)), L = 1 + 2ζ s/ω_l + (s/ω_l)² the second-order low-pass. Each axis has lags and a factor of its own.
 
 use super::channels::{SIDE, Square, ZERO, planar};
 use crate::linalg::c64;
-use crate::spindle::effective::{Effective, EffectiveBearing};
+use crate::spindle::effective::{AxisElectronics, Effective, EffectiveBearing};
 use std::f64::consts::TAU;
 
 /// Damping ratio of the sensor low-pass: Butterworth's.
@@ -21,6 +20,8 @@ pub(crate) struct ElectronicsLine {
     axes: [[c64; 4]; 2],
     /// Share of the signal of each axis in that of another, where there is any.
     crosstalk: Option<[[f64; 4]; 4]>,
+    /// What the signals pick up of the currents, where there is any.
+    pickup: Option<[c64; 16]>,
 }
 
 impl ElectronicsLine {
@@ -28,14 +29,17 @@ impl ElectronicsLine {
     pub(crate) fn new(machine: &Effective, omega_rad_s: f64) -> Self {
         let s = c64::new(0.0, omega_rad_s);
         let delay = (-s * machine.delay_s).exp();
-        let blocks =
-            |gain: c64, shape: [[f64; 2]; 2]| -> [c64; 4] { std::array::from_fn(|k| gain * shape[k / 2][k % 2]) };
+        let sensor = (s / (TAU * machine.sensor_bandwidth_hz) + 1.0).inv();
         Self {
             crosstalk: machine.has_crosstalk().then_some(machine.crosstalk),
-            force: machine.bearings.each_ref().map(|b| blocks(delay * amplifier(b, s), b.force_matrix())),
+            pickup: machine.has_pickup().then(|| pickup(machine, s)),
+            force: machine.bearings.each_ref().map(|b| {
+                let (shape, gains) = (b.force_matrix(), b.axes.map(|axis| delay * actuator(&axis, s)));
+                std::array::from_fn(|k| gains[k % 2] * shape[k / 2][k % 2])
+            }),
             axes: machine.bearings.each_ref().map(|b| {
-                let gain = sensor(b, machine.sensor_bandwidth_hz, s) * b.sensor_gain;
-                blocks(gain, b.axes_matrix())
+                let (shape, gains) = (b.axes_matrix(), b.axes.map(|axis| sensor * b.sensor_gain * lowpass(&axis, s)));
+                std::array::from_fn(|k| gains[k / 2] * shape[k / 2][k % 2])
             }),
         }
     }
@@ -67,7 +71,9 @@ impl ElectronicsLine {
             f[o * SIDE + i + 1] = -b;
         }
         if !apart {
-            self.apply_to(&mut f, SIDE);
+            self.apply_with_pickup(&mut f, SIDE);
+        } else if let Some(pickup) = &self.pickup {
+            add_pickup(&mut f, pickup, SIDE, 1.0);
         }
         f
     }
@@ -123,6 +129,14 @@ impl ElectronicsLine {
             mix(f, shares, side);
         }
     }
+
+    /// As [`Self::apply_to`], with what the signals pick up of the currents, which no derivative to the shaft has.
+    pub(crate) fn apply_with_pickup(&self, f: &mut [c64], side: usize) {
+        self.apply_to(f, side);
+        if let Some(pickup) = &self.pickup {
+            add_pickup(f, pickup, side, 1.0);
+        }
+    }
 }
 
 /// Adds to the signals, the first four rows of a square row-major response, their shares of each other.
@@ -151,25 +165,44 @@ pub(crate) fn sheet_flux(q: c64) -> c64 {
     if x.norm() < 1e-6 { c64::new(1.0, 0.0) - q / 3.0 } else { tanh / x }
 }
 
-/// tanh(√(s/ω_l))/√(s/ω_l) / ((1 + s/ω_a)(1 + √(s/ω_e))).
-fn amplifier(bearing: &EffectiveBearing, s: c64) -> c64 {
-    let sheets = bearing.lamination_corner_hz.map_or(c64::new(1.0, 0.0), |corner| sheet_flux(s / (TAU * corner)));
-    let gain = sheets / (s / (TAU * bearing.amplifier_bandwidth_hz) + 1.0);
-    match bearing.eddy_corner_hz {
+/// Coil current per command, without the delay of the loop.
+fn coil_current(axis: &AxisElectronics, s: c64) -> c64 {
+    axis.amplifier.gain(s) * (-s * axis.further_delay_s).exp()
+}
+
+/// The same, weakened by eddy currents: tanh(√(s/ω_l))/√(s/ω_l) / (1 + √(s/ω_e)).
+pub(super) fn actuator(axis: &AxisElectronics, s: c64) -> c64 {
+    let sheets = axis.lamination_corner_hz.map_or(c64::new(1.0, 0.0), |corner| sheet_flux(s / (TAU * corner)));
+    let gain = sheets * coil_current(axis, s);
+    match axis.eddy_corner_hz {
         None => gain,
         Some(corner) => gain / ((s / (TAU * corner)).sqrt() + 1.0),
     }
 }
 
-/// 1/((1 + s/ω_s) L(s)).
-fn sensor(bearing: &EffectiveBearing, bandwidth_hz: f64, s: c64) -> c64 {
-    let gain = (s / (TAU * bandwidth_hz) + 1.0).inv();
-    match bearing.sensor_lowpass_hz {
-        None => gain,
-        Some(corner) => {
-            let q = s / (TAU * corner);
-            gain / (q * (2.0 * LOWPASS_DAMPING) + q * q + 1.0)
-        }
+/// The low-pass of one sensor axis.
+pub(super) fn lowpass(axis: &AxisElectronics, s: c64) -> c64 {
+    axis.sensor_lowpass_hz.map_or(c64::new(1.0, 0.0), |corner| {
+        let q = s / (TAU * corner);
+        (q * (2.0 * LOWPASS_DAMPING) + q * q + 1.0).inv()
+    })
+}
+
+/// What the signals (rows) pick up of the rates of the currents (columns), per command, 4×4 row-major.
+pub(super) fn pickup(machine: &Effective, s: c64) -> [c64; 16] {
+    let delay = (-s * machine.delay_s).exp();
+    std::array::from_fn(|k| {
+        let (to, from) = (k / 4, k % 4);
+        let current = coil_current(&machine.bearings[from / 2].axes[from % 2], s);
+        s * delay * current * machine.current_pickup[to][from]
+    })
+}
+
+/// Adds to the signals, the first four rows and columns of a square row-major response, times a sign, what they pick up
+/// of the currents.
+pub(super) fn add_pickup(f: &mut [c64], pickup: &[c64; 16], side: usize, sign: f64) {
+    for (k, share) in pickup.iter().enumerate() {
+        f[k / 4 * side + k % 4] += share * sign;
     }
 }
 
@@ -177,14 +210,14 @@ impl EffectiveBearing {
     /// Forces (x, y) per currents (x, y) behind the amplifiers, N/A.
     pub(crate) fn force_matrix(&self) -> [[f64; 2]; 2] {
         let (direct, cross) = (self.ki_n_per_a, self.ki_n_per_a * self.coupling_ratio);
-        let [x, y] = self.force_factors;
+        let [x, y] = self.axes.map(|axis| axis.force_factor);
         [[direct * x, cross * y], [cross * x, direct * y]]
     }
 
     /// Sensor axes (x', y') from displacements (x, y).
     pub(crate) fn axes_matrix(&self) -> [[f64; 2]; 2] {
         let (sin, cos) = self.sensor_angle_rad.sin_cos();
-        let [x, y] = self.signal_factors;
+        let [x, y] = self.axes.map(|axis| axis.signal_factor);
         [[x * cos, x * sin], [-y * sin, y * cos]]
     }
 }

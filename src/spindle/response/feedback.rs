@@ -24,62 +24,66 @@ pub(crate) struct Feedback {
 impl Feedback {
     /// Force per displacement at a signed frequency, rad/s.
     pub(crate) fn gain(&self, w: f64) -> c64 {
-        self.law.gain(w) * self.value
+        // A gyroscopic law stands in the modes, not at a port.
+        self.law.gain(w, 0.0) * self.value
     }
 }
 
-/// A spring to ground at a port that acts in one plane only. In r = x + jy it joins the response at ω with that at −ω,
+/// A spring or damper to ground at a port that acts in one plane only. In r = x + jy it joins the response at ω with that at −ω,
 /// so it is closed where x and y stand apart, round the loops of [`Feedback`].
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct PlaneSpring {
-    /// Port that the spring reads and acts at.
+pub(crate) struct PlaneLaw {
+    /// Port that the law reads and acts at.
     pub port: usize,
     /// The plane.
     pub plane: Plane,
-    /// Stiffness, N/m.
-    pub stiffness_n_per_m: f64,
+    /// The law.
+    pub law: FeedbackLaw,
+    /// Units of it.
+    pub value: f64,
 }
 
-impl PlaneSpring {
-    /// The spring as feedback round a response with x and y apart, `row` that of its port counted in pairs of channels.
+impl PlaneLaw {
+    /// The law as feedback round a response with x and y apart, `row` that of its port counted in pairs of channels.
     pub(crate) fn beside(&self, row: usize) -> Feedback {
-        Feedback { port: 2 * row + self.plane as usize, law: FeedbackLaw::Spring, value: self.stiffness_n_per_m }
+        Feedback { port: 2 * row + self.plane as usize, law: self.law, value: self.value }
     }
 }
 
-/// The springs of a machine in one plane; the row of each, `row` of its position in m, becomes a port behind `rows`.
+/// The laws of a machine in one plane; the row of each, `row` of its position in m, becomes a port behind `rows`.
 ///
 /// # Errors
 /// Those of `row`.
-pub(crate) fn springs_in_one_plane<E>(
+pub(crate) fn laws_in_one_plane<E>(
     effective: &Effective,
     rows: &mut Vec<Vec<f64>>,
     row: impl Fn(f64) -> Result<Vec<f64>, E>,
-) -> Result<Vec<PlaneSpring>, E> {
-    let mut springs = vec![];
+) -> Result<Vec<PlaneLaw>, E> {
+    let mut laws = vec![];
     for attachment in &effective.attachments {
         let Some(plane) = attachment.plane else {
             continue;
         };
         if attachment.value != 0.0 {
-            springs.push(PlaneSpring { port: rows.len(), plane, stiffness_n_per_m: attachment.value });
+            let Attachment { law, value, .. } = *attachment;
+            laws.push(PlaneLaw { port: rows.len(), plane, law, value });
             rows.push(row(attachment.position_m)?);
         }
     }
-    Ok(springs)
+    Ok(laws)
 }
 
-/// Closes springs in one plane round a response with x and y in pairs, `side`×`side` row-major, in which the rows of
+/// Closes laws in one plane round a response with x and y in pairs, `side`×`side` row-major, in which the rows of
 /// their ports begin with pair `first`; `w` is the angular frequency, rad/s.
 pub(crate) fn close_in_planes(
     open: &[c64],
     side: usize,
     first: usize,
-    springs: &[PlaneSpring],
+    laws: &[PlaneLaw],
     w: f64,
 ) -> (Vec<Feedback>, Vec<c64>) {
-    let pairs = (first..).zip(springs);
-    let loops: Vec<Feedback> = pairs.map(|(pair, spring)| spring.beside(pair)).collect();
+    let pairs = (first..).zip(laws);
+    let loops: Vec<Feedback> = pairs.map(|(pair, law)| law.beside(pair)).collect();
     let gains: Vec<c64> = loops.iter().map(|f| f.gain(w)).collect();
     let closed = close(open, side, &loops, &gains);
     (loops, closed)

@@ -137,7 +137,7 @@ impl Assembled {
             omega_rad_s,
             first,
         };
-        if !self.plane_springs.is_empty() {
+        if !self.plane_laws.is_empty() {
             let (receptance, response, derivatives) = self.line_in_planes(&whirl, parameters, numbers);
             return LineSlopes {
                 receptance,

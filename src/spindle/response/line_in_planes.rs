@@ -41,7 +41,7 @@ impl Receptance {
             None => electronics.apply(&self.plus, self.minus.as_ref()),
             Some(planes) => {
                 let mut f = **planes;
-                electronics.apply_to(&mut f, SIDE);
+                electronics.apply_with_pickup(&mut f, SIDE);
                 f
             }
         }
@@ -62,10 +62,10 @@ pub(super) fn in_plane(
         let (o, i) = ((OUT[n / SIDE / 2], n / SIDE % 2), (IN[n % SIDE / 2], n % SIDE % 2));
         sum.iter().fold(ZERO, |all, (factor, term)| {
             let own = match *term {
-                Term::Bond(q, law) => x(o, at(q)) * x(at(q), i) * law.gain(omega_rad_s),
+                Term::Bond(q, law) => x(o, at(q)) * x(at(q), i) * law.gain(omega_rad_s, 0.0),
                 Term::Shift(q, slope, law) => {
                     let moved = x(o, at(slope)) * x(at(q), i) + x(o, at(q)) * x(at(slope), i);
-                    moved * law.gain(omega_rad_s)
+                    moved * law.gain(omega_rad_s, 0.0)
                 }
                 _ => ZERO,
             };
@@ -101,7 +101,7 @@ impl Assembled {
         parameters: Option<&MachineParameters>,
         numbers: &[Number],
     ) -> (Receptance, Square, Vec<Square>) {
-        let acting: Vec<usize> = self.plane_springs.iter().map(|s| s.port).collect();
+        let acting: Vec<usize> = self.plane_laws.iter().map(|s| s.port).collect();
         let seen = [acting.clone(), seen_in_planes(numbers, whirl.first)].concat();
         let outs = [OUT.as_slice(), &seen].concat();
         let ins = [IN.as_slice(), &seen].concat();
@@ -157,7 +157,7 @@ impl Assembled {
     fn closed_in_planes(&self, whirl: &Whirl, outs: &[usize], ins: &[usize]) -> ClosedPlanes {
         let side = 2 * outs.len();
         let open = in_pairs(outs.len(), |n| whirl.both(outs[n / ins.len()], ins[n % ins.len()]));
-        let springs = (OUT.len(), self.plane_springs.as_slice());
+        let springs = (OUT.len(), self.plane_laws.as_slice());
         let (loops, response) = close_in_planes(&open, side, springs.0, springs.1, whirl.omega_rad_s);
         let gains = loops.iter().map(|f| f.gain(whirl.omega_rad_s));
         ClosedPlanes { gains: gains.collect(), response, side, loops }

@@ -73,24 +73,30 @@ impl Recent {
 }
 
 impl Move<'_> {
-    /// Places, and masses in kg, that the effects add.
-    fn masses(&self, shaft: &ReducedShaft) -> impl Iterator<Item = (f64, f64)> {
-        self.effects.iter().filter_map(|effect| {
-            let value = effect.values.first().copied().unwrap_or_default();
-            let z = match (effect.kind, &effect.location) {
-                (EffectKind::ToolMass, _) => shaft.span_m().0,
-                (EffectKind::AddedMass, Location::Position(z)) => *z,
-                _ => return None,
-            };
-            // No mass has no place: its derivative to the place is exactly none, not rounding.
-            (value != 0.0).then_some((z, value))
-        })
+    /// Places, whether the slope there moves it, and masses in kg or inertias in kg m² that the effects add.
+    fn masses(&self, shaft: &ReducedShaft) -> Vec<(f64, bool, f64)> {
+        let mut all = vec![];
+        for effect in self.effects {
+            let at = |i: usize| effect.values.get(i).copied().unwrap_or_default();
+            match (effect.kind, &effect.location) {
+                (EffectKind::ToolMass, _) => all.push((shaft.span_m().0, false, at(0))),
+                (EffectKind::AddedMass, Location::Position(z)) => all.push((*z, false, at(0))),
+                (EffectKind::AddedDisc, Location::Position(z)) => {
+                    all.extend([(*z, false, at(0)), (*z, true, at(2))]);
+                }
+                _ => {}
+            }
+        }
+        // No mass has no place: its derivative to the place is exactly none, not rounding.
+        all.retain(|(.., value)| *value != 0.0);
+        all
     }
 
     fn key(&self, shaft: &ReducedShaft) -> Vec<u64> {
         let joint = self.joint.map_or(&[][..], |joint| &joint.values);
         let lengths = [self.joint.is_some() as u64, joint.len() as u64];
-        let masses = self.masses(shaft).flat_map(|(z, mass)| [z, mass]);
+        let masses =
+            self.masses(shaft).into_iter().flat_map(|(z, along, value)| [z, f64::from(u8::from(along)), value]);
         let numbers = [self.mesh].into_iter().chain(self.scale.iter().copied());
         let numbers = numbers.chain(joint.iter().copied()).chain(masses);
         lengths.into_iter().chain(numbers.map(f64::to_bits)).collect()
@@ -102,8 +108,8 @@ impl MovedShaft {
         let mut k = stiffness(shaft, by.scale, by.joint);
         let finer = FinerMesh::new(shaft, &mut k, by.mesh)?;
         let mut masses = vec![];
-        for (z, mass) in by.masses(shaft) {
-            let mut row = [shaft.row(z)?];
+        for (z, along, mass) in by.masses(shaft) {
+            let mut row = [if along { shaft.slope_row(z)? } else { shaft.row(z)? }];
             if let Some(finer) = &finer {
                 finer.move_ports(shaft, &mut row)?;
             }

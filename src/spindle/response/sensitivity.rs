@@ -96,8 +96,8 @@ impl Assembled {
                 let magnet = MAGNETS[b];
                 h(o, magnet) * h(magnet, i) * self.negative_stiffness()[b]
             }
-            Term::Bond(q, law) => h(o, first + q) * law.gain(w) * h(first + q, i),
-            Term::Shift(q, slope, law) => moved(first + q, first + slope) * law.gain(w),
+            Term::Bond(q, law) => h(o, first + q) * law.gain(w, self.turning_rad_s()) * h(first + q, i),
+            Term::Shift(q, slope, law) => moved(first + q, first + slope) * law.gain(w, self.turning_rad_s()),
             Term::Signal(b, slope) if o == 3 + b => h(first + slope, i),
             Term::Signal(..) => ZERO,
             Term::Magnet(b, slope) => {

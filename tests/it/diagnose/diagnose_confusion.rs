@@ -132,6 +132,7 @@ fn drawn(kind: EffectKind, machine: &Machine, draw: &mut Draw) -> Effect {
             let nominal = machine.spindle.electronics.amplifier_bandwidth_hz;
             vec![nominal * if sign > 0.0 { 1.5 } else { 0.65 }]
         }
+        EffectKind::AmplifierSecondOrder => vec![between(draw, 1500.0, 3000.0), between(draw, 0.3, 1.0)],
         EffectKind::EddyCurrents => vec![between(draw, 2e3, 2e4)],
         EffectKind::LaminatedCore => vec![between(draw, 1e3, 8e3)],
         EffectKind::SensorLowpass => vec![between(draw, 4e3, 1e4)],
@@ -142,6 +143,7 @@ fn drawn(kind: EffectKind, machine: &Machine, draw: &mut Draw) -> Effect {
         EffectKind::ForceConstant => vec![1.0 + sign * between(draw, 0.12, 0.2)],
         EffectKind::SensorGain => vec![1.0 + sign * between(draw, 0.06, 0.12)],
         EffectKind::SensorCrosstalk => vec![sign * between(draw, 0.01, 0.03)],
+        EffectKind::CurrentPickup => vec![sign * between(draw, 5e-12, 5e-11)],
         EffectKind::BearingCoupling => vec![sign * between(draw, 0.02, 0.08)],
         EffectKind::AxisMisalignment => vec![sign * between(draw, 1.0, 5.0)],
         EffectKind::ModalDamping => vec![between(draw, 3.0, 5.0)],
@@ -150,6 +152,10 @@ fn drawn(kind: EffectKind, machine: &Machine, draw: &mut Draw) -> Effect {
         }
         EffectKind::ToolMass => vec![mass * between(draw, 5e-3, 2e-2)],
         EffectKind::AddedMass => vec![mass * between(draw, 5e-2, 2e-1)],
+        EffectKind::AddedDisc => {
+            let diametral = mass * scale * scale * between(draw, 1e-4, 4e-4);
+            vec![mass * between(draw, 5e-2, 2e-1), 2.0 * diametral, diametral]
+        }
         EffectKind::HousingMode => {
             vec![mass * between(draw, 40.0, 150.0), between(draw, 200.0, 800.0), between(draw, 0.02, 0.05)]
         }

@@ -55,7 +55,15 @@ pub fn read(name: &str) -> Folder {
             signal[at] = c64::new(r[11 + 2 * axis], r[12 + 2 * axis]);
         }
     }
-    let sweep = SweepRecord { name: name.into(), speed_rpm: 0.0, frequency_hz, current, signal, left_out: vec![] };
+    let sweep = SweepRecord {
+        name: name.into(),
+        speed_rpm: 0.0,
+        frequency_hz,
+        current,
+        signal,
+        left_out: vec![],
+        run_out: false,
+    };
     let hammer = dir.join("hammer-0.csv").exists().then(|| {
         let rows = table(&dir.join("hammer-0.csv"));
         HammerFrf {

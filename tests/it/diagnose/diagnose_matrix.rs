@@ -24,6 +24,7 @@ fn drawn(kind: EffectKind, machine: &Machine, draw: &mut Draw) -> Effect {
     let values = match kind {
         EffectKind::LoopDelay => vec![between(draw, 3e-6, 5e-5)],
         EffectKind::AmplifierBandwidth => vec![2000.0 * between(draw, 0.6, 1.6)],
+        EffectKind::AmplifierSecondOrder => vec![between(draw, 1500.0, 3000.0), between(draw, 0.3, 1.0)],
         EffectKind::EddyCurrents => vec![between(draw, 2e3, 5e4)],
         EffectKind::LaminatedCore => vec![between(draw, 1e3, 1e4)],
         EffectKind::SensorLowpass => vec![between(draw, 4e3, 2e4)],
@@ -34,6 +35,7 @@ fn drawn(kind: EffectKind, machine: &Machine, draw: &mut Draw) -> Effect {
         EffectKind::ForceConstant => vec![1.0 + sign * between(draw, 0.1, 0.2)],
         EffectKind::SensorGain => vec![1.0 + sign * between(draw, 0.05, 0.12)],
         EffectKind::SensorCrosstalk => vec![sign * between(draw, 0.005, 0.03)],
+        EffectKind::CurrentPickup => vec![sign * between(draw, 5e-12, 5e-11)],
         EffectKind::BearingCoupling => vec![sign * between(draw, 0.005, 0.08)],
         EffectKind::AxisMisalignment => vec![sign * between(draw, 0.5, 5.0)],
         EffectKind::Gyroscopic => vec![1.0],
@@ -43,6 +45,10 @@ fn drawn(kind: EffectKind, machine: &Machine, draw: &mut Draw) -> Effect {
         EffectKind::ToolJoint => vec![between(draw, 1e8, 8e8), between(draw, 5e4, 5e5), between(draw, 0.3, 3.0)],
         EffectKind::ToolMass => vec![between(draw, 2e-3, 2e-2)],
         EffectKind::AddedMass => vec![between(draw, 2e-2, 2e-1)],
+        EffectKind::AddedDisc => {
+            let diametral = between(draw, 1e-4, 4e-4);
+            vec![between(draw, 5e-2, 2e-1), 2.0 * diametral, diametral]
+        }
         EffectKind::HousingMode => {
             vec![between(draw, 40.0, 300.0), between(draw, 100.0, 800.0), between(draw, 0.02, 0.05)]
         }

@@ -53,8 +53,15 @@ fn sweep(machine: &Machine, noise_m: f64, seed: u64) -> (SweepRecord, Vec<muspin
             }
         }
     }
-    let record =
-        SweepRecord { name: "synthetic".into(), speed_rpm: 0.0, frequency_hz, current, signal, left_out: vec![] };
+    let record = SweepRecord {
+        name: "synthetic".into(),
+        speed_rpm: 0.0,
+        frequency_hz,
+        current,
+        signal,
+        left_out: vec![],
+        run_out: false,
+    };
     (record, truth)
 }
 

@@ -38,7 +38,15 @@ fn record(machine: &Machine, taken: &[usize], answer: impl Fn(usize, usize) -> f
             }
         }
     }
-    SweepRecord { name: "s.csv".into(), speed_rpm: 0.0, frequency_hz, current, signal, left_out: vec![] }
+    SweepRecord {
+        name: "s.csv".into(),
+        speed_rpm: 0.0,
+        frequency_hz,
+        current,
+        signal,
+        left_out: vec![],
+        run_out: false,
+    }
 }
 
 #[test]

@@ -4,7 +4,8 @@
 use serde_yaml::Value;
 
 /// Ends of keys, and the power of s with which their numbers grow; the first that fits counts.
-const POWERS: [(&str, i32); 13] = [
+const POWERS: [(&str, i32); 14] = [
+    ("m_per_a_s", 2),
     ("_n_m_s_per_rad", 4),
     ("_n_m_per_rad", 3),
     ("_n_s_per_m", 2),

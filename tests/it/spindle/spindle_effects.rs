@@ -42,6 +42,19 @@ fn a_signal_that_leaks_into_another_adds_its_row() {
     }
 }
 
+#[test]
+fn a_current_that_is_picked_up_adds_its_rate() {
+    let machine = with(EffectKind::CurrentPickup, Location::Across { from: 1, to: 2 }, &[3e-11]);
+    let (nominal, changed) = (plant(&reference(), krpm(20.0)), plant(&machine, krpm(20.0)));
+    let delay_s = reference().spindle.electronics.delay_s;
+    for w in [30.0, 700.0, 2500.0].map(|hz| TAU * hz) {
+        let mut expected = nominal.at(w);
+        let current = c64::from_polar(1.0, -w * delay_s) / c64::new(1.0, w / (TAU * 2000.0));
+        expected[(2, 1)] += c64::new(0.0, 3e-11 * w) * current;
+        assert!(block_error(&changed.at(w), &expected) < 1e-12);
+    }
+}
+
 fn same(a: &Machine, b: &Machine, tolerance: f64) {
     for speed in [0.0, krpm(40.0)] {
         let (a, b) = (plant(a, speed), plant(b, speed));
@@ -68,6 +81,16 @@ fn chain_effects_are_factors_on_columns_and_rows() {
     let lag = |f: f64, w: f64| c64::new(1.0, w / (TAU * f)).inv();
     let amplifier = with(EffectKind::AmplifierBandwidth, REAR, &[1100.0]);
     scales(&amplifier, none, column(2..4, |w| lag(1100.0, w) / lag(2000.0, w)));
+    let second_order = with(EffectKind::AmplifierSecondOrder, FRONT, &[1800.0, 0.4]);
+    let resonant = |w: f64| {
+        let r = w / (TAU * 1800.0);
+        c64::new(1.0 - r * r, 0.8 * r).inv()
+    };
+    scales(&second_order, none, column(0..2, |w| resonant(w) / lag(2000.0, w)));
+    let one = with(EffectKind::AmplifierBandwidth, Location::Axis(3), &[1100.0]);
+    scales(&one, none, column(3..4, |w| lag(1100.0, w) / lag(2000.0, w)));
+    let one = with(EffectKind::LoopDelay, Location::Axis(0), &[7e-6]);
+    scales(&one, none, column(0..1, |w| c64::from_polar(1.0, -w * 7e-6)));
     let eddy = with(EffectKind::EddyCurrents, FRONT, &[8000.0]);
     let half = |w: f64| {
         let root = (w / (TAU * 8000.0)).sqrt() * c64::from_polar(1.0, TAU / 8.0);

@@ -167,6 +167,7 @@ pub fn catalogue() -> Vec<Effect> {
     vec![
         effect(EffectKind::LoopDelay, Location::None, &[37e-6]),
         effect(EffectKind::AmplifierBandwidth, at(Front), &[1400.0]),
+        effect(EffectKind::AmplifierSecondOrder, at(Front), &[2200.0, 0.5]),
         effect(EffectKind::EddyCurrents, at(Rear), &[9000.0]),
         effect(EffectKind::LaminatedCore, at(Rear), &[3000.0]),
         effect(EffectKind::SensorLowpass, at(Both), &[6000.0]),
@@ -178,6 +179,7 @@ pub fn catalogue() -> Vec<Effect> {
         effect(EffectKind::BearingCoupling, at(Front), &[0.06]),
         effect(EffectKind::AxisMisalignment, at(Rear), &[4.0]),
         effect(EffectKind::SensorCrosstalk, Location::Across { from: 0, to: 3 }, &[0.03]),
+        effect(EffectKind::CurrentPickup, Location::Across { from: 2, to: 1 }, &[2e-11]),
         effect(EffectKind::Gyroscopic, Location::None, &[0.8]),
         effect(EffectKind::InternalDamping, Location::None, &[3e-7]),
         effect(EffectKind::CrossCoupling, Location::Position(0.25), &[2e5]),
@@ -185,6 +187,7 @@ pub fn catalogue() -> Vec<Effect> {
         effect(EffectKind::ToolJoint, Location::None, &[3e8, 1.5e5, 1.5]),
         effect(EffectKind::ToolMass, Location::None, &[0.006]),
         effect(EffectKind::AddedMass, Location::Position(0.37), &[0.05]),
+        effect(EffectKind::AddedDisc, Location::Position(0.2), &[0.15, 3.75e-4, 1.9e-4]),
         effect(EffectKind::HousingMode, Location::None, &[90.0, 550.0, 0.04]),
         effect(EffectKind::RegionStiffness, Location::Region("e7".into()), &[0.85]),
         effect(EffectKind::AddedStiffness, Location::Position(0.23), &[-4e5]),
@@ -231,8 +234,16 @@ fn the_loop_of_a_plant_is_the_plant_at_its_ports() {
 fn the_state_space_answers_like_the_plant_for_every_effect() {
     let nominal = reference();
     let spring = Location::InPlane(0.23, Plane::Y);
-    let in_plane = Effect::new(EffectKind::AddedStiffness, spring, vec![7e5]).unwrap();
-    for effect in catalogue().into_iter().chain([in_plane]) {
+    let one = |kind, location, value| Effect::new(kind, location, vec![value]).unwrap();
+    let of_one_axis = [
+        one(EffectKind::AddedStiffness, spring.clone(), 7e5),
+        one(EffectKind::AddedDamper, spring, 300.0),
+        one(EffectKind::LoopDelay, Location::Axis(2), 12e-6),
+        one(EffectKind::LoopDelay, Location::Axis(1), -8e-6),
+        one(EffectKind::AmplifierBandwidth, Location::Axis(3), 1400.0),
+        one(EffectKind::SensorLowpass, Location::Axis(0), 6000.0),
+    ];
+    for effect in catalogue().into_iter().chain(of_one_axis) {
         let machine = nominal.with_effect(effect.clone());
         let machine = Machine::new(machine.spindle, machine.tool).unwrap();
         // The rational eddy currents are an approximation; all else is exact but for the Padé delay.

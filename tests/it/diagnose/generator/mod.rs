@@ -245,10 +245,10 @@ pub fn simulate(
         (0..2).map(|b| bearings[b].ks_n_per_m * drawn[b][1] * factor(EffectKind::NegativeStiffness, b)).collect();
     let gain: Vec<f64> =
         (0..2).map(|b| bearings[b].sensor_gain * drawn[b][2] * factor(EffectKind::SensorGain, b)).collect();
-    // Extra ports: springs, circulatory forces, absorber, joint damping. Those of springs in one plane, (port, plane,
-    // N/m), stay open in r = x + jy.
+    // Extra ports: springs, circulatory forces, absorber, joint damping. Those of laws in one plane, (port, plane, N/m,
+    // N s/m), stay open in r = x + jy.
     let mut extra: Vec<Box<dyn Fn(f64) -> c64>> = vec![];
-    let mut in_plane: Vec<(usize, usize, f64)> = vec![];
+    let mut in_plane: Vec<(usize, usize, [f64; 2])> = vec![];
     for e in effects {
         let value = e.values[0];
         match (e.kind, &e.location) {
@@ -260,8 +260,16 @@ pub fn simulate(
                 ports.push(amplitude(&row(*p)));
                 extra.push(Box::new(move |w| c64::new(0.0, -w * value)));
             }
-            (EffectKind::AddedStiffness, Location::InPlane(p, plane)) => {
-                in_plane.push((ports.len(), *plane as usize, value));
+            (EffectKind::AddedDisc, Location::Position(p)) => {
+                let (polar, diametral) = (e.values[1], e.values[2]);
+                ports.push(amplitude(&row(*p)));
+                extra.push(Box::new(move |w| c64::new(w * w * value, 0.0)));
+                ports.push(amplitude(&slope(*p)));
+                extra.push(Box::new(move |w| c64::new(w * w * diametral - w * speed_rad_s * gyro * polar, 0.0)));
+            }
+            (EffectKind::AddedStiffness | EffectKind::AddedDamper, Location::InPlane(p, plane)) => {
+                let both = if e.kind == EffectKind::AddedDamper { [0.0, value] } else { [value, 0.0] };
+                in_plane.push((ports.len(), *plane as usize, both));
                 ports.push(amplitude(&row(*p)));
                 extra.push(Box::new(|_| c64::new(0.0, 0.0)));
             }
@@ -336,7 +344,17 @@ pub fn simulate(
         solve_complex(&loop_matrix, &h)
     };
     let e = &machine.spindle.electronics;
-    let delay = e.delay_s + of(EffectKind::LoopDelay).map(|e| e.values[0]).sum::<f64>();
+    let everywhere = of(EffectKind::LoopDelay).filter(|e| e.location == Location::None);
+    let delay = e.delay_s + everywhere.map(|e| e.values[0]).sum::<f64>();
+    let at_axis = |kind: EffectKind, axis: usize| {
+        let here = |e: &&Effect| match e.location {
+            Location::Axis(own) => own == axis,
+            Location::Bearing(which) => which.includes(axis / 2),
+            _ => false,
+        };
+        of(kind).filter(here).last().map(|e| e.values.clone())
+    };
+    let first = |values: Vec<f64>| values[0];
     // 6×6: sensors and tool from currents and tool force.
     let full = |hz: f64| -> Mat<c64> {
         let w = TAU * hz;
@@ -355,53 +373,70 @@ pub fn simulate(
                 f[(2 * o, 2 * i + 1)] = -(a - b) / c64::new(0.0, 2.0);
             }
         }
-        // (1 + F K) X = F of the springs in one plane.
-        let spring = |j: usize| match j.checked_sub(6) {
-            Some(k) if in_plane[k / 2].1 == k % 2 => in_plane[k / 2].2,
-            _ => 0.0,
+        // (1 + F K) X = F of the laws in one plane.
+        let law = |j: usize| match j.checked_sub(6) {
+            Some(k) if in_plane[k / 2].1 == k % 2 => c64::new(in_plane[k / 2].2[0], w * in_plane[k / 2].2[1]),
+            _ => c64::new(0.0, 0.0),
         };
-        let loop_matrix = Mat::from_fn(f.nrows(), f.nrows(), |i, j| {
-            c64::new(f64::from(u8::from(i == j)), 0.0) + f[(i, j)] * spring(j)
-        });
+        let loop_matrix =
+            Mat::from_fn(f.nrows(), f.nrows(), |i, j| c64::new(f64::from(u8::from(i == j)), 0.0) + f[(i, j)] * law(j));
         let f = solve_complex(&loop_matrix, &f).submatrix(0, 0, 6, 6).to_owned();
         let one = c64::new(1.0, 0.0);
+        // Command to coil current.
+        let coil_current = |axis: usize| {
+            let later = of(EffectKind::LoopDelay).filter(|e| e.location == Location::Axis(axis));
+            let delay = delay + later.map(|e| e.values[0]).sum::<f64>();
+            let amplifier = match at_axis(EffectKind::AmplifierSecondOrder, axis) {
+                Some(values) => {
+                    let w0 = TAU * values[0];
+                    c64::new(w0 * w0, 0.0) / (s * s + 2.0 * values[1] * w0 * s + w0 * w0)
+                }
+                None => {
+                    let own = at_axis(EffectKind::AmplifierBandwidth, axis).map(first);
+                    one / (one + s / (TAU * own.unwrap_or(e.amplifier_bandwidth_hz)))
+                }
+            };
+            amplifier * (-s * delay).exp()
+        };
         let mut inputs = Mat::<c64>::identity(6, 6);
         let mut outputs = Mat::<c64>::identity(6, 6);
         for b in 0..2 {
-            let bandwidth = at_bearing(EffectKind::AmplifierBandwidth, b).unwrap_or(e.amplifier_bandwidth_hz);
-            let mut act = ki[b] * (-s * delay).exp() / (one + s / (TAU * bandwidth));
-            if let Some(corner) = at_bearing(EffectKind::EddyCurrents, b) {
-                act /= one + (s / (TAU * corner)).sqrt();
-            }
-            if let Some(corner) = at_bearing(EffectKind::LaminatedCore, b) {
-                let x = (s / (TAU * corner)).sqrt();
-                act *= x.sinh() / x.cosh() / x;
-            }
-            if let (Some(Outside::ActuatorResonance(hz, damping, height)), 1) = (outside, b) {
-                let q = s / (TAU * hz);
-                act *= one + height * q * q / (one + 2.0 * damping * q + q * q);
-            }
             let cross = offset(EffectKind::BearingCoupling, b);
-            inputs[(2 * b, 2 * b)] = act;
-            inputs[(2 * b + 1, 2 * b + 1)] = act;
-            inputs[(2 * b, 2 * b + 1)] = act * cross;
-            inputs[(2 * b + 1, 2 * b)] = act * cross;
-            let mut sense = gain[b] / (one + s / (TAU * e.sensor_bandwidth_hz));
-            if let Some(hz) = at_bearing(EffectKind::SensorLowpass, b) {
-                let q = s / (TAU * hz);
-                sense /= one + 2.0 * 0.707 * q + q * q;
+            let mut sense = [c64::new(0.0, 0.0); 2];
+            for x in 0..2 {
+                let axis = 2 * b + x;
+                let current = coil_current(axis);
+                let mut act = ki[b] * current;
+                if let Some(corner) = at_axis(EffectKind::EddyCurrents, axis).map(first) {
+                    act /= one + (s / (TAU * corner)).sqrt();
+                }
+                if let Some(corner) = at_axis(EffectKind::LaminatedCore, axis).map(first) {
+                    let x = (s / (TAU * corner)).sqrt();
+                    act *= x.sinh() / x.cosh() / x;
+                }
+                if let (Some(Outside::ActuatorResonance(hz, damping, height)), 1) = (outside, b) {
+                    let q = s / (TAU * hz);
+                    act *= one + height * q * q / (one + 2.0 * damping * q + q * q);
+                }
+                inputs[(axis, axis)] = act;
+                inputs[(2 * b + 1 - x, axis)] = act * cross;
+                sense[x] = gain[b] / (one + s / (TAU * e.sensor_bandwidth_hz));
+                if let Some(hz) = at_axis(EffectKind::SensorLowpass, axis).map(first) {
+                    let q = s / (TAU * hz);
+                    sense[x] /= one + 2.0 * 0.707 * q + q * q;
+                }
             }
             if let Some(Outside::Notch(which, hz, zero, pole)) = outside
                 && which == b
             {
                 let q = s / (TAU * hz);
-                sense *= (one + 2.0 * zero * q + q * q) / (one + 2.0 * pole * q + q * q);
+                sense = sense.map(|sense| sense * (one + 2.0 * zero * q + q * q) / (one + 2.0 * pole * q + q * q));
             }
             let (sin, cos) = offset(EffectKind::AxisMisalignment, b).to_radians().sin_cos();
-            outputs[(2 * b, 2 * b)] = sense * cos;
-            outputs[(2 * b, 2 * b + 1)] = sense * sin;
-            outputs[(2 * b + 1, 2 * b)] = -sense * sin;
-            outputs[(2 * b + 1, 2 * b + 1)] = sense * cos;
+            outputs[(2 * b, 2 * b)] = sense[0] * cos;
+            outputs[(2 * b, 2 * b + 1)] = sense[0] * sin;
+            outputs[(2 * b + 1, 2 * b)] = -sense[1] * sin;
+            outputs[(2 * b + 1, 2 * b + 1)] = sense[1] * cos;
         }
         if let Some(Outside::CrossTalk(share)) = outside {
             inputs[(2, 0)] = inputs[(2, 2)] * share;
@@ -415,7 +450,13 @@ pub fn simulate(
                 }
             }
         }
-        outputs * f * inputs
+        let mut all = outputs * f * inputs;
+        for e in effects.iter().filter(|e| e.kind == EffectKind::CurrentPickup) {
+            if let Location::Across { from, to } = e.location {
+                all[(to, from)] += s * coil_current(from) * e.values[0];
+            }
+        }
+        all
     };
     // Four injections, three repeats: y = G u + n, u = K y + r, sensor noise 0.7 nm, an axis gain of 0.1 % at every
     // levitation.
@@ -468,6 +509,7 @@ pub fn simulate(
             current,
             signal,
             left_out: vec![],
+            run_out: false,
         },
         hammer: HammerFrf {
             speed_rpm,

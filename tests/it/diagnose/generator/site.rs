@@ -22,10 +22,11 @@ pub fn drawn_site(
     match kind {
         EffectKind::CrossCoupling
         | EffectKind::AddedMass
+        | EffectKind::AddedDisc
         | EffectKind::AddedStiffness
         | EffectKind::AddedDamper
         | EffectKind::TiltingStiffness => Location::Position(draw.uniform(from_m, to_m)),
-        EffectKind::SensorCrosstalk => {
+        EffectKind::SensorCrosstalk | EffectKind::CurrentPickup => {
             let from = draw.uniform(0.0, 4.0 - 1e-9) as usize;
             Location::Across { from, to: (from + 1 + draw.uniform(0.0, 3.0 - 1e-9) as usize) % 4 }
         }
