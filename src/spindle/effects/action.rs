@@ -80,9 +80,6 @@ fn on_bearings(kind: EffectKind, which: Bearings, value: f64, bearings: &mut [Ef
 }
 
 /// Applies an effect to the free-free rotor; one that acts elsewhere returns the rotor as it is.
-///
-/// # Errors
-/// [`RotorError`] when a mass or a factor breaks a rule of the rotor.
 pub(crate) fn on_rotor(effect: &Effect, rotor: Rotor) -> Result<Rotor, RotorError> {
     let value = effect.values.first().copied().unwrap_or_default();
     let mass = |position_m| PointMass { position_m, mass_kg: value };

@@ -15,7 +15,6 @@ use crate::spindle::effects::Plane;
 pub(crate) struct Feedback {
     /// Port that the law reads and acts at.
     pub port: usize,
-    /// The law.
     pub law: FeedbackLaw,
     /// Units of it.
     pub value: f64,
@@ -34,7 +33,6 @@ impl Feedback {
 pub(crate) struct PlaneSpring {
     /// Port that the spring reads and acts at.
     pub port: usize,
-    /// The plane.
     pub plane: Plane,
     /// Stiffness, N/m.
     pub stiffness_n_per_m: f64,
@@ -48,9 +46,6 @@ impl PlaneSpring {
 }
 
 /// The springs of a machine in one plane; the row of each, `row` of its position in m, becomes a port behind `rows`.
-///
-/// # Errors
-/// Those of `row`.
 pub(crate) fn springs_in_one_plane<E>(
     effective: &Effective,
     rows: &mut Vec<Vec<f64>>,
