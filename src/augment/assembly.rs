@@ -81,9 +81,6 @@ pub(crate) struct ProblemWeights {
 
 impl ProblemWeights {
     /// Of a problem in a plane of frequency.
-    ///
-    /// # Errors
-    /// [`NumericError`] when a weight is not positive.
     pub(crate) fn new(modes: &[UncertainMode], weights: &Weights, plane: WeightPlane) -> Result<Self, NumericError> {
         let shapes = WeightShapes::of(weights)?;
         Ok(Self {
@@ -94,9 +91,6 @@ impl ProblemWeights {
     }
 
     /// Of the specification over true frequency, without the bound on T: that is a means of the design.
-    ///
-    /// # Errors
-    /// As [`Self::new`].
     pub(crate) fn of_specification(modes: &[UncertainMode], weights: &Weights) -> Result<Self, NumericError> {
         let weights = Weights { complementary_sensitivity_limit: None, ..weights.clone() };
         Self::new(modes, &weights, WeightPlane::Laplace)

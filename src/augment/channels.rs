@@ -40,7 +40,6 @@ pub(crate) enum ChannelKind {
 }
 
 impl ChannelKind {
-    /// In words.
     pub(crate) fn words(self) -> &'static str {
         match self {
             Self::Actuator => "actuator",
@@ -75,9 +74,6 @@ const DELAY_AT_REST: f64 = 1e-4;
 
 /// The channels of a specification in the order of its problem: actuators, sensors, k_i, k_s, delay, each front and
 /// rear.
-///
-/// # Errors
-/// [`NumericError`] when a level is not positive, or k_s is uncertain and the machine's is not known.
 pub(crate) fn channels(weights: &Weights) -> Result<Vec<Channel>, NumericError> {
     let uncertainty = &weights.uncertainty;
     let current = weights.current_limit_a;
@@ -143,9 +139,6 @@ pub(crate) fn problem_blocks(modes: usize, channels: &[Channel], rows: usize, co
 }
 
 /// Numbers of the channels of k_i and k_s, the real parameters, in a problem of so many uncertain modes.
-///
-/// # Errors
-/// As [`channels`].
 pub(crate) fn real_channels(modes: usize, weights: &Weights) -> Result<Vec<usize>, NumericError> {
     let real = |c: &Channel| matches!(c.kind, ChannelKind::ForceConstant | ChannelKind::NegativeStiffness);
     let all = channels(weights)?.into_iter().enumerate();

@@ -23,9 +23,6 @@ impl SecondOrder {
     }
 
     /// State space; the states are scaled by the poles' corner.
-    ///
-    /// # Errors
-    /// [`NumericError`] when a coefficient is not finite.
     pub(crate) fn system(&self) -> Result<StateSpace<Continuous>, NumericError> {
         let [b0, b1, b2] = self.b.map(|b| b / self.a[2]);
         let (square, damping) = (self.a[0] / self.a[2], self.a[1] / self.a[2]);

@@ -12,9 +12,6 @@ use crate::linalg::{NumericError, c64, polynomial_roots};
 
 impl SecondOrder {
     /// The factor in the w plane, nowhere below the written one: the lowest order within `tolerance`, else the highest.
-    ///
-    /// # Errors
-    /// [`NumericError`] when a coefficient is not finite, or the eigenvalues of a polynomial are not found.
     pub(super) fn fit_sampled(&self, period_s: f64, tolerance: f64) -> Result<FittedWeight, NumericError> {
         let k = 2.0 / period_s;
         let written = |theta: f64| self.magnitude(k * theta);

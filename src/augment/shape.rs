@@ -30,9 +30,6 @@ impl WeightStage {
     }
 
     /// State space.
-    ///
-    /// # Errors
-    /// [`NumericError`] when a coefficient is not finite.
     pub(crate) fn system(&self) -> Result<StateSpace<Continuous>, NumericError> {
         match self {
             Self::First(section) => section.system(),
@@ -112,9 +109,6 @@ impl Shape {
     }
 
     /// Stages in series as a function of each makes them.
-    ///
-    /// # Errors
-    /// Those of the function, and [`NumericError`] when a coefficient is not finite.
     pub(super) fn in_series(
         &self,
         mut own: impl FnMut(&WeightStage) -> Result<StateSpace<Continuous>, NumericError>,

@@ -70,9 +70,6 @@ impl WeightPlane {
     }
 
     /// The weight of an input that acts between the samples; `near_rad_s` is the frequency at which it matters, if one.
-    ///
-    /// # Errors
-    /// [`NumericError`] when the connection fails.
     pub(crate) fn unheld(
         &self,
         weight: &StateSpace<Continuous>,

@@ -25,9 +25,6 @@ pub(crate) struct WeightShapes {
 
 impl WeightShapes {
     /// Of a specification.
-    ///
-    /// # Errors
-    /// [`NumericError`] when a level is not positive, or k_s is uncertain and the machine's is not known.
     pub(crate) fn of(weights: &Weights) -> Result<Self, NumericError> {
         let integral = |corner_hz: f64, allowed_m: f64| {
             Ok::<Shape, NumericError>(Shape::section(integral_section(allowed_m, corner_hz)?))

@@ -83,9 +83,6 @@ impl WeightSection {
 const INTEGRAL_RISE: f64 = 1e3;
 
 /// Integral weight of a signal that may be displaced by `allowed_m` at DC.
-///
-/// # Errors
-/// As [`WeightSection::leaky_integrator`].
 pub(crate) fn integral_section(allowed_m: f64, corner_hz: f64) -> Result<WeightSection, NumericError> {
     WeightSection::leaky_integrator(INTEGRAL_RISE / allowed_m, corner_hz / INTEGRAL_RISE)
 }

@@ -24,7 +24,6 @@ use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
-/// Runs the command.
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     if let Some(folder) = &arguments.collect {
         claim(&arguments.out, &REPORT, [])?;
@@ -182,7 +181,6 @@ fn inputs_sha256(
     sha256_hex(text.as_bytes())
 }
 
-/// The table over all rows.
 fn finish(
     mut report: Report,
     rows: &[BatchRow],

@@ -25,13 +25,11 @@ const VARIANTS: &str = "variants.json";
 /// Folder of the finished variants.
 const RESULTS: &str = "results";
 
-/// The list of a plan.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct Variants {
     variants: Vec<String>,
 }
 
-/// The answer.
 #[derive(Clone, Debug, Serialize)]
 struct Planned<'a> {
     run: &'a str,
@@ -39,7 +37,6 @@ struct Planned<'a> {
     variants: &'a [String],
 }
 
-/// Writes the plan.
 pub(super) fn plan(
     arguments: &Arguments,
     out: &str,

@@ -12,11 +12,9 @@ use crate::spindle::Machine;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// A machine of a batch.
 pub(super) struct Variant {
     /// Name of its folder: the tool, and what differs.
     pub(super) name: String,
-    /// Spindle with tool.
     pub(super) machine: Machine,
 }
 

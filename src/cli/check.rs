@@ -32,7 +32,6 @@ pub(super) struct Arguments {
     spindle: String,
 }
 
-/// Runs the command.
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     let kinds: Vec<Result<FileKind, InputError>> = arguments.files.iter().map(|f| FileKind::of(f)).collect();
     let of_kind = |wanted: FileKind| {

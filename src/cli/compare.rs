@@ -63,7 +63,6 @@ pub(super) struct Arguments {
     timings: Timings,
 }
 
-/// Runs the command.
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     let weights = load_weights(&arguments.machine.weights)?;
     let (machine, mut controllers, used, remarks) = read_inputs(arguments)?;

@@ -53,9 +53,6 @@ const STACK: usize = 8 << 20;
 
 impl Console {
     /// The console of a run, with `writing` for the files; sets the number of threads.
-    ///
-    /// # Errors
-    /// [`Failure`] for a number of threads that cannot be had.
     pub(crate) fn open(arguments: &ConsoleArguments, writing: Writing) -> Result<Self, Failure> {
         if let Some(threads) = arguments.threads
             && !(1..=MOST_THREADS).contains(&threads)
@@ -92,9 +89,6 @@ impl Console {
     }
 
     /// Writes files; an interruption waits until they are whole.
-    ///
-    /// # Errors
-    /// As `write`.
     pub(crate) fn writing<T, E>(&self, write: impl FnOnce() -> Result<T, E>) -> Result<T, E> {
         self.writing.hold_interrupts(write)
     }
@@ -115,9 +109,6 @@ impl Console {
     }
 
     /// Ends a command whose data are JSON: `text` is the text of the answer, `shown` the few lines for a person.
-    ///
-    /// # Errors
-    /// [`Failure`] when standard output cannot be written.
     pub(crate) fn json(&self, text: &str, shown: impl FnOnce() -> CommandEnd) -> Result<(), Failure> {
         match self.form {
             OutputForm::Json | OutputForm::Data => to_output(text),
@@ -127,9 +118,6 @@ impl Console {
     }
 
     /// Ends a command whose data are no JSON: `data` for a pipe, `value` for `--json`.
-    ///
-    /// # Errors
-    /// [`Failure`] when standard output cannot be written.
     pub(crate) fn other(
         &self,
         data: impl FnOnce() -> String,
@@ -196,7 +184,6 @@ impl CommandEnd {
         self
     }
 
-    /// Names a next step.
     #[must_use]
     pub(crate) fn next(mut self, command: impl Into<String>) -> Self {
         self.next.push(command.into());

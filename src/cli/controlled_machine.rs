@@ -11,11 +11,8 @@ use crate::spindle::Machine;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-/// A machine with a controller of a file.
 pub(super) struct ControlledMachine {
-    /// Spindle with tool.
     pub machine: Machine,
-    /// The controller.
     pub controller: Controller,
     /// What is used, as a tag; paths as they were found.
     pub used: MachineTag,
@@ -54,9 +51,6 @@ pub(super) const TOOL: &str = "paper-tool";
 impl MachineArguments {
     /// Reads the controller and its machine. The remarks say what looks wrong in the files, and when the machine is not
     /// that of the design; drop them when the stability of the loop has been said.
-    ///
-    /// # Errors
-    /// [`Failure`] of whichever file is wrong.
     pub(super) fn with_controller(&self, file: &str) -> Result<(ControlledMachine, Remarks), Failure> {
         let loaded = load_tagged_controller(file)?;
         let tag = loaded.machine;
@@ -80,9 +74,6 @@ impl MachineArguments {
     }
 
     /// The machine without a controller.
-    ///
-    /// # Errors
-    /// [`Failure`] of whichever file is wrong.
     pub(super) fn alone(&self) -> Result<Machine, Failure> {
         let or = |given: &Option<String>, usual: &str| given.clone().unwrap_or(usual.to_owned());
         load_machine(&or(&self.spindle, SPINDLE), &or(&self.tool, TOOL))

@@ -60,7 +60,6 @@ pub(super) struct Arguments {
     timings: Timings,
 }
 
-/// Runs the command.
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     let (machine, written) = arguments.machine.load()?;
     claim(&arguments.out, &REPORT, arguments.machine.files())?;

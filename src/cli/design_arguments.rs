@@ -84,7 +84,6 @@ pub(super) struct PidArguments {
 }
 
 impl PidArguments {
-    /// Settings of the search.
     pub(super) fn settings(&self) -> TuneSettings {
         let settings = match self.effort {
             PidEffort::Quick => TuneSettings::quick(),

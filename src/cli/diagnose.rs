@@ -32,7 +32,6 @@ pub(super) struct Arguments {
     timings: Timings,
 }
 
-/// Runs the command.
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     let mut loaded = load_measurement(&arguments.measurement, console)?;
     let machine = of_measurement(&loaded, arguments.spindle.as_deref(), arguments.tool.as_deref())?;

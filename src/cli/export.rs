@@ -126,7 +126,6 @@ impl Prepared {
     }
 }
 
-/// One controller of the answer.
 #[derive(Clone, Debug, Serialize)]
 struct ExportSummary {
     controller: String,
@@ -159,7 +158,6 @@ enum Exported {
     Several { controllers: Vec<ExportSummary> },
 }
 
-/// Runs the command.
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     let (mut prepared, mut remarks) = (Vec::new(), Vec::new());
     for file in &arguments.controller {

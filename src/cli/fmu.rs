@@ -6,9 +6,6 @@ use std::path::Path;
 use std::process::Command;
 
 /// The archives of a unit in both versions; the note says why there is no binary in them.
-///
-/// # Errors
-/// [`Failure`] when a temporary folder cannot be written.
 pub(super) fn archives(unit: &FmuUnit) -> Result<(Vec<(String, Vec<u8>)>, Option<String>), Failure> {
     let (mut files, mut note) = (vec![], None);
     let platform = platform();

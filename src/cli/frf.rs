@@ -55,7 +55,6 @@ pub(super) struct Arguments {
 /// Most frequencies of one call: minutes of computation, and a file of half a gigabyte.
 const MOST_POINTS: usize = 1_000_000;
 
-/// Runs the command.
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     let frequencies = frequencies_hz(arguments)?;
     if arguments.machine.spindle.as_deref().is_some_and(is_rotor) {

@@ -30,7 +30,6 @@ pub(super) struct Arguments {
     out: Option<String>,
 }
 
-/// Runs the command.
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     let measurement = load_measurement(&arguments.measurement, console)?;
     let (spindle, tool) = (arguments.spindle.as_deref(), arguments.tool.as_deref());

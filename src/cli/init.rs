@@ -106,21 +106,16 @@ impl Example {
     }
 }
 
-/// Runs `muspin init`.
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     write(Example::OwnRotor, &arguments.folder, console)
 }
 
-/// Runs `muspin example`.
 pub(super) fn run_example(arguments: &ExampleArguments, console: &Console) -> Result<Outcome, Failure> {
     let folder = arguments.folder.as_deref();
     write(arguments.name, folder.unwrap_or(arguments.name.name()), console)
 }
 
 /// An example stands beside nothing else of muspin: its files would replace those of the same name.
-///
-/// # Errors
-/// [`Failure`] where a manifest lists files.
 fn refuse_other_files(target: &str) -> Result<(), Failure> {
     let written = Manifest::read(Path::new(target)).map_err(|error| Failure::new(format!("{target}: {error}")))?;
     match written.paths().next() {

@@ -14,7 +14,6 @@ impl Writing {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Writes files without an interruption.
     pub(crate) fn hold_interrupts<T, E>(&self, write: impl FnOnce() -> Result<T, E>) -> Result<T, E> {
         let mut written = self.lock_written();
         let result = write();

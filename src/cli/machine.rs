@@ -21,18 +21,12 @@ impl Drop for Remarks {
 }
 
 /// The machine of a spindle and a tool file.
-///
-/// # Errors
-/// [`Failure`] of whichever file is wrong.
 pub(super) fn load_machine(spindle: &str, tool: &str) -> Result<Machine, Failure> {
     let (machine, _said_on_return) = load_with_remarks(spindle, tool)?;
     Ok(machine)
 }
 
 /// The machine of a spindle and a tool file, and what looks wrong in them.
-///
-/// # Errors
-/// [`Failure`] of whichever file is wrong.
 pub(super) fn load_with_remarks(spindle: &str, tool: &str) -> Result<(Machine, Remarks), Failure> {
     let machine = input::load_machine(spindle, tool)?;
     let mut remarks = Remarks::default();
@@ -44,9 +38,6 @@ pub(super) fn load_with_remarks(spindle: &str, tool: &str) -> Result<(Machine, R
 }
 
 /// A rotor without magnets, with a tool where one is named, and on standard error what looks wrong in its file.
-///
-/// # Errors
-/// [`Failure`] of whichever file is wrong.
 pub(super) fn load_rotor_said(file: &str, tool: Option<&str>) -> Result<RotorOnSupports, Failure> {
     let rotor = load_rotor(file, tool.filter(|name| *name != NO_TOOL))?;
     FileKind::Rotor.warnings(file)?.iter().for_each(say);
@@ -54,9 +45,6 @@ pub(super) fn load_rotor_said(file: &str, tool: Option<&str>) -> Result<RotorOnS
 }
 
 /// The rotor without magnets of a measurement, whose records must not need any.
-///
-/// # Errors
-/// [`Failure`] of whichever file is wrong, and for sweeps and levitated hammer tests.
 pub(super) fn rotor_of_measurement(
     measurement: &Measurement,
     spindle: Option<&str>,
@@ -82,9 +70,6 @@ pub(super) fn files_of_measurement<'a>(
 }
 
 /// The machine of a measurement; a spindle or tool given on the command line wins.
-///
-/// # Errors
-/// [`Failure`] of whichever file is wrong.
 pub(super) fn of_measurement(
     measurement: &Measurement,
     spindle: Option<&str>,
@@ -107,9 +92,6 @@ const MEASURED_ERROR: f64 = 5e-4;
 
 /// What the design model does not show of its machine: modes that its elements are too long for, and modes in the band
 /// that it does not keep.
-///
-/// # Errors
-/// [`Failure`] when the modes of the shaft cannot be computed.
 pub(super) fn model_warnings(machine: &Machine, spindle: &str, tool: &str) -> Result<Vec<Warning>, Failure> {
     let mut found: Vec<Warning> = mesh_warning(machine, spindle, tool)?.into_iter().collect();
     found.extend(modes_left_out(machine)?.map(|modes| Warning {
@@ -133,18 +115,12 @@ pub(super) fn model_warnings(machine: &Machine, spindle: &str, tool: &str) -> Re
 }
 
 /// What the mesh does not resolve of the modes that the model keeps.
-///
-/// # Errors
-/// [`Failure`] when the modes of the shaft cannot be computed.
 fn mesh_warning(machine: &Machine, spindle: &str, tool: &str) -> Result<Option<Warning>, Failure> {
     let coarse = coarse_mesh(machine, machine.spindle.flexible_modes, KEPT_ERROR)?;
     Ok(coarse.map(|coarse| mesh_words(&coarse, spindle, tool)))
 }
 
 /// What the mesh does not resolve of the modes up to a measured frequency, unless it has been said of the kept ones.
-///
-/// # Errors
-/// [`Failure`] when the modes of the shaft cannot be computed.
 pub(super) fn measured_mesh_warning(
     machine: &Machine,
     spindle: &str,

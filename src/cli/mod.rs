@@ -59,7 +59,6 @@ pub(crate) enum Outcome {
     TargetMissed,
 }
 
-/// What to begin with.
 const WAYS_IN: &str = "Three ways in:
   muspin run                the example: from the reference spindle to firmware tables, in results/reference
   muspin init my-spindle    your own drawing: files to fill in that run as they are

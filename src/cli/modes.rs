@@ -26,7 +26,6 @@ pub(super) struct Arguments {
     speeds: SpeedList,
 }
 
-/// Runs the command.
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     let (spindle, tool, speeds) = (&arguments.spindle, arguments.tool.as_deref(), &arguments.speeds.0);
     let answer = if is_rotor(spindle) {

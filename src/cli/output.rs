@@ -9,9 +9,6 @@ use std::path::Path;
 pub(super) const REPORT: [&str; 2] = ["summary.json", "report.html"];
 
 /// Checks that the folder may be written and that nothing which the command reads would be replaced.
-///
-/// # Errors
-/// [`Failure`] with the file or folder that must not be touched.
 pub(super) fn claim<'a>(out: &str, names: &[&str], inputs: impl IntoIterator<Item = &'a str>) -> Result<(), Failure> {
     let inputs: Vec<&str> = inputs.into_iter().collect();
     Ok(results::claim(Path::new(out), names, &inputs)?)

@@ -46,7 +46,6 @@ pub(super) struct Arguments {
     timings: Timings,
 }
 
-/// Runs the command.
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     let machine = arguments.machine.alone()?;
     let settings = arguments.settings()?;

@@ -10,7 +10,6 @@ use std::io::IsTerminal;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Progress of one command.
 pub(crate) struct Progress {
     bar: ProgressBar,
     watch: Mutex<Stopwatch>,

@@ -39,9 +39,6 @@ pub(super) fn show(progress: &Progress, share: ReadShare<'_>) {
 }
 
 /// The records of a measurement, with progress on a terminal.
-///
-/// # Errors
-/// [`Failure`] with the file, line or key that is wrong.
 pub(super) fn load_measurement(source: &str, console: &Console) -> Result<Measurement, Failure> {
     let reading = ReadingProgress::start(console);
     Ok(load_measurement_watched(source, &|share| reading.see(share))?)

@@ -66,7 +66,6 @@ const MOST_LINES: usize = 100_000;
 /// Most repeats: minutes of computation and a file of a gigabyte.
 const MOST_REPEATS: usize = 100;
 
-/// Runs the command.
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     check_numbers(arguments)?;
     let model = load_machine(&arguments.spindle, &arguments.tool)?;

@@ -18,7 +18,6 @@ pub(super) struct Arguments {
     folder: PathBuf,
 }
 
-/// Runs the command.
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     let folder = &arguments.folder;
     let path = folder.join("summary.json");
@@ -53,7 +52,6 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
 
 /// What is said of the pictures that the page does not show.
 fn left_out(folder: &Path, names: &[String]) -> Warning {
-    /// Names that are listed.
     const LISTED: usize = 20;
     let mut list = names.iter().take(LISTED).map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", ");
     if names.len() > LISTED {

@@ -43,7 +43,6 @@ pub(super) struct Arguments {
     out: String,
 }
 
-/// Runs the command.
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     match &arguments.file {
         Some(file) => import(arguments, file, console),

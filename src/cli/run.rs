@@ -51,7 +51,6 @@ pub(super) struct Arguments {
     timings: Timings,
 }
 
-/// Runs the command.
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     let weights = load_weights(&arguments.weights)?;
     let named = [&arguments.spindle, &arguments.tool, &arguments.measurement];

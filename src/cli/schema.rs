@@ -17,7 +17,6 @@ pub(super) struct Arguments {
     page: bool,
 }
 
-/// Runs the command.
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let text = match &arguments.kind {
         None => page(),
@@ -31,7 +30,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     Ok(Outcome::Done)
 }
 
-/// The file of a schema.
 pub(super) fn text(kind: SchemaKind) -> String {
     format!("{:#}\n", schema(kind))
 }

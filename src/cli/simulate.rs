@@ -85,7 +85,6 @@ impl From<CaseArgument> for SimulationCase {
     }
 }
 
-/// Runs the command.
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     let (given, remarks) = arguments.machine.with_controller(&arguments.controller)?;
     let read = [&arguments.controller, &given.used.spindle, &given.used.tool];

@@ -29,7 +29,6 @@ impl clap::ValueEnum for ProblemKind {
     }
 }
 
-/// Runs the command.
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     let answer = answer_problem(&ProblemFields::read(&arguments.file)?, arguments.kind)?;
     for note in answer.notes() {

@@ -13,7 +13,6 @@ const SPINDLE: &str = include_str!("start/spindle.yaml");
 const TOOL: &str = include_str!("start/tool.yaml");
 /// A PID that floats the machine, found by `muspin rehearse`.
 pub(super) const PID: &str = include_str!("start/pid.json");
-/// Spindle, tool and weights.
 pub(super) const MACHINE: [(&str, &str); 3] =
     [("spindle.yaml", SPINDLE), ("tool.yaml", TOOL), ("weights.yaml", include_str!("start/weights.yaml"))];
 /// List of the measurement with another stiffness.
@@ -52,9 +51,6 @@ impl Truth {
 }
 
 /// The machine as its files have it.
-///
-/// # Errors
-/// [`Failure`] that names the file.
 pub(super) fn machine() -> Result<Machine, Failure> {
     let spindle = read_spindle("spindle.yaml", SPINDLE)?;
     let tool = read_tool("tool.yaml", TOOL, &spindle)?;
@@ -62,9 +58,6 @@ pub(super) fn machine() -> Result<Machine, Failure> {
 }
 
 /// Adds the files of the machine and the schemas that their first lines name.
-///
-/// # Errors
-/// [`Failure`] when a path cannot be staged.
 pub(super) fn add_machine(folder: &mut ResultsFolder) -> Result<(), Failure> {
     for (name, text) in MACHINE {
         folder.add(name, text)?;
@@ -77,9 +70,6 @@ pub(super) fn add_machine(folder: &mut ResultsFolder) -> Result<(), Failure> {
 }
 
 /// Adds a measurement folder with its list.
-///
-/// # Errors
-/// [`Failure`] when the measurement cannot be computed.
 pub(super) fn add_measurement(folder: &mut ResultsFolder, list: &str, truth: Truth) -> Result<(), Failure> {
     let model = machine()?;
     let controller = read_controller("pid.json", PID)?;

@@ -5,9 +5,6 @@ use super::Failure;
 use std::io::{BufWriter, ErrorKind, Write};
 
 /// Runs `write` on locked, buffered standard output.
-///
-/// # Errors
-/// [`Failure`] when writing fails for another reason than a closed pipe.
 pub(super) fn data(write: impl FnOnce(&mut dyn Write) -> std::io::Result<()>) -> Result<(), Failure> {
     let mut out = BufWriter::new(std::io::stdout().lock());
     match write(&mut out).and_then(|()| out.flush()) {

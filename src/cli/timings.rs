@@ -13,12 +13,10 @@ pub(super) struct Timings {
 }
 
 impl Timings {
-    /// True when a table was asked for.
     pub(super) fn are_asked(self) -> bool {
         self.timings
     }
 
-    /// Prints a table when it was asked for.
     pub(super) fn print(self, watch: &Stopwatch) {
         if self.timings {
             // Nobody reads a closed standard error.
@@ -27,7 +25,6 @@ impl Timings {
     }
 }
 
-/// Time of one stage.
 struct Lap {
     stage: String,
     wall_s: f64,
@@ -43,7 +40,6 @@ pub(crate) struct Stopwatch {
 }
 
 impl Stopwatch {
-    /// Starts without a lap.
     pub(crate) fn start() -> Self {
         Self { laps: vec![], wall: Instant::now(), processor_s: processor_s() }
     }

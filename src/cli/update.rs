@@ -70,7 +70,6 @@ pub(super) struct Arguments {
     timings: Timings,
 }
 
-/// Runs the command.
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     let settings = settings(arguments)?;
     let measurement = load_measurement(&arguments.measurement, console)?;

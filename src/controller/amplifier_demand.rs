@@ -67,9 +67,6 @@ pub fn high_frequency_gain(law: &StateSpace<Discrete>, from_hz: f64) -> Result<f
 }
 
 /// Figures of a controller on the full sampled plant.
-///
-/// # Errors
-/// [`VerificationError`] from the plant or the norms.
 pub(crate) fn amplifier_demand(
     machine: &Machine,
     law: &StateSpace<Discrete>,

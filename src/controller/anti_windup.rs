@@ -130,9 +130,6 @@ pub fn anti_windup(realisation: &Realisation, plants: &[StateSpace<Discrete>]) -
 }
 
 /// The rows that firmware runs for a sampled law on a machine: modal form, states and signals scaled, anti-windup.
-///
-/// # Errors
-/// [`VerificationError`] when the law has no modal form, or as [`with_anti_windup`].
 pub(crate) fn firmware_rows(
     law: &StateSpace<Discrete>,
     machine: &Machine,

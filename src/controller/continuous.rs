@@ -96,7 +96,6 @@ pub fn continuous_fit(law: &StateSpace<Discrete>) -> Result<ContinuousFit, Contr
     Ok(ContinuousFit { law: fitted, relative_error })
 }
 
-/// One frequency of the fit.
 struct FitSample {
     omega_rad_s: f64,
     /// K(e^{jωT}).

@@ -85,9 +85,6 @@ pub(crate) fn count_growing(poles: &[c64]) -> usize {
 
 /// Largest change of an entry of the transfer matrix, relative to the entry, or to a small share of the peak of its
 /// row.
-///
-/// # Errors
-/// [`ControllerError::Numeric`] when the poles cannot be found.
 pub(crate) fn transfer_change_by_entry(
     exact: &StateSpace<Discrete>,
     held: &StateSpace<Discrete>,

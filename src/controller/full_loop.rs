@@ -20,7 +20,6 @@ use std::f64::consts::TAU;
 
 /// The loop of one plane where the planes are apart, else of both, on the full plant at one speed.
 pub(crate) struct FullLoop {
-    /// The plant.
     pub plant: Plant,
     /// Noise at the sensors → (currents, signals).
     pub loops: StateSpace<Discrete>,
@@ -38,9 +37,6 @@ const SAME: f64 = 1e-6;
 
 impl FullLoop {
     /// The loop of a sampled controller.
-    ///
-    /// # Errors
-    /// [`VerificationError`] from the plant or the connection.
     pub(crate) fn new(
         machine: &Machine,
         law: &StateSpace<Discrete>,
@@ -66,9 +62,6 @@ impl FullLoop {
     }
 
     /// Poles of the loop.
-    ///
-    /// # Errors
-    /// [`NumericError`] when the eigenvalue iteration fails.
     pub(crate) fn poles(&self) -> Result<Vec<c64>, NumericError> {
         match &self.modes {
             Some(modes) => Ok(modes.poles()),
@@ -82,9 +75,6 @@ impl FullLoop {
     }
 
     /// Largest |S_jj| of an axis of bearing 0 or 1; `poles` are those of the loop.
-    ///
-    /// # Errors
-    /// [`NormError`] for an unstable loop, or when an eigenvalue iteration fails.
     pub(crate) fn sensitivity_peak(&self, j: usize, poles: &[c64], rel_tol: f64) -> Result<HinfNorm, NormError> {
         let axis = self.bearing(j);
         let own = self.loops.select(&[self.axes + axis], &[axis]);
@@ -105,9 +95,6 @@ impl FullLoop {
     }
 
     /// Largest rms current per unit of rms noise over the bearings; the loop is stable.
-    ///
-    /// # Errors
-    /// [`NumericError`] from the Lyapunov equation.
     pub(crate) fn noise_gain(&self) -> Result<f64, NumericError> {
         let by_modes = |j: usize| self.modes.as_ref()?.variance(j);
         if let Some((front, rear)) = by_modes(0).zip(by_modes(1)) {
@@ -136,9 +123,6 @@ impl FullLoop {
 
 /// Largest rms current of an axis from white sensor noise on the full sampled plant at a speed, A; infinite when
 /// unstable.
-///
-/// # Errors
-/// [`VerificationError`] from the plant, the poles or the Lyapunov equation.
 pub(crate) fn noise_current_a(
     machine: &Machine,
     law: &StateSpace<Discrete>,

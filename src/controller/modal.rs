@@ -55,10 +55,6 @@ impl ModalForm {
 
 /// Transforms a sampled system to real modal form with the smallest blocks that keep the transfer matrix; with a change
 /// beyond [`LARGEST_CHANGE`] where the system as given allows no less.
-///
-/// # Errors
-/// [`ControllerError::Numeric`] when an eigenvalue iteration fails, [`ControllerError::Inaccurate`] when not even one
-/// block reproduces the transfer matrix.
 pub(crate) fn block_diagonalise(system: &StateSpace<Discrete>) -> Result<ModalForm, ControllerError> {
     let mut best: Option<ModalForm> = None;
     for limit in COUPLING_LIMITS {

@@ -8,7 +8,6 @@ use crate::linalg::{Mat, c64, eigen_vectors_complex, solve_complex};
 use crate::lti::pole_residues::PoleResidues;
 use crate::lti::{Discrete, StateSpace};
 
-/// Modes of a loop.
 #[derive(Clone, Debug)]
 pub(super) struct ModalLoop {
     poles: Vec<c64>,

@@ -19,7 +19,6 @@ pub enum Form {
 }
 
 impl Form {
-    /// Words for headers and reports.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Modal => "real modal form",

@@ -166,9 +166,6 @@ fn output_reach_a(scaled: &StateSpace<Discrete>, limits: SignalLimits) -> f64 {
 /// Scales for the anti-windup x⁺ = (A − LC)x + (B − LD)y + Lu besides: no |y| ≤ ŷ with any |u| ≤ û drives a state or
 /// signal beyond ±1 then, so that the clamp at ±1 does not interfere with the correction. States whose clamp is their
 /// anti-windup keep their scale. `gain` is L in scaled states per A; `conditioning` of the result is in the new scales.
-///
-/// # Errors
-/// As [`scale_realisation`].
 pub(super) fn with_room(scaled: ScaledRealisation, gain: &Mat<f64>) -> Result<ScaledRealisation, ControllerError> {
     let system = scaled.rows.to_state_space()?;
     let (n, m) = (system.order(), system.inputs());

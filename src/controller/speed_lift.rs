@@ -63,9 +63,6 @@ const PIECES: usize = 8;
 
 impl AffinePlant {
     /// From the plant at rest, and the undelayed plants at rest, at half and at full `speed_rad_s`.
-    ///
-    /// # Errors
-    /// [`ControllerError::Numeric`] when the three are not affine in the speed.
     pub(crate) fn new(
         plant: &Plant,
         [rest, half, full]: [StateSpace<Continuous>; 3],
@@ -107,9 +104,6 @@ impl AffinePlant {
     }
 
     /// Whether the sampled loop with u = K y is stable at every speed within `distance_rad_s` of `speed_rad_s`.
-    ///
-    /// # Errors
-    /// [`ControllerError::Numeric`] when an exponential or an eigenvalue iteration fails.
     pub(crate) fn neighbourhood(
         &self,
         controller: &StateSpace<Discrete>,

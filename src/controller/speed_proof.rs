@@ -76,7 +76,6 @@ impl SpeedProof {
         self.intervals.iter().filter(|i| i.radius_rpm > 0.0)
     }
 
-    /// The narrowest proven interval.
     pub(crate) fn narrowest(&self) -> Option<&SpeedInterval> {
         self.proven_intervals().min_by(|a, b| a.radius_rpm.total_cmp(&b.radius_rpm))
     }

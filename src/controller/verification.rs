@@ -11,7 +11,6 @@ use crate::spindle::{Machine, ModelDetail, Plant};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
-/// Control channels of a plant.
 const AXES: usize = crate::spindle::plant::AXES;
 
 /// Growth rate of the closed loop at one speed.
@@ -105,9 +104,6 @@ pub fn growth_rate(plant: &StateSpace<Discrete>, controller: &StateSpace<Discret
 }
 
 /// [`growth_rate`] of the sampled loop of a spindle; `sampled` is [`Plant::sample_plant`].
-///
-/// # Errors
-/// As [`Plant::loop_poles`].
 pub(crate) fn growth_rate_of(
     plant: &Plant,
     sampled: &StateSpace<Discrete>,
@@ -118,9 +114,6 @@ pub(crate) fn growth_rate_of(
 }
 
 /// Checks the sampled loop of the full plant at `points` speeds, evenly spaced from 0 to the largest speed.
-///
-/// # Errors
-/// [`VerificationError`] from the plant or the eigenvalue iteration.
 pub(crate) fn verify(
     machine: &Machine,
     controller: &StateSpace<Discrete>,
@@ -135,9 +128,6 @@ pub(crate) fn verify(
 /// Checks the sampled loop at `points` speeds and proves stability between them, from rest to the largest speed. A loop
 /// that is unstable at rest is proven nowhere: the proof is left out. A proof that fails numerically leaves the loop
 /// unproven, with the reason.
-///
-/// # Errors
-/// As [`verify`].
 pub(crate) fn verify_with_proof(
     machine: &Machine,
     controller: &StateSpace<Discrete>,

@@ -211,7 +211,6 @@ fn table(rows: impl Iterator<Item = Vec<String>>) -> String {
     rows.map(|row| format!("        {{{}}},\n", row.join(", "))).collect()
 }
 
-/// A C file from its template.
 pub(super) fn render(template: &str, values: Value) -> Result<String, minijinja::Error> {
     let mut environment = Environment::new();
     environment.set_keep_trailing_newline(true);

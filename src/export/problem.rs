@@ -10,9 +10,6 @@ use serde_json::{Value, json};
 
 /// Files by name: `synthesis.json` and `specification.json` (`muspin solve hinfsyn` and `dksyn`), `closed_loop.json`
 /// (`muspin solve musys`), `controller.json`, `weights.json`, `d_scales.json`, and all of them in `problem.mat`.
-///
-/// # Errors
-/// [`FirmwareError`] when the `.mat` file cannot be made.
 pub(crate) fn problem_files(set: &ProblemSet) -> Result<Vec<(String, Vec<u8>)>, FirmwareError> {
     let loops = &set.closed_loop;
     let mut closed = system(loops);

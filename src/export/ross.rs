@@ -16,7 +16,6 @@ const NOTHING: f64 = 1e-9;
 pub(crate) struct RossShaft {
     /// Where it begins, m from the nose face: negative by the length of the tool.
     pub origin_m: f64,
-    /// Its sections.
     pub sections: Vec<Section>,
     /// Its discs, positions from the nose face.
     pub discs: Vec<Disc>,
@@ -26,9 +25,6 @@ pub(crate) struct RossShaft {
 const COMPARED: usize = 4;
 
 /// The shaft of spindle and tool as their elements say; none where an effect changes it, which no element tells.
-///
-/// # Errors
-/// [`SpindleError`] when the rotor cannot be built.
 pub(crate) fn shaft_without_effects(machine: &Machine) -> Result<Option<RossShaft>, SpindleError> {
     let (spindle, tool) = (&machine.spindle, &machine.tool);
     let front = tool.sections.iter().rev().map(Section::reverse_ends);

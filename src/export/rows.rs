@@ -20,7 +20,6 @@ struct CodeRow {
     close: String,
 }
 
-/// The statements of one arithmetic.
 pub(crate) struct Statements {
     /// Signals and outputs: reads `x`, `y`, writes `t`, `u`.
     pub output: String,
@@ -34,9 +33,7 @@ pub(crate) struct Statements {
 
 /// How one arithmetic is written.
 struct Dialect {
-    /// Type of a value.
     value: &'static str,
-    /// Type of a sum.
     sum: &'static str,
     /// Cast in front of a value.
     cast: &'static str,

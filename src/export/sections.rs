@@ -21,9 +21,6 @@ pub(super) struct SectionTables {
 }
 
 /// The tables of a controller, each compared with its axis as it is held.
-///
-/// # Errors
-/// [`FirmwareError::Template`] when the header cannot be rendered.
 pub(super) fn section_tables(
     law: &StateSpace<Discrete>,
     prefix: &str,

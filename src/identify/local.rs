@@ -20,7 +20,6 @@ pub(super) struct LocalChannel {
     pub(super) sigma: Vec<f64>,
 }
 
-/// Data in one window.
 #[derive(Clone, Debug)]
 pub(super) struct LocalData {
     /// Normalised frequency of every line.
@@ -29,7 +28,6 @@ pub(super) struct LocalData {
     pub(super) channels: Vec<LocalChannel>,
 }
 
-/// A fitted window.
 #[derive(Clone, Debug)]
 pub(super) struct LocalFit {
     /// Free poles, normalised.

@@ -92,7 +92,6 @@ impl LaggedSums {
         sums
     }
 
-    /// Entry of the Toeplitz matrix.
     fn at(&self, row: usize, column: usize) -> f64 {
         if column >= row { self.positive[column - row] } else { self.negative[row - column] }
     }

@@ -142,9 +142,6 @@ impl Rehearsal {
 
     /// The compliance at the tool plane in x from blows of a hammer: the mean over the blows, and the coherence that
     /// they have among each other. One blow alone has none.
-    ///
-    /// # Errors
-    /// [`SpindleError`] when the plant of the machine cannot be built.
     pub(crate) fn hammer(
         &self,
         machine: &Machine,

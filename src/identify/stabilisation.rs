@@ -31,14 +31,12 @@ impl DiagramPole {
     }
 }
 
-/// Stable poles that are one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct PoleCluster {
     /// Mean, Hz.
     pub(super) pole_hz: c64,
     /// Root of the mean squared distance from it, Hz.
     pub(super) spread_hz: f64,
-    /// Poles in it.
     pub(super) count: usize,
 }
 

@@ -84,9 +84,6 @@ pub fn read_controller(file: &str, text: &str) -> Result<Controller, InputError>
 }
 
 /// As [`read_controller`], with the machine that the file names.
-///
-/// # Errors
-/// As [`read_controller`].
 pub(crate) fn read_tagged_controller(file: &str, text: &str) -> Result<TaggedController, InputError> {
     let mut errors = ErrorList::new(file, text);
     let read = match json::parse::<ControllerFile>(text) {

@@ -15,7 +15,6 @@ use std::f64::consts::TAU;
 
 const ANY: [Range; 2] = [[0.0, f64::INFINITY]; 2];
 
-/// Keys of a curve.
 pub(super) const KEYS: &[Key] = &[
     open("points[]", "Hz, value", ANY, "the limits of a specification over frequency"),
     open("numerator[]", "", ANY, "falling powers of s in rad/s"),
@@ -94,12 +93,10 @@ impl CurvesFile {
         }
     }
 
-    /// Relative error of the actuators.
     pub(super) fn actuator(&self, file: &str) -> Result<Option<Shape>, InputError> {
         shape(file, "actuator", self.actuator.as_ref(), Sense::Direct)
     }
 
-    /// Additive error of the signals.
     pub(super) fn sensor(&self, file: &str) -> Result<Option<Shape>, InputError> {
         shape(file, "sensor_m_per_a", self.sensor_m_per_a.as_ref(), Sense::Direct)
     }

@@ -144,9 +144,6 @@ impl<'de> Visitor<'de> for Keys {
 
 impl EffectFile {
     /// The effect of entry `index` of the list.
-    ///
-    /// # Errors
-    /// [`InputError`] with the keys that the effect takes.
     pub(super) fn effect(self, file: &str, index: usize) -> Result<Effect, InputError> {
         let path = format!("effects[{index}]");
         let Some(kind) = EffectKind::from_name(&self.effect) else {

@@ -3,7 +3,6 @@
 use super::error::InputError;
 use super::key_line::key_line;
 
-/// Most errors of a file that are told.
 const MOST_TOLD: usize = 100;
 
 /// Values that rules tie to others of the same mapping: while the second is wrong, nothing is said of the first.
@@ -30,9 +29,7 @@ const FOLLOWS: [(&str, &str); 9] = [
 
 /// Errors of one file in the order in which they are found.
 pub(super) struct ErrorList<'a> {
-    /// The file in messages.
     pub(super) file: &'a str,
-    /// Its text.
     pub(super) text: &'a str,
     errors: Vec<InputError>,
 }
@@ -80,9 +77,6 @@ impl<'a> ErrorList<'a> {
     }
 
     /// The value of a file that is right.
-    ///
-    /// # Errors
-    /// [`InputError`]: the first by line, all others with it.
     pub(super) fn finish<T>(mut self, value: Option<T>) -> Result<T, InputError> {
         if self.errors.is_empty()
             && let Some(value) = value
@@ -114,7 +108,6 @@ fn is_inside(path: &str, parent: &str) -> bool {
     path.strip_prefix(parent).is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
 }
 
-/// A path with empty brackets.
 fn without_numbers(path: &str) -> String {
     path.split('[').map(|part| part.split_once(']').map_or(part.to_owned(), |(_, rest)| format!("[]{rest}"))).collect()
 }

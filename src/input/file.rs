@@ -69,9 +69,6 @@ impl SizeLimit {
     }
 
     /// Whether a text of this length may be read.
-    ///
-    /// # Errors
-    /// [`FileError::TooLarge`].
     pub(super) fn admit(self, bytes: usize) -> Result<(), FileError> {
         if bytes as u64 > self.most_bytes {
             return Err(too_large(self));
@@ -131,9 +128,6 @@ pub struct Opened {
 
 impl Opened {
     /// The rest of the file.
-    ///
-    /// # Errors
-    /// [`FileError`] when reading fails or passes the limit.
     fn bytes(mut self) -> Result<Vec<u8>, FileError> {
         /// First room for a file whose size the system does not state.
         const FIRST_BYTES: u64 = 64 << 10;
@@ -171,9 +165,6 @@ pub fn open(path: &Path, limit: SizeLimit) -> Result<Opened, FileError> {
 }
 
 /// A record opened for reading row by row; `watch` hears how far that has come.
-///
-/// # Errors
-/// As [`open`].
 pub(super) fn open_rows<'a>(path: &'a Path, watch: Watch<'a>) -> Result<impl BufRead + use<'a>, FileError> {
     let opened = open(path, RECORD)?;
     let all_bytes = opened.stated_bytes;
@@ -217,9 +208,6 @@ pub fn read_unlinked(path: &Path, limit: SizeLimit) -> Result<Vec<u8>, FileError
 }
 
 /// The text of a file that muspin wrote; links are followed.
-///
-/// # Errors
-/// As [`read`], and for what is not UTF-8.
 pub(crate) fn read_text(path: &Path, limit: SizeLimit) -> Result<String, FileError> {
     let bytes = read(path, limit)?;
     String::from_utf8(bytes).map_err(|e| io::Error::new(io::ErrorKind::InvalidData, e.utf8_error()).into())

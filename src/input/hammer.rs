@@ -58,9 +58,6 @@ pub fn read_tap(file: &str, bytes: &[u8], keys: &HammerKeys) -> Result<Tap, Inpu
 }
 
 /// As [`read_tap`], from a file; a table is read line by line and `watch` hears how far that has come.
-///
-/// # Errors
-/// As [`read_tap`], and when the file cannot be read.
 pub(crate) fn load_hammer(path: &Path, keys: &HammerKeys, watch: Watch<'_>) -> Result<Tap, InputError> {
     let name = path.display().to_string();
     if is_universal(&name) {
@@ -252,9 +249,6 @@ pub fn read_mode_shapes(file: &str, bytes: &[u8]) -> Result<Vec<MeasuredShape>, 
 }
 
 /// As [`read_mode_shapes`], from a file that is read line by line.
-///
-/// # Errors
-/// As [`read_mode_shapes`], and when the file cannot be read.
 pub(crate) fn load_mode_shapes(path: &Path, watch: Watch<'_>) -> Result<Vec<MeasuredShape>, InputError> {
     let name = path.display().to_string();
     read_mode_shapes_from(&name, file::open_rows(path, watch).map_err(|error| error.of(&name))?)

@@ -56,7 +56,6 @@ const TELLING: [(&str, FileKind); 9] = [
 ];
 
 impl FileKind {
-    /// Its name in messages.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Spindle => "spindle",

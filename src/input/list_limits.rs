@@ -20,9 +20,6 @@ const MOST_OF_KEY: [(&str, usize); 6] = [
 ];
 
 /// Refuses the first list that is too long.
-///
-/// # Errors
-/// [`InputError`] with key path and limit.
 pub(super) fn check_lists(file: &str, value: &Value) -> Result<(), InputError> {
     check_at(file, "", "", value)
 }

@@ -25,7 +25,6 @@ const COMPLEX: u32 = 0x0800;
 const OPAQUE: u32 = 17;
 /// Most bytes of numbers that are unpacked of a file: a controller of a thousand states has eight megabytes.
 const BUDGET_BYTES: u64 = 64 << 20;
-/// Most variables of a file.
 const MOST_VARIABLES: usize = 10_000;
 /// Most sizes of a matrix and longest name that are read, bytes: MATLAB's own names have 63 at most.
 const MOST_SIZES_BYTES: u32 = 4 * 32;
@@ -125,9 +124,6 @@ fn each_variable(
 }
 
 /// The controller of a file.
-///
-/// # Errors
-/// As [`read_controller`], and when the file cannot be read.
 pub(crate) fn load_controller(source: &str) -> Result<TaggedController, InputError> {
     let bytes = file::read(Path::new(source), file::MATLAB).map_err(|error| error.of(source))?;
     read_controller(source, &bytes)

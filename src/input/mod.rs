@@ -77,9 +77,6 @@ pub fn load_machine(spindle: &str, tool: &str) -> Result<Machine, InputError> {
 }
 
 /// The machine of a spindle and a tool that are right alone; `file` names it in messages.
-///
-/// # Errors
-/// [`InputError`] with every effect that does not fit the two.
 pub(crate) fn join_machine(file: &str, spindle: Spindle, tool: Tool) -> Result<Machine, InputError> {
     let mut errors = error_list::ErrorList::new(file, "");
     for error in Machine::broken_rules(&spindle, &tool) {

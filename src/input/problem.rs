@@ -20,7 +20,6 @@ pub struct ProblemFields {
     /// Where the fields stand in the problem, with its dot; empty for its own.
     place: String,
     fields: Map<String, Value>,
-    /// What stands beside `data`.
     beside: Map<String, Value>,
 }
 
@@ -65,7 +64,6 @@ impl ProblemFields {
         Ok(Self { file: file.to_path_buf(), text: text.to_owned(), place: String::new(), fields, beside })
     }
 
-    /// The fields of the problem.
     pub(super) fn fields(&self) -> &Map<String, Value> {
         &self.fields
     }
@@ -76,7 +74,6 @@ impl ProblemFields {
         Self { file, text, place: format!("{}{field}.", self.place), fields: fields.clone(), beside: Map::new() }
     }
 
-    /// What stands beside `data`.
     pub(super) fn beside(&self) -> &Map<String, Value> {
         &self.beside
     }
@@ -121,42 +118,27 @@ impl ProblemFields {
     }
 
     /// A finite number.
-    ///
-    /// # Errors
-    /// A missing field or something else than a finite number.
     pub(crate) fn number(&self, field: &str) -> Result<f64, InputError> {
         finite(self.value(field)?, field).map_err(|e| self.locate_fault(e))
     }
 
     /// True or false.
-    ///
-    /// # Errors
-    /// A missing field or something else.
     pub(crate) fn flag(&self, field: &str) -> Result<bool, InputError> {
         let value = self.value(field)?;
         value.as_bool().ok_or_else(|| self.failure(field, format!("must be true or false, found {value}")))
     }
 
     /// A non-negative whole number.
-    ///
-    /// # Errors
-    /// A missing field or something else.
     pub(crate) fn count(&self, field: &str) -> Result<usize, InputError> {
         whole(self.value(field)?, field).map_err(|e| self.locate_fault(e))
     }
 
     /// A list of non-negative whole numbers; one number is a list of one.
-    ///
-    /// # Errors
-    /// A missing field or something else.
     pub(crate) fn counts(&self, field: &str) -> Result<Vec<usize>, InputError> {
         self.each(field, whole)
     }
 
     /// A list of finite numbers; one number is a list of one.
-    ///
-    /// # Errors
-    /// A missing field or something else.
     pub(crate) fn numbers(&self, field: &str) -> Result<Vec<f64>, InputError> {
         self.each(field, finite)
     }
@@ -180,9 +162,6 @@ impl ProblemFields {
     }
 
     /// A real matrix of a given shape.
-    ///
-    /// # Errors
-    /// A missing field, ragged rows, an entry that is not a finite number, and another shape.
     pub(crate) fn matrix_of(&self, field: &str, rows: usize, cols: usize) -> Result<Mat<f64>, InputError> {
         let entries = self.entries(field)?;
         entries
@@ -191,9 +170,6 @@ impl ProblemFields {
     }
 
     /// A real matrix with a given number of rows; a list of numbers is a row of it, or its only column.
-    ///
-    /// # Errors
-    /// As [`Self::matrix_of`].
     pub(crate) fn rows_of(&self, field: &str, rows: usize) -> Result<Mat<f64>, InputError> {
         let entries = self.entries(field)?;
         let fitting = entries.sizes().into_iter().find(|[r, _]| *r == rows);
@@ -203,9 +179,6 @@ impl ProblemFields {
     }
 
     /// A square real matrix.
-    ///
-    /// # Errors
-    /// As [`Self::matrix_of`], and a matrix that is not square.
     pub(crate) fn square(&self, field: &str) -> Result<Mat<f64>, InputError> {
         let entries = self.entries(field)?;
         let rows = entries.sizes().first().map_or(0, |[rows, _]| *rows);
@@ -216,9 +189,6 @@ impl ProblemFields {
 
     /// A complex matrix `{"re": rows, "im": rows}`, or a real one. A list of numbers is a row or a column as `rows` and
     /// `cols` say; a matrix of another shape is returned as it is.
-    ///
-    /// # Errors
-    /// As [`Self::matrix_of`], and parts of different shape.
     pub(crate) fn complex_matrix(&self, field: &str, rows: usize, cols: usize) -> Result<Mat<c64>, InputError> {
         let part = |value: &Value, path: &str| {
             let entries = Entries::of(value, path).map_err(|e| self.locate_fault(e))?;
@@ -274,9 +244,6 @@ impl ProblemFields {
     }
 
     /// The uncertainty structure `blocks`.
-    ///
-    /// # Errors
-    /// An unknown type, a missing or zero size, an empty list.
     pub(crate) fn blocks(&self) -> Result<Vec<Block>, InputError> {
         let list = match self.value("blocks")? {
             Value::Array(list) => list.as_slice(),
@@ -325,9 +292,6 @@ impl ProblemFields {
     }
 
     /// Checks an optional count of the file against the matrices.
-    ///
-    /// # Errors
-    /// Another count.
     pub(crate) fn agrees(&self, field: &str, expected: usize) -> Result<(), InputError> {
         if !self.has(field) {
             return Ok(());

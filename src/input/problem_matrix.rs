@@ -34,7 +34,6 @@ pub(super) enum Entries {
 }
 
 impl Entries {
-    /// Reads a value.
     pub(super) fn of(value: &Value, path: &str) -> Result<Self, Fault> {
         match value {
             Value::Number(_) => Ok(Self::Listed(vec![finite(value, path)?])),
@@ -66,7 +65,6 @@ impl Entries {
         }
     }
 
-    /// Their size in words.
     pub(super) fn words(&self) -> String {
         match self {
             Self::Rows(m) => format!("{} x {}", m.nrows(), m.ncols()),
@@ -118,7 +116,6 @@ fn rows(list: &[Value], path: &str) -> Result<Mat<f64>, Fault> {
     Ok(Mat::from_fn(entries.len(), cols, |i, j| entries[i][j]))
 }
 
-/// A finite number.
 pub(super) fn finite(value: &Value, path: &str) -> Result<f64, Fault> {
     match value.as_f64() {
         Some(x) if x.is_finite() => Ok(x),
@@ -126,7 +123,6 @@ pub(super) fn finite(value: &Value, path: &str) -> Result<f64, Fault> {
     }
 }
 
-/// A non-negative whole number.
 pub(super) fn whole(value: &Value, path: &str) -> Result<usize, Fault> {
     match value.as_f64() {
         Some(x) if (0.0..=MOST_ENTRIES as f64).contains(&x) && x.fract() == 0.0 => Ok(x as usize),
@@ -137,7 +133,6 @@ pub(super) fn whole(value: &Value, path: &str) -> Result<usize, Fault> {
     }
 }
 
-/// A value in words.
 pub(super) fn kind(value: &Value) -> String {
     match value {
         Value::Null => "null".into(),

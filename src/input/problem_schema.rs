@@ -204,7 +204,6 @@ impl ProblemKind {
         }
     }
 
-    /// What it is, in words.
     pub(crate) fn title(self) -> &'static str {
         match self {
             Self::Care => "Riccati equation A'X + XA − XGX + Q = 0, or of A, B, Q, R, S",

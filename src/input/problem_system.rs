@@ -105,9 +105,6 @@ impl ProblemFields {
     }
 
     /// The inverse condition of the descriptor E of n states, and E; none where there is none.
-    ///
-    /// # Errors
-    /// Another shape, and a matrix that has no inverse that keeps half the digits.
     pub(crate) fn descriptor(&self, n: usize) -> Result<Option<(Mat<f64>, f64)>, InputError> {
         let is_empty = |value: &Value| value.as_array().is_some_and(Vec::is_empty);
         if !self.has("E") || self.value("E").is_ok_and(is_empty) {
@@ -144,9 +141,6 @@ impl ProblemFields {
 
     /// A system that is one field: a number or a matrix is a gain, an object holds A, B, C, D, or num and den, or z, p
     /// and k. The time base is that of the problem.
-    ///
-    /// # Errors
-    /// A missing field, keys that do not go together, and what is wrong with them.
     pub(crate) fn system_in(&self, field: &str) -> Result<StateSpace<Continuous>, InputError> {
         let Value::Object(fields) = self.value(field)? else {
             let entries = self.entries(field)?;

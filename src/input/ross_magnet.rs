@@ -118,9 +118,6 @@ fn read_pid(table: &RossTable, notes: &mut GroupedNotes) -> Result<Option<[RossP
 
 /// The PIDs of the front and of the rear magnet, each x and y, as one controller in continuous time: an integrator and
 /// a low pass for every channel.
-///
-/// # Errors
-/// [`NumericError`] for gains that are not finite.
 pub(crate) fn pid_controller(name: &str, magnets: [[RossPid; 2]; 2]) -> Result<Controller, NumericError> {
     let channels = magnets.as_flattened();
     let width = channels.len();

@@ -11,7 +11,6 @@ const NODE_M: f64 = 1e-6;
 pub(crate) struct Parts {
     /// What lies before the nose face, from there outwards.
     pub tool: Option<Tool>,
-    /// Sections of the spindle.
     pub sections: Vec<Section>,
     /// Its discs, positions from the nose face.
     pub discs: Vec<Disc>,
@@ -20,9 +19,6 @@ pub(crate) struct Parts {
 }
 
 /// Splits the rotor at the nose face, m from the left end.
-///
-/// # Errors
-/// The position of the next node, m, where there is no node with elements behind it.
 pub(crate) fn parts(rotor: &RossRotor, nose_m: f64) -> Result<Parts, f64> {
     let mut split = 0;
     let mut position_m = 0.0;

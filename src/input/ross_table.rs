@@ -3,18 +3,13 @@
 use super::error::InputError;
 use serde_json::{Map, Value};
 
-/// A table of the file.
 pub(super) struct RossTable<'a> {
-    /// The file, for messages.
     pub file: &'a str,
-    /// Its name: class and tag.
     pub name: &'a str,
-    /// Its keys.
     pub table: &'a Map<String, Value>,
 }
 
 impl RossTable<'_> {
-    /// An error about this table.
     pub(super) fn wrong(&self, rule: impl std::fmt::Display) -> InputError {
         InputError::new(self.file, format!("{}: {rule}", self.name))
     }
@@ -34,7 +29,6 @@ impl RossTable<'_> {
         self.table.get(key).is_some_and(|v| !v.is_null())
     }
 
-    /// A finite number.
     pub(super) fn number(&self, key: &str) -> Result<f64, InputError> {
         match self.table.get(key).and_then(Value::as_f64) {
             Some(x) if x.is_finite() => Ok(x),
@@ -60,7 +54,6 @@ impl RossTable<'_> {
         }
     }
 
-    /// The node of the element.
     pub(super) fn node(&self) -> Result<usize, InputError> {
         let n = self.number("n")?;
         if n >= 0.0 && n.fract() == 0.0 && n < 1e6 {

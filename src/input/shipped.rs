@@ -58,9 +58,6 @@ pub fn text(source: &str, what: &str, shipped: &[Shipped]) -> Result<String, Inp
 }
 
 /// As [`text`], of a file with another limit.
-///
-/// # Errors
-/// As [`text`].
 pub(super) fn text_within(
     source: &str,
     what: &str,

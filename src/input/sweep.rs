@@ -46,9 +46,6 @@ pub fn read_sweep(file: &str, bytes: &[u8], speed_rpm: f64) -> Result<SweepRecor
 }
 
 /// As [`read_sweep`], from a file that is read line by line; `watch` hears how far that has come.
-///
-/// # Errors
-/// As [`read_sweep`], and when the file cannot be read.
 pub(crate) fn load_sweep(path: &Path, speed_rpm: f64, watch: Watch<'_>) -> Result<SweepRecord, InputError> {
     let name = path.display().to_string();
     let reader = file::open_rows(path, watch).map_err(|error| error.of(&name))?;

@@ -13,9 +13,7 @@ const LONGEST_LINE: usize = 4096;
 struct Lines<'a, R> {
     file: &'a str,
     reader: R,
-    /// The bytes of the line.
     bytes: Vec<u8>,
-    /// Its number.
     line: usize,
 }
 
@@ -68,25 +66,17 @@ impl<'a, R: BufRead> Lines<'a, R> {
 }
 
 /// The first line of a file.
-///
-/// # Errors
-/// [`InputError`] when it cannot be read.
 pub(super) fn first_line(file: &str, reader: impl BufRead) -> Result<String, InputError> {
     Ok(Lines::of(file, reader).next_line()?.map_or_else(String::new, |(_, text)| text.to_owned()))
 }
 
-/// Columns of a table.
 pub(super) struct Columns<'a> {
-    /// Names in their order.
     pub names: &'a [String],
     /// How many of the last ones may be missing, together.
     pub optional: usize,
 }
 
 /// Calls back for every row below the header: its line, and a field for every column that is there.
-///
-/// # Errors
-/// [`InputError`] with the line of what is no such row, and what `see` refuses.
 pub(super) fn each_row(
     file: &str,
     reader: impl BufRead,
@@ -123,9 +113,6 @@ fn strip_quotes(field: &str) -> &str {
 }
 
 /// Calls back for every row of numbers with its line.
-///
-/// # Errors
-/// [`InputError`] with the line of what is no number, what `see` refuses, and for a file without a row.
 pub(super) fn each_number_row(
     file: &str,
     reader: impl BufRead,
@@ -148,9 +135,6 @@ pub(super) fn each_number_row(
 }
 
 /// Keeps a value of a row.
-///
-/// # Errors
-/// [`InputError`] with the line from which on the rows do not fit into memory.
 pub(super) fn keep<T>(file: &str, line: usize, list: &mut Vec<T>, value: T) -> Result<(), InputError> {
     let room = list.try_reserve(1);
     room.map_err(|_| {

@@ -51,9 +51,6 @@ pub fn read_tool(file: &str, text: &str, spindle: &Spindle) -> Result<Tool, Inpu
 }
 
 /// As [`read_tool`]; `lent` are the materials of the shaft.
-///
-/// # Errors
-/// As [`read_tool`].
 pub(super) fn read_tool_of(file: &str, text: &str, lent: Vec<Material>) -> Result<Tool, InputError> {
     let mut errors = ErrorList::new(file, text);
     let tool = yaml::read(&mut errors, keys::TOOL).map(|read| tool(&mut errors, read, lent));

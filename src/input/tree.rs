@@ -5,7 +5,6 @@ use serde_yaml::{Mapping, Value};
 use std::cell::RefCell;
 use std::fmt;
 
-/// What a text holds.
 pub(super) struct LenientTree {
     pub(super) value: Value,
     /// Paths of keys that stand in it before; the first counts.

@@ -34,7 +34,6 @@ impl UffFrf {
         self.response.0 == self.reference.0 && self.response.1.abs() == self.reference.1.abs()
     }
 
-    /// Short description for messages.
     pub(crate) fn label(&self) -> String {
         format!(
             "{}: {:?} (response {}:{}, reference {}:{})",
@@ -89,9 +88,6 @@ pub(crate) fn coherence_for(functions: &[UffFunction], frf: &UffFrf) -> Option<V
 }
 
 /// The compliance of the function with this number, from 1.
-///
-/// # Errors
-/// Why it is no frequency response of a structure, in words.
 pub(super) fn frf_of(number: usize, function: &UffFunction) -> Result<UffFrf, String> {
     let name = match function.function_type {
         0 | 4 => None,

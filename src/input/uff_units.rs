@@ -41,7 +41,6 @@ impl UffUnit {
         Self { si, dimensions: [1, -2, 0] }
     }
 
-    /// This unit over another one.
     pub(super) fn over(self, other: Self) -> Self {
         self.times(other.raise_unit(-1))
     }
@@ -57,9 +56,6 @@ impl UffUnit {
 }
 
 /// The unit of a label such as `m`, `in`, `g`, `m/s²`, `(1/N)*(m/s^2)`; none where the label is empty or `NONE`.
-///
-/// # Errors
-/// The part of the label that is no unit.
 pub(super) fn read_unit(label: &str) -> Result<Option<UffUnit>, String> {
     // UTF-8 read byte by byte has these before and in place of its signs.
     let text = label.replace('Â', "").replace("Î¼", "µ").replace('μ', "µ").replace('²', "^2").replace('³', "^3");
@@ -241,9 +237,6 @@ fn word(name: &str) -> Option<UffUnit> {
 }
 
 /// Hz in one of the unit of a frequency; an empty label is Hz.
-///
-/// # Errors
-/// The label where it is no unit of a frequency.
 pub(super) fn read_frequency_unit(label: &str) -> Result<f64, String> {
     let text: String = label.to_lowercase().chars().filter(|c| !c.is_whitespace()).collect();
     match text.as_str() {
@@ -282,9 +275,6 @@ const SYSTEMS: [(i64, f64, f64); 9] = [
 pub(super) const SAME_FACTOR: f64 = 2e-3;
 
 /// The system of a code with the factors beside it (file values are divided by them to get SI).
-///
-/// # Errors
-/// What does not fit, in words.
 pub(super) fn read_system(code: Option<i64>, factors: &[f64]) -> Result<UffSystem, String> {
     let known = SYSTEMS.iter().find(|(known, ..)| Some(*known) == code);
     let stated = match factors {

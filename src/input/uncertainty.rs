@@ -13,7 +13,6 @@ use serde::Deserialize;
 const CORNER: [Range; 2] = [[1.0, 2e4], [1e-4, 1e7]];
 const ABOVE: &str = "models fail above the band that was measured";
 
-/// Keys of `uncertainty`.
 pub(super) const KEYS: &[Key] = &[
     open("force_constant", "", [[1e-3, 0.3], [0.0, 1.0]], "force constants are known to some per cent"),
     open(
@@ -24,7 +23,6 @@ pub(super) const KEYS: &[Key] = &[
     ),
     open("delay_s", "s", [[1e-7, 1e-3], [1e-12, 1.0]], "a loop's delay is known to a part of the sample period"),
 ];
-/// Keys of `uncertainty.actuator`.
 pub(super) const ACTUATOR_KEYS: &[Key] = &{
     const SIZE: [Range; 2] = [[1e-3, 10.0], [1e-9, 1e6]];
     const WHY: &str = "amplifiers and magnets are known to some per cent in the band";
@@ -34,7 +32,6 @@ pub(super) const ACTUATOR_KEYS: &[Key] = &{
         required_key("crossover_hz", "Hz", CORNER, ABOVE),
     ]
 };
-/// Keys of `uncertainty.sensor`.
 pub(super) const SENSOR_KEYS: &[Key] = &{
     const SIZE: [Range; 2] = [[1e-10, 1e-3], [1e-15, 1.0]];
     const WHY: &str = "an ampere moves a spindle by some micrometres";

@@ -9,9 +9,6 @@ pub(crate) fn orthonormal_columns(a: &Mat<f64>) -> Mat<f64> {
 }
 
 /// Ratio of the largest to the smallest singular value; infinite for a singular matrix, 1 for an empty one.
-///
-/// # Errors
-/// [`NumericError::NotFinite`] for bad data, [`NumericError::NoConvergence`] when the iteration fails.
 pub(crate) fn condition(a: &Mat<f64>) -> Result<f64, NumericError> {
     if a.nrows() == 0 || a.ncols() == 0 {
         return Ok(1.0);

@@ -12,9 +12,6 @@ use faer::{Mat, c64};
 /// Separates a square matrix into blocks whose coupling solutions P have a Frobenius norm of at most `limit`; zero
 /// gives one block, the Schur form itself. Returns an orthonormal basis of each block's invariant subspace (n×size):
 /// AXₖ = XₖAₖ with Aₖ quasi upper triangular.
-///
-/// # Errors
-/// [`NumericError`] when the Schur form fails.
 pub(crate) fn invariant_bases(a: &Mat<f64>, limit: f64) -> Result<Vec<Mat<f64>>, NumericError> {
     let n = a.nrows();
     let mut form = schur(a)?;

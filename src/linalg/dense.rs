@@ -32,9 +32,6 @@ impl Factored {
     }
 
     /// X with A X = B.
-    ///
-    /// # Errors
-    /// As [`solve`].
     pub(crate) fn solve(&self, b: &Mat<f64>) -> Result<Mat<f64>, NumericError> {
         let Some(lu) = &self.lu else {
             return Ok(Mat::zeros(0, b.ncols()));
@@ -58,9 +55,6 @@ pub fn solve(a: &Mat<f64>, b: &Mat<f64>) -> Result<Mat<f64>, NumericError> {
 
 /// X with A X = B for the symmetric matrix of normal equations: scaled to a diagonal of ones first, so that the pivots
 /// tell its rank and not the units of its unknowns.
-///
-/// # Errors
-/// As [`solve`].
 pub(crate) fn solve_normal(a: &Mat<f64>, b: &Mat<f64>) -> Result<Mat<f64>, NumericError> {
     let unit = |k: usize| if a[(k, k)] > 0.0 { a[(k, k)].sqrt().recip() } else { 1.0 };
     let units: Vec<f64> = (0..a.nrows()).map(unit).collect();
@@ -128,9 +122,6 @@ pub fn symmetric_eigen(a: &Mat<f64>) -> Result<(Vec<f64>, Mat<f64>), NumericErro
 
 /// A symmetric matrix divided by a power of two to a norm of about 1, and that power: faer's divide and conquer loses
 /// all accuracy on matrices of norm 1e14 (n ≥ 200).
-///
-/// # Errors
-/// [`NumericError::NotFinite`] for bad data.
 pub(super) fn of_unit_norm(a: &Mat<f64>) -> Result<(Mat<f64>, f64), NumericError> {
     if !a.is_all_finite() {
         return Err(NumericError::NotFinite { what: "symmetric eigenvalues" });

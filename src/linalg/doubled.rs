@@ -47,7 +47,6 @@ impl Doubled {
         Mat::from_fn(self.hi.nrows(), self.hi.ncols(), |i, j| self.hi[(i, j)] + self.lo[(i, j)])
     }
 
-    /// Sum.
     pub(crate) fn plus(&self, other: &Self) -> Self {
         let mut sum = self.clone();
         for j in 0..self.hi.ncols() {

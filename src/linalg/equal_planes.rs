@@ -141,9 +141,6 @@ impl EqualPlanes {
 
     /// Rows S with SᵀS = W for a symmetric W ≥ 0 on these coordinates, without those whose share of W is at most
     /// `rounding`; none when the planes of W are not equal.
-    ///
-    /// # Errors
-    /// As [`hermitian_eigen`].
     pub(crate) fn root(&self, w: &Mat<f64>, rounding: f64) -> Result<Option<Mat<f64>>, NumericError> {
         let scale = vec![1.0; self.x.len()];
         let Some(turning) = self.turning_between(self, w, (&scale, &scale)) else {
@@ -164,18 +161,12 @@ impl EqualPlanes {
     }
 
     /// [`Self::eigenvalues`] where the planes of the coordinates are known, else those of the matrix as it is.
-    ///
-    /// # Errors
-    /// As [`eigenvalues`].
     pub(crate) fn eigenvalues_on(planes: Option<&Self>, a: &Mat<f64>) -> Result<Vec<c64>, NumericError> {
         planes.map_or_else(|| eigenvalues(a), |planes| planes.eigenvalues(a))
     }
 
     /// Eigenvalues of a real matrix on these coordinates, each of P + jQ beside its conjugate; those of the matrix as
     /// it is when its planes are not equal.
-    ///
-    /// # Errors
-    /// As [`eigenvalues`].
     pub(crate) fn eigenvalues(&self, a: &Mat<f64>) -> Result<Vec<c64>, NumericError> {
         let Some((turning, _)) = self.turning(a) else {
             return eigenvalues(a);

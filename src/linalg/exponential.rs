@@ -18,9 +18,6 @@ pub fn exponential(a: &Mat<f64>) -> Result<Mat<f64>, NumericError> {
 
 /// exp(tA) of a square matrix at some times t ≥ 0; `planes` are those of its coordinates, where two planes may be
 /// equal.
-///
-/// # Errors
-/// As [`exponential`].
 pub(crate) fn exponentials<const K: usize>(
     a: &Mat<f64>,
     times: [f64; K],

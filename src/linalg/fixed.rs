@@ -12,9 +12,7 @@ pub(crate) trait Columns {
     fn zeros(rows: usize, cols: usize) -> Self;
     /// Entry (re, im).
     fn at(&self, i: usize, j: usize) -> (f64, f64);
-    /// Sets an entry (re, im).
     fn set(&mut self, i: usize, j: usize, value: (f64, f64));
-    /// Sets every entry to zero.
     fn clear(&mut self);
     /// Column `j` ← column `j` + a · column of another matrix in some rows; the others may be changed as well.
     fn add(&mut self, rows: Range<usize>, j: usize, a: (f64, f64), x: (&Self, usize));

@@ -30,9 +30,6 @@ impl Francis {
     }
 
     /// Takes steps until all is deflated.
-    ///
-    /// # Errors
-    /// [`NumericError::NoConvergence`] when one eigenvalue takes too many steps.
     pub(super) fn check_finished(mut self) -> Result<Self, NumericError> {
         let mut end = self.form.order;
         let mut steps = 0;

@@ -10,9 +10,6 @@ use super::schur::schur;
 use faer::Mat;
 
 /// X with AᵀX + XA + Q = 0 in doubled precision; A stable.
-///
-/// # Errors
-/// [`NumericError`] when the Schur form fails or the refinement does not settle (A has eigenvalues near the axis).
 pub(crate) fn lyapunov_doubled(a: &Mat<f64>, q: &Doubled) -> Result<Doubled, NumericError> {
     // Each step gains the digits that ε·cond leaves; a step that gains less than one digit is hopeless.
     const LIMIT: usize = 20;
@@ -47,18 +44,12 @@ pub(crate) fn lyapunov_doubled(a: &Mat<f64>, q: &Doubled) -> Result<Doubled, Num
 }
 
 /// L with P = L Lᵀ, AP + PAᵀ + BBᵀ = 0; n×n lower triangular, columns of zeros where P has no more rank.
-///
-/// # Errors
-/// As [`lyapunov_doubled`].
 pub(crate) fn reachability_factor(a: &Mat<f64>, b: &Mat<f64>) -> Result<Doubled, NumericError> {
     let q = Doubled::gram(&b.transpose().to_owned());
     Ok(lyapunov_doubled(&a.transpose().to_owned(), &q)?.cholesky())
 }
 
 /// L with Q = L Lᵀ, AᵀQ + QA + CᵀC = 0.
-///
-/// # Errors
-/// As [`lyapunov_doubled`].
 pub(crate) fn observability_factor(a: &Mat<f64>, c: &Mat<f64>) -> Result<Doubled, NumericError> {
     Ok(lyapunov_doubled(a, &Doubled::gram(c))?.cholesky())
 }

@@ -10,9 +10,6 @@ pub(crate) fn cholesky(h: &Mat<c64>) -> Option<Mat<c64>> {
 }
 
 /// Eigenvalues (ascending) and orthonormal eigenvectors (columns) of a Hermitian matrix. Reads the lower triangle.
-///
-/// # Errors
-/// [`NumericError::NotFinite`] for bad data, [`NumericError::NoConvergence`] when the iteration fails.
 pub(crate) fn hermitian_eigen(h: &Mat<c64>) -> Result<(Vec<f64>, Mat<c64>), NumericError> {
     let what = "Hermitian eigenvalues";
     if !h.is_all_finite() {
@@ -28,9 +25,6 @@ pub(crate) fn hermitian_eigen(h: &Mat<c64>) -> Result<(Vec<f64>, Mat<c64>), Nume
 }
 
 /// Thin singular value decomposition A = U diag(s) Vᴴ, s descending: (U, s, V).
-///
-/// # Errors
-/// [`NumericError::NotFinite`] for bad data, [`NumericError::NoConvergence`] when the iteration fails.
 pub(crate) fn singular_vectors(a: &Mat<c64>) -> Result<(Mat<c64>, Vec<f64>, Mat<c64>), NumericError> {
     let what = "singular value decomposition";
     if !a.is_all_finite() {

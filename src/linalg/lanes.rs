@@ -54,7 +54,6 @@ impl Lanes {
 
     pub(crate) const ONE: Self = Self::splat(c64::new(1.0, 0.0));
 
-    /// The same number four times.
     pub(crate) const fn splat(value: c64) -> Self {
         Self { re: Reals::splat(value.re), im: Reals::splat(value.im) }
     }
@@ -72,7 +71,6 @@ impl Lanes {
         list
     }
 
-    /// Four numbers by their places.
     #[inline]
     pub(crate) fn from_fn(at: impl Fn(usize) -> c64) -> Self {
         let four: [c64; WIDTH] = std::array::from_fn(at);
@@ -90,13 +88,11 @@ impl Lanes {
         Self::from_fn(|l| list.get(l).map_or(c64::new(0.0, 0.0), &at))
     }
 
-    /// Real and imaginary parts.
     #[inline]
     pub(crate) fn reals(&self) -> (Reals, Reals) {
         (self.re, self.im)
     }
 
-    /// The same as lists.
     #[inline]
     pub(crate) fn parts(&self) -> (&[f64; WIDTH], &[f64; WIDTH]) {
         (self.re.as_array(), self.im.as_array())
@@ -115,7 +111,6 @@ impl Lanes {
         column[group].lane(lane)
     }
 
-    /// Sets one of the four.
     #[inline]
     pub(crate) fn set_lane(&mut self, l: usize, value: c64) {
         self.re.as_mut_array()[l] = value.re;

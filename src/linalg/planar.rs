@@ -52,7 +52,6 @@ pub(crate) fn add_fused(y: PartMut, a: (f64, f64), x: Part) {
 }
 
 impl Planar {
-    /// Zero, rows×cols.
     pub(crate) fn zeros(rows: usize, cols: usize) -> Self {
         Self { rows, cols, re: vec![0.0; rows * cols], im: vec![0.0; rows * cols] }
     }
@@ -76,17 +75,14 @@ impl Planar {
         })
     }
 
-    /// Number of rows.
     pub(crate) fn rows(&self) -> usize {
         self.rows
     }
 
-    /// Number of columns.
     pub(crate) fn cols(&self) -> usize {
         self.cols
     }
 
-    /// Entry (re, im).
     pub(crate) fn at(&self, i: usize, j: usize) -> (f64, f64) {
         let k = i + j * self.rows;
         (self.re[k], self.im[k])
@@ -97,7 +93,6 @@ impl Planar {
         self.re.iter().chain(&self.im).map(|v| v * v).sum()
     }
 
-    /// Rows `from`..`to` of a column.
     pub(crate) fn part(&self, from: usize, to: usize, j: usize) -> Part<'_> {
         let (a, b) = (from + j * self.rows, to + j * self.rows);
         (&self.re[a..b], &self.im[a..b])
@@ -118,7 +113,6 @@ impl Planar {
         (own, (before_re, before_im))
     }
 
-    /// Sets every entry to zero.
     pub(crate) fn clear(&mut self) {
         self.re.fill(0.0);
         self.im.fill(0.0);

@@ -20,9 +20,6 @@ fn ensure_finite(a: &Mat<f64>) -> Result<(), NumericError> {
 }
 
 /// [`eigenvalues`] of a balanced matrix.
-///
-/// # Errors
-/// As [`eigenvalues`].
 pub(super) fn eigenvalues_of_balanced(balanced: &Mat<f64>) -> Result<Vec<c64>, NumericError> {
     ensure_finite(balanced)?;
     let n = balanced.nrows();

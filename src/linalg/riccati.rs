@@ -140,7 +140,6 @@ const ON_AXIS: f64 = 1e-11;
 /// Residual above which a candidate is no start for Newton's method, unless it stabilises.
 const USABLE: f64 = 1e-3;
 
-/// Balanced problem.
 struct RiccatiData {
     a: Mat<f64>,
     g: Mat<f64>,

@@ -13,9 +13,7 @@ const SHRUNK: f64 = 0.5;
 pub(crate) struct SimplexEnd {
     /// The best vertex.
     pub point: Vec<f64>,
-    /// Its value.
     pub value: f64,
-    /// Steps taken.
     pub steps: usize,
 }
 

@@ -128,9 +128,6 @@ impl Balancing {
 
     /// Checks the values on the balanced system: A Σ + Σ Aᵀ + B Bᵀ = 0 and Aᵀ Σ + Σ A + Cᵀ C = 0, which no step before
     /// has used, and the largest of them against the H∞ norm, which none exceeds.
-    ///
-    /// # Errors
-    /// [`NumericError::Contradiction`] where they do not hold, and [`NumericError`] when the norm fails.
     fn check(&self) -> Result<(), NumericError> {
         let k = self.right.ncols();
         let balanced = self.balance_states(k);
@@ -197,17 +194,11 @@ impl Balancing {
     }
 
     /// Singular perturbation to `order` states.
-    ///
-    /// # Errors
-    /// [`NumericError`] when `order` is below [`Self::kept`], or the cut part has a pole at zero.
     pub(crate) fn residualise_states(&self, order: usize) -> Result<StateSpace<Continuous>, NumericError> {
         Ok(append_outputs(&self.residualised_part(self.stable_order(order)?)?, &self.kept))
     }
 
     /// Both reductions with their L∞ errors, weighted ones where there are weights; the better one first.
-    ///
-    /// # Errors
-    /// [`NumericError`] when `order` is too small or a norm fails.
     pub(crate) fn reductions(&self, order: usize) -> Result<Vec<Reduction>, NumericError> {
         let r = self.stable_order(order)?;
         let parts =
@@ -284,7 +275,6 @@ impl Balancing {
     }
 }
 
-/// One reduced system.
 #[derive(Clone, Debug)]
 pub(crate) struct Reduction {
     /// "balanced_truncation" or "singular_perturbation".
@@ -298,9 +288,6 @@ pub(crate) struct Reduction {
 /// A stable system in coordinates in which its reachability gramian is about one, where Lyapunov equations and A are
 /// well conditioned. The gramian of working precision serves to find them; the change of coordinates is one of doubled
 /// precision, so that it costs no digit of the system.
-///
-/// # Errors
-/// [`NumericError`] when the Schur form or the eigenvalue iteration fails.
 fn input_normal(s: &StateSpace<Continuous>) -> Result<StateSpace<Continuous>, NumericError> {
     // Directions below the accuracy of the gramian; the root of it is the condition number of the change.
     const SMALLEST_SHARE: f64 = 1e-13;

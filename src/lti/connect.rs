@@ -107,9 +107,6 @@ pub fn lower_lft<T: TimeBase>(
 }
 
 /// Refuses a controller that is not sampled as the plant is.
-///
-/// # Errors
-/// [`NumericError::Dimension`] with both sample times.
 pub(crate) fn check_sample_times(
     plant: &StateSpace<Discrete>,
     controller: &StateSpace<Discrete>,

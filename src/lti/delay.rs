@@ -8,9 +8,6 @@ use crate::linalg::{Mat, NumericError};
 /// Diagonal Padé approximant of e^{−sτ} of order n, D(−s)/D(s) with
 /// D(s) = Σ_k (2n−k)! n!/((2n)! k! (n−k)!) (τs)^k (Golub and Van Loan, section 9.3.1), states scaled by 1/τ.
 /// Order 0 is the gain 1.
-///
-/// # Errors
-/// [`NumericError::NotFinite`] for a delay that is zero, negative or not a number.
 pub(crate) fn pade_delay(delay_s: f64, order: usize) -> Result<StateSpace<Continuous>, NumericError> {
     let n = order;
     let mut coefficient = vec![1.0; n + 1];
@@ -76,9 +73,6 @@ pub fn sample_with_delay(
 }
 
 /// [`sample_with_delay`] of a system whose states and then inputs belong to `planes`, which may be equal.
-///
-/// # Errors
-/// As [`sample_with_delay`].
 pub(crate) fn sample_planes(
     system: &StateSpace<Continuous>,
     delayed: usize,

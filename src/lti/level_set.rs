@@ -23,9 +23,6 @@ const STEPS: usize = 60;
 
 /// Peak of `value` (0 ≤ ω ≤ ∞) starting from `seeds`, places with their values; `hamiltonian` gives H(γ), or none when
 /// the level is singular.
-///
-/// # Errors
-/// [`NumericError`] when eigenvalues fail, the value is not finite at a seed, or the levels do not settle.
 pub(crate) fn peak(
     value: &dyn Fn(f64) -> f64,
     seeds: &[(f64, f64)],

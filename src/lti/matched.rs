@@ -62,9 +62,6 @@ fn exp_minus_one(x: c64) -> c64 {
 
 /// factor Π(z − zero)/Π(z − pole) as a chain of systems of order one and two; no more zeros than poles, complex ones in
 /// exact conjugate pairs.
-///
-/// # Errors
-/// [`NumericError`] for roots that are not finite.
 pub(crate) fn chain<T: TimeBase>(
     poles: &[c64],
     zeros: &[c64],

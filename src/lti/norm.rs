@@ -47,9 +47,6 @@ pub fn hinf_norm(system: &StateSpace<Continuous>, rel_tol: f64) -> Result<HinfNo
 }
 
 /// H∞ norm of a stable continuous system, and its growth rate (1/s): both from one computation of the poles.
-///
-/// # Errors
-/// As [`hinf_norm`].
 pub(crate) fn hinf_norm_and_growth(
     system: &StateSpace<Continuous>,
     rel_tol: f64,
@@ -79,9 +76,6 @@ pub fn hinf_norm_discrete(system: &StateSpace<Discrete>, rel_tol: f64) -> Result
 }
 
 /// [`hinf_norm_discrete`] of a system with these poles.
-///
-/// # Errors
-/// As [`hinf_norm_discrete`].
 pub(crate) fn hinf_norm_with_poles(
     system: &StateSpace<Discrete>,
     poles: &[c64],
@@ -103,9 +97,6 @@ pub(crate) fn hinf_norm_with_poles(
 /// there and between its neighbours.
 /// `planes` are those of the states, where two planes may be equal.
 /// The frequency (rad/s) and gain of the largest value met come with the answer.
-///
-/// # Errors
-/// [`NumericError`] when an eigenvalue iteration fails.
 pub(crate) fn stays_below(
     system: &StateSpace<Discrete>,
     level: f64,
@@ -195,9 +186,6 @@ fn linf_norm_with(system: &StateSpace<Continuous>, poles: &[c64], rel_tol: f64) 
 }
 
 /// H(γ) of the module for balanced states: axis eigenvalues jω are the frequencies where a gain meets γ.
-///
-/// # Errors
-/// [`NumericError`] when γ is a gain of the feedthrough.
 pub(crate) fn hamiltonian(s: &StateSpace<Continuous>, gamma: f64) -> Result<Mat<f64>, NumericError> {
     let (n, m) = (s.order(), s.inputs());
     let dtd = s.d.transpose() * &s.d;

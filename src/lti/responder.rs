@@ -150,7 +150,6 @@ impl<T: TimeBase> FrequencyResponder<T> {
         EntryGroup(std::array::from_fn(|g| Lanes::from_fn(|l| entry(first(g) + l))))
     }
 
-    /// Continuous or sampled time.
     pub(crate) fn time(&self) -> T {
         self.time
     }
@@ -248,7 +247,6 @@ impl CombinedColumn {
         }
     }
 
-    /// Adds ζ on the diagonal.
     fn shift(&mut self, i: usize, point: c64) {
         self.re[i] += point.re;
         self.im[i] += point.im;

@@ -235,9 +235,6 @@ impl<T: TimeBase> StateSpace<T> {
 
 impl StateSpace<Discrete> {
     /// Poles as points of the s plane, rad/s: for grids and damping tables.
-    ///
-    /// # Errors
-    /// [`NumericError`] when the eigenvalue iteration fails.
     pub(crate) fn continuous_poles(&self) -> Result<Vec<c64>, NumericError> {
         Ok(self.time.continuous_poles(self.poles()?))
     }

@@ -25,9 +25,6 @@ pub(crate) struct SisoZeros {
 
 /// Finite zeros of a system with one input and one output, in states of like size; `radius` is that of the circle
 /// round zero on which its response is of interest.
-///
-/// # Errors
-/// [`NumericError`] from the eigenvalue iteration.
 pub(crate) fn siso_zeros<T: TimeBase>(system: &StateSpace<T>, radius: f64) -> Result<SisoZeros, NumericError> {
     let values = REAL_POINTS.map(|s| (s * radius, system.transfer(c64::new(s * radius, 0.0))[(0, 0)].re));
     let finite = values.into_iter().filter(|(_, value)| value.is_finite());

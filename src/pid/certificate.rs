@@ -171,9 +171,6 @@ pub(super) struct PidFigures {
 
 impl PidFigures {
     /// The PID of these parameters.
-    ///
-    /// # Errors
-    /// As [`certify`].
     pub(super) fn new(
         machine: &Machine,
         parameters: PidParameters,
@@ -232,9 +229,6 @@ impl PidFigures {
     }
 
     /// The PID with its whole certificate, loops with shifted modes included.
-    ///
-    /// # Errors
-    /// As [`certify`].
     pub(super) fn certify_pid(
         self,
         machine: &Machine,

@@ -13,7 +13,6 @@ pub(super) struct PidLaw {
     pub base: Vec<f64>,
     /// Indices of the parameters that move, in ascending order.
     pub free: Vec<usize>,
-    /// Nyquist frequency, rad/s.
     pub nyquist_rad_s: f64,
 }
 
@@ -56,7 +55,6 @@ impl LawStructure for PidLaw {
     }
 }
 
-/// The PID with its parameters.
 struct FixedPid<'a> {
     axes: [Option<AxisParameters>; 2],
     /// Whether a parameter has an effect.

@@ -32,7 +32,6 @@ pub struct Biquad {
 }
 
 impl Biquad {
-    /// The section as a system.
     pub(super) fn system(&self) -> Result<StateSpace<Continuous>, NumericError> {
         let (p, z) = (self.pole_rad_s, self.zero_rad_s);
         let direct = (p / z).powi(2);

@@ -7,7 +7,6 @@ use crate::spindle::{Machine, Side, SpindleError};
 pub(super) struct RigidBearing {
     /// Force per current, N/A.
     pub ki_n_per_a: f64,
-    /// Negative stiffness, N/m.
     pub ks_n_per_m: f64,
     /// Mass that the rigid rotor shows at the actuator, kg.
     pub mass_kg: f64,
@@ -19,9 +18,6 @@ pub(super) struct RigidBearing {
 const SHARE_OF_BENDING: f64 = 0.05;
 
 /// Both bearings of a machine whose lowest flexible mode is `bending_rad_s`.
-///
-/// # Errors
-/// [`SpindleError`] when the rotor breaks a rule.
 pub(super) fn rigid_bearings(machine: &Machine, bending_rad_s: f64) -> Result<[RigidBearing; 2], SpindleError> {
     let rigid = machine.rotor()?.mass_properties();
     let bearing = |side: Side, position_m: f64| {

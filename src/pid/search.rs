@@ -26,13 +26,11 @@ use std::f64::consts::TAU;
 /// What a search is asked.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct PidSearch {
-    /// Limits of the loop.
     pub limits: LoopLimits,
     /// Relative shift of the flexible frequencies, both ways, that the loop must survive.
     pub mode_shift: f64,
     /// Starts drawn.
     pub starts: usize,
-    /// Seed of the starts.
     pub seed: u64,
     /// Basins: [`TRIED`] starts are tried for each.
     pub basins: usize,
@@ -42,12 +40,9 @@ pub(super) struct PidSearch {
     pub rounds: usize,
 }
 
-/// A PID found.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct FoundPid {
-    /// Parameters.
     pub parameters: PidParameters,
-    /// Controllers judged: starts and steps.
     pub evaluations: usize,
 }
 
@@ -73,9 +68,6 @@ type Shape<'a> = dyn Fn(PidParameters) -> Option<PidParameters> + Sync + 'a;
 
 /// The best PID that the search finds; `given` starts come before those drawn, `free` lists the parameters that move.
 /// Besides the rotors of every search it serves the `further` ones.
-///
-/// # Errors
-/// [`ControllerError::Infeasible`] when no start levitates the machine at rest and top speed; failures of plants.
 pub(super) fn search(
     machine: &Machine,
     asked: &PidSearch,

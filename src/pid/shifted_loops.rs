@@ -32,7 +32,6 @@ pub struct ShiftedLoops {
 }
 
 impl ShiftedLoops {
-    /// No loop checked.
     pub(super) fn none(shift: f64) -> Self {
         Self { shift, loops: 0, worst_growth_rate_per_s: f64::NAN, worst_factors: vec![], worst_speed_rpm: f64::NAN }
     }

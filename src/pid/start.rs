@@ -29,9 +29,6 @@ pub(super) struct StartRule {
 
 impl StartRule {
     /// The rule of a machine; `bending_rad_s` is its lowest flexible mode.
-    ///
-    /// # Errors
-    /// [`SpindleError`] when the rotor breaks a rule.
     pub(super) fn new(machine: &Machine, bending_rad_s: f64) -> Result<Self, SpindleError> {
         Ok(Self {
             bearings: rigid_bearings(machine, bending_rad_s)?,
@@ -82,7 +79,6 @@ impl StartRule {
 /// A start with what the screening saw of it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Start {
-    /// Parameters.
     pub parameters: PidParameters,
     /// Unstable poles of the loops screened, summed.
     pub unstable: i64,

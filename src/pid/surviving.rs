@@ -42,7 +42,6 @@ const FURTHER_MODES: usize = 3;
 const PER_BEARING: usize = 4;
 /// Edge of the first simplex, in logarithms: a third of an octave and more.
 const EDGE: f64 = 0.25;
-/// Seed of the starts.
 const SEED: u64 = 1;
 /// Growth of a loop that cannot be computed, 1/s.
 const HOPELESS: f64 = 1e12;

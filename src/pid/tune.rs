@@ -284,9 +284,6 @@ const FIXED_BY_TEXTBOOK: usize = 3;
 const NO_BAND: (f64, f64) = (0.0, 0.0);
 
 /// A PID, or the reason why none was found; other failures stay errors.
-///
-/// # Errors
-/// [`VerificationError`] from plants and eigenvalues.
 pub(crate) fn found_or_reason(
     result: Result<TunedPid, VerificationError>,
 ) -> Result<Result<TunedPid, String>, VerificationError> {

@@ -26,9 +26,6 @@ pub struct Finished {
 }
 
 /// Runs one tool; the largest tightening is sought on demand, and where the specification is missed.
-///
-/// # Errors
-/// [`PipelineError`] of the step that failed.
 pub(crate) fn one_tool(
     task: &Task<'_>,
     tightening: bool,

@@ -81,7 +81,6 @@ pub struct DScaleCurve {
 /// What is known of a [`Stage`] already.
 #[derive(Clone, Copy, Default)]
 pub(super) struct KnownStage {
-    /// Certified peak of the specification.
     pub(super) specification: Option<PeakFigures>,
     /// Largest bound found on the synthesis problem.
     pub(super) synthesis: Option<f64>,

@@ -63,16 +63,12 @@ impl Compared {
 /// The μ design and the PIDs for a machine, for a comparison without given controllers.
 #[derive(Clone, Debug)]
 pub(crate) struct OwnControllers {
-    /// The design.
     pub design: Design,
     /// The tuned and the textbook PID within the amplifier limits of the design.
     pub rivals: Rivals,
 }
 
 /// Designs with the usual settings, and tunes a PID with effort `pid`.
-///
-/// # Errors
-/// [`PipelineError`] of the stage that failed; a PID that is not found is no error.
 pub(crate) fn own_controllers(
     machine: &Machine,
     weights: &Weights,

@@ -88,9 +88,6 @@ pub(crate) fn better_in_every_figure(a: &[Prediction], b: &[Prediction]) -> bool
 
 /// Settings of a PID search whose amplifier limits are the figures of the delivered controller: noise current at rest
 /// and top speed, gain above the modes of the model.
-///
-/// # Errors
-/// [`PipelineError`] when the plant or the norms fail.
 pub(crate) fn rival_settings(
     machine: &Machine,
     delivered: &Controller,
@@ -143,9 +140,7 @@ pub fn predict(machine: &Machine, controller: &Controller, speed_rpm: f64) -> Re
 }
 
 pub(super) struct LoopAtSpeed {
-    /// The full plant.
     pub(super) plant: Plant,
-    /// Poles of the loop.
     pub(super) poles: SpeedPoles,
     /// A grid that is dense round the poles.
     pub(super) grid: FrequencyGrid,
@@ -175,9 +170,6 @@ pub(super) fn below_nyquist(machine: &Machine, hz: f64) -> f64 {
 /// Stability lobes of milling with a controller at a speed, from the closed-loop tool compliance in both axes.
 ///
 /// `None` for a loop that is unstable without a cut.
-///
-/// # Errors
-/// [`PipelineError`] when the plant or the loop cannot be built, or the cut is out of range.
 pub(crate) fn chatter_limit(
     machine: &Machine,
     controller: &Controller,

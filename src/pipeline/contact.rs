@@ -64,9 +64,6 @@ pub fn contact(
 }
 
 /// True when the rotor comes free again after the push that [`contact`] makes.
-///
-/// # Errors
-/// [`PipelineError`] when the simulation fails.
 pub(super) fn recovers(machine: &Machine, rows: &ScaledRealisation) -> Result<bool, PipelineError> {
     let force_n = touching_force_n(machine, SignalLimits::of(machine).output_a, PUSH_S)?;
     Ok(Recovery::of(machine, &push_tool(machine, rows, force_n)?) != Recovery::Lost)

@@ -86,9 +86,6 @@ pub(super) struct Realised {
 
 impl Realised {
     /// Realises and rounds the sampled controller `plane` of one plane (m to A).
-    ///
-    /// # Errors
-    /// [`PipelineError`] when the modal form, its scales or the anti-windup fail.
     pub(super) fn new(machine: &Machine, plane: &StateSpace<Discrete>) -> Result<Self, PipelineError> {
         let (realisation, _) = firmware_rows(&both_planes(plane), machine)?;
         let law = realisation.rows.rounded_f32()?;
@@ -128,9 +125,6 @@ pub(super) struct DeliveryCandidate {
 
 impl DeliveryCandidate {
     /// A realised controller with its μ at rest and over speed.
-    ///
-    /// # Errors
-    /// [`PipelineError`] says which step failed.
     pub(super) fn new(
         machine: &Machine,
         weights: &Weights,
@@ -141,9 +135,6 @@ impl DeliveryCandidate {
     }
 
     /// As [`Self::new`], with the proof of its stability over speed and what is known of its μ already.
-    ///
-    /// # Errors
-    /// As [`Self::new`] and [`Self::proof`].
     pub(super) fn prove_candidate(
         machine: &Machine,
         weights: &Weights,
@@ -209,18 +200,12 @@ impl DeliveryCandidate {
     }
 
     /// Proof of stability from rest to [`OVERSPEED`] times the top speed.
-    ///
-    /// # Errors
-    /// [`PipelineError`] when a computation fails; an unstable loop is an open piece of the proof.
     pub(super) fn proof(&self, machine: &Machine) -> Result<SpeedProof, PipelineError> {
         prove_law(machine, self.law())
     }
 
     /// The delivery, with the proof and what the reader of a report asks beyond it; `speeds` are those of the
     /// verification.
-    ///
-    /// # Errors
-    /// [`PipelineError`] says which step failed.
     pub(super) fn deliver_candidate(
         self,
         machine: &Machine,

@@ -119,10 +119,6 @@ impl Design {
 
     /// The smallest tool stiffness at rest, maximised over all linear controllers within the limits of the polish and
     /// within zone A: what the delivered one is to be measured by.
-    ///
-    /// # Errors
-    /// [`PipelineError`] when the delivered controller is unstable itself or does not levitate the machine, or the
-    /// convex problem has no answer.
     pub(crate) fn stiffness_limit(&self, machine: &Machine) -> Result<StiffnessLimit, PipelineError> {
         let limits = limits(machine, ZONE_A)?;
         let law = plane_of_law(machine, &self.delivery.controller)?;
@@ -137,9 +133,6 @@ impl Design {
 }
 
 /// The whole design, and for the listener what the polish and the scale of the specification have come to.
-///
-/// # Errors
-/// As [`design`].
 pub(crate) fn design_in_words(
     machine: &Machine,
     weights: &Weights,

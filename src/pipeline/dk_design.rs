@@ -55,9 +55,6 @@ pub(super) type Made = (Delivery, Option<PolishOutcome>);
 
 /// Reduces the controller of the D-K iteration, and polishes and certifies what is delivered; `entrant` is what the
 /// polish of an earlier design led to.
-///
-/// # Errors
-/// [`PipelineError`] says which stage failed.
 pub(super) fn dk_design(
     machine: &Machine,
     weights: &Weights,

@@ -28,9 +28,6 @@ pub struct Emulated {
 }
 
 /// The controller of a continuous design in the w plane of the sampled loop.
-///
-/// # Errors
-/// [`PipelineError::Emulated`] when the sampled loop is unstable for every prewarp frequency.
 pub(super) fn sampled_by_tustin(
     problems: &Problems,
     controller: &StateSpace<Continuous>,

@@ -16,9 +16,6 @@ const SPEEDS: usize = 11;
 
 /// Frequency at which Tustin's rule keeps a continuous controller, Hz: the first flexible mode, where phase is
 /// scarcest, up to a fifth of the sample rate; a tenth of it without one.
-///
-/// # Errors
-/// [`SpindleError`] when the plant cannot be built.
 pub(crate) fn prewarp_hz(machine: &Machine) -> Result<f64, SpindleError> {
     let detail = ModelDetail::Modes { flexible: 1, static_residual: false };
     let model = Plant::new(machine, 0.0, detail)?;
@@ -28,9 +25,6 @@ pub(crate) fn prewarp_hz(machine: &Machine) -> Result<f64, SpindleError> {
 }
 
 /// Proof of stability with float32 coefficients, and with Q31 ones: whichever is worse.
-///
-/// # Errors
-/// [`PipelineError`] when a coefficient has no place in its format, or a loop cannot be checked.
 pub(crate) fn proven_as_rounded(machine: &Machine, rows: &ScaledRealisation) -> Result<Verification, PipelineError> {
     let check = |law: &StateSpace<Discrete>, format: &str| {
         let conditions = format!("full finite-element plant, exact delay, sampled; coefficients rounded to {format}");
@@ -50,9 +44,6 @@ pub(crate) struct RoundedTransfer {
 }
 
 /// Compares the controller with its rows as they are rounded.
-///
-/// # Errors
-/// [`ControllerError`] when a coefficient has no place in its format, or poles cannot be found.
 pub(crate) fn changed_by_rounding(
     law: &StateSpace<Discrete>,
     rows: &ScaledRealisation,

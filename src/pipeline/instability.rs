@@ -55,9 +55,6 @@ pub struct SplitMode {
 
 impl Instability {
     /// Of a delivery; none where every speed computed is stable.
-    ///
-    /// # Errors
-    /// [`PipelineError`] when the plant or the poles at the worst speed cannot be computed.
     pub(super) fn of(
         machine: &Machine,
         problems: &Problems,
@@ -70,9 +67,6 @@ impl Instability {
     }
 
     /// Of a verified controller that no synthesis made.
-    ///
-    /// # Errors
-    /// As [`Self::of`].
     pub(super) fn of_verified(
         machine: &Machine,
         controller: &Controller,

@@ -39,7 +39,6 @@ pub struct Judged {
 }
 
 impl Judged {
-    /// A controller that is delivered.
     pub(super) fn of(machine: &Machine, name: &str, delivery: &Delivery) -> Result<Self, PipelineError> {
         let to_rpm = delivery.speed_proof.proven_to_rpm();
         let controller = Controller { name: name.to_owned(), law: delivery.controller.law.clone() };

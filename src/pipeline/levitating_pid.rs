@@ -11,9 +11,6 @@ use crate::spindle::halved::refined_around_tilting;
 /// A textbook PID for the model; where that does not levitate the machine that is measured at these speeds (rpm), the
 /// PID of a short search on this machine, as on a rig. Where the search finds none either, the textbook PID. `watch` is
 /// called on the way.
-///
-/// # Errors
-/// [`PipelineError`] from the plants and the search.
 pub(crate) fn levitating_pid(
     model: &Machine,
     truth: &Machine,

@@ -83,9 +83,7 @@ pub struct DrawnPlants {
     pub unstable: usize,
 }
 
-/// Rotors drawn.
 const SAMPLED_PLANTS: usize = 30;
-/// Seed of the draws.
 const SAMPLE_SEED: u64 = 1;
 /// Lines of their stiffness over the band, and across the range of each mode and a twentieth of its frequency beyond,
 /// by which a loop moves it.

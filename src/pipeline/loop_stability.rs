@@ -26,9 +26,6 @@ pub(crate) struct SpeedPoles {
 }
 
 /// Poles of the loop of a plant with a controller.
-///
-/// # Errors
-/// [`PipelineError`] when the sample times differ or the eigenvalues fail.
 pub(crate) fn loop_poles(plant: &Plant, controller: &Controller) -> Result<SpeedPoles, PipelineError> {
     let numeric = PipelineError::numeric("closed-loop stability");
     match &controller.law {
@@ -51,9 +48,6 @@ pub(crate) fn loop_poles(plant: &Plant, controller: &Controller) -> Result<Speed
 }
 
 /// Largest growth rate of the loop of the full plant at a speed, 1/s; negative: stable.
-///
-/// # Errors
-/// [`PipelineError`] when the plant cannot be built, the sample times differ, or the eigenvalues fail.
 pub(crate) fn growth_rate_at(machine: &Machine, controller: &Controller, speed_rpm: f64) -> Result<f64, PipelineError> {
     let plant = Plant::new(machine, speed_rpm * TAU / 60.0, ModelDetail::Full)?;
     Ok(loop_poles(&plant, controller)?.growth_rate_per_s)

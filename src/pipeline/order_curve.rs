@@ -26,7 +26,6 @@ const LEAST_ORDER: usize = 4;
 /// States of one plane that one step takes away: a pair of poles.
 const STEP: usize = 2;
 
-/// A controller of one order.
 #[derive(Clone, Debug)]
 pub(crate) struct OrderPoint {
     /// Order over both planes.
@@ -57,10 +56,6 @@ impl OrderCurve {
 
 /// Polishes controllers of lower order than that of a design, from one to the next, and puts the lowest that keeps 95 %
 /// of the smallest tool stiffness and every goal into the design.
-///
-/// # Errors
-/// [`PipelineError`] when the delivered controller has no x plane in the w plane. A cut controller that cannot be
-/// polished ends the curve and says why.
 pub(crate) fn lowest_order(
     machine: &Machine,
     weights: &Weights,

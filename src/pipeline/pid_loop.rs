@@ -37,18 +37,13 @@ pub(crate) enum PidOrigin {
 /// A PID and the searches that led to it.
 #[derive(Clone, Debug)]
 pub(crate) struct PidController {
-    /// As it runs.
     pub controller: Controller,
-    /// What it is.
     pub origin: PidOrigin,
     /// Why the search of a PID was not enough, and the search of leads.
     pub further: Option<(String, SurvivingLaw)>,
 }
 
 /// The PID that a search within limits finds, else a lead that is searched over speed.
-///
-/// # Errors
-/// [`PipelineError`] when a plant or its eigenvalues fail; searches that find nothing stable are no error.
 pub(crate) fn tune_pid(machine: &Machine, settings: &TuneSettings) -> Result<PidController, PipelineError> {
     let (pid, reason) = match found_or_reason(tune(machine, settings, &mut |_, _| {}))? {
         Ok(pid) => {
@@ -82,10 +77,8 @@ pub(crate) fn tune_pid(machine: &Machine, settings: &TuneSettings) -> Result<Pid
     }
 }
 
-/// The loop of a PID.
 #[derive(Clone, Debug)]
 pub(crate) struct PidLoop {
-    /// The PID.
     pub pid: PidController,
     /// Stability over speed, with its proof.
     pub verification: Verification,
@@ -101,9 +94,6 @@ pub(crate) struct PidLoop {
 
 impl PidLoop {
     /// Closes the loop of a sampled PID; natural frequencies are uncertain by a share.
-    ///
-    /// # Errors
-    /// [`PipelineError`] when a plant, a loop or its eigenvalues fail.
     pub(crate) fn close(
         machine: &Machine,
         pid: PidController,

@@ -269,7 +269,6 @@ pub(super) struct PolishJob<'a> {
     pub problems: &'a Problems,
     /// Floors of the tool's stiffness.
     pub floors: &'a [StiffnessFloor],
-    /// Speeds of the verification.
     pub speeds: usize,
     pub effort: PolishEffort,
 }

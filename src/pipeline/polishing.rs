@@ -304,9 +304,6 @@ const DK: &str = "D-K iteration";
 const EARLIER: &str = "earlier design";
 
 /// Polishes the controller of an earlier design.
-///
-/// # Errors
-/// [`PipelineError`] when the machine has no limits; a polish that fails is an attempt that failed.
 pub(super) fn polished_again(job: PolishJob<'_>, earlier: &EarlierDesign) -> Result<PolishedAgain, PipelineError> {
     let zone_a = limits(job.machine, ZONE_A)?;
     // It is polished already: its first round tells whether there is more to gain.

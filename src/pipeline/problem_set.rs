@@ -16,7 +16,6 @@ use crate::robust::structure::Structure;
 /// Problems and answers of a design.
 #[derive(Clone, Debug)]
 pub(crate) struct ProblemSet {
-    /// What the D-K iteration solves.
     pub synthesis: GeneralizedPlant,
     /// What μ is judged on: the specification as written, of the whole machine at rest.
     pub specification: GeneralizedPlant,
@@ -26,7 +25,6 @@ pub(crate) struct ProblemSet {
     pub closed_loop: StateSpace<Continuous>,
     /// Weights at the inputs of the specification, as written, over s.
     pub input_weights: StateSpace<Continuous>,
-    /// Weights at its outputs.
     pub output_weights: StateSpace<Continuous>,
     /// D-scales of the D-K iteration over the outputs z of `synthesis`, constant scales included; these alone where the
     /// iteration was not run.
@@ -37,9 +35,6 @@ pub(crate) struct ProblemSet {
 
 impl ProblemSet {
     /// The problems of a design; `weights` are the specification as written.
-    ///
-    /// # Errors
-    /// [`PipelineError`] for a controller that is not sampled, and when a connection or a scale fails.
     pub(crate) fn of(design: &Design, weights: &Weights) -> Result<Self, PipelineError> {
         const STAGE: &str = "problem files";
         let numeric = PipelineError::numeric(STAGE);

@@ -9,9 +9,7 @@ use crate::spindle::plant::AXES;
 use std::f64::consts::TAU;
 use std::ops::Range;
 
-/// Which responses.
 pub(crate) struct ResponseTable<'a> {
-    /// The plant at a speed.
     pub plant: &'a Plant,
     /// With a controller the compliance at the tool is that of the closed loop, else that of the rotor on its magnets.
     pub controller: Option<&'a Controller>,

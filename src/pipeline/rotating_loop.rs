@@ -41,9 +41,6 @@ pub(super) struct RotatingLoop {
 
 impl RotatingLoop {
     /// The loop of a plant whose planes are equal, with the law; `modes` are the uncertain ones.
-    ///
-    /// # Errors
-    /// [`PipelineError`] when a weight is not positive.
     pub(super) fn new(
         plant: &Plant,
         weights: &Weights,

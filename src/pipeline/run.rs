@@ -129,7 +129,6 @@ impl Run {
         tuned.is_some_and(|(_, pid)| better_in_every_figure(pid, &self.delivered))
     }
 
-    /// The tuned PID.
     pub(crate) fn pid(&self) -> Option<&TunedPid> {
         let tuned = &self.rivals.as_ref()?.tuned;
         tuned.as_ref().ok().map(|(pid, _)| pid)
@@ -244,9 +243,6 @@ fn update(nominal: &Machine, targets: &Targets, extent: Extent) -> Result<Updati
 }
 
 /// The loop of a controller at rest and at top speed.
-///
-/// # Errors
-/// [`PipelineError`] when the plant or the loop cannot be built.
 pub(crate) fn at_rest_and_top_speed(
     machine: &Machine,
     controller: &Controller,
@@ -257,9 +253,6 @@ pub(crate) fn at_rest_and_top_speed(
 }
 
 /// Predictions at rest and top speed with a controller of a design, those that its polish made where it judged it.
-///
-/// # Errors
-/// As [`at_rest_and_top_speed`].
 fn predict_stiffness(
     machine: &Machine,
     design: &Design,
@@ -270,17 +263,11 @@ fn predict_stiffness(
 }
 
 /// Predictions at rest and top speed with the delivered controller.
-///
-/// # Errors
-/// As [`at_rest_and_top_speed`].
 pub(crate) fn predict_delivered(machine: &Machine, design: &Design) -> Result<[Prediction; 2], PipelineError> {
     predict_stiffness(machine, design, &design.delivery.controller)
 }
 
 /// Predictions at rest and top speed with the controller of the D-K iteration, where a polished one is delivered.
-///
-/// # Errors
-/// As [`at_rest_and_top_speed`].
 pub(crate) fn predict_unpolished(machine: &Machine, design: &Design) -> Result<Option<[Prediction; 2]>, PipelineError> {
     let polish = design.polish.as_ref().filter(|p| p.delivered.is_some());
     let dk = polish.and_then(|p| p.dk.as_ref());
@@ -288,9 +275,6 @@ pub(crate) fn predict_unpolished(machine: &Machine, design: &Design) -> Result<O
 }
 
 /// The loop at rest with the coefficients of each arithmetic of a design.
-///
-/// # Errors
-/// As [`at_rest_and_top_speed`].
 pub(crate) fn by_arithmetic(machine: &Machine, design: &Design) -> Result<Vec<Prediction>, PipelineError> {
     let each = design.delivery.arithmetic.par_iter();
     // One of them is delivered.
@@ -302,9 +286,6 @@ pub(crate) fn by_arithmetic(machine: &Machine, design: &Design) -> Result<Vec<Pr
 }
 
 /// The tuned and the textbook PID for a machine, within the amplifier limits of a design.
-///
-/// # Errors
-/// [`PipelineError`] when a plant or a loop cannot be built; a PID that is not found is no error.
 pub(crate) fn rivals(machine: &Machine, design: &Design, pid: TuneSettings) -> Result<Rivals, PipelineError> {
     let delivered = &design.delivery.controller;
     let effort = rival_settings(machine, delivered, pid)?;

@@ -7,21 +7,16 @@ use crate::controller::{ControlLaw, Controller};
 use crate::lti::{Discrete, StateSpace};
 use crate::spindle::Machine;
 
-/// A controller as it runs.
 #[derive(Clone, Debug)]
 pub(crate) struct SampledController {
     /// With its sampled law.
     pub controller: Controller,
-    /// The law.
     pub law: StateSpace<Discrete>,
     /// Frequency at which Tustin's rule kept it, Hz; none where it was sampled already.
     pub prewarp_hz: Option<f64>,
 }
 
 /// Samples a continuous controller by Tustin's rule; a sampled one has to have the sample time of the machine.
-///
-/// # Errors
-/// [`PipelineError::SampleTime`] for another sample time; others where the plant or the map fails.
 pub(crate) fn sample_controller(machine: &Machine, given: &Controller) -> Result<SampledController, PipelineError> {
     let electronics = &machine.spindle.electronics;
     let period_s = electronics.sample_period_s();

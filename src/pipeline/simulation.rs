@@ -24,38 +24,30 @@ pub(crate) enum Goal {
     LiftsOff,
 }
 
-/// What is simulated.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SimulationScenario {
     /// The case with its size.
     pub case: StandardCase,
     /// When it went well.
     pub goal: Goal,
-    /// Speed, rpm.
     pub speed_rpm: f64,
-    /// Duration, s.
     pub duration_s: f64,
     /// Whether the loop is stable at the speed.
     pub stable: bool,
 }
 
-/// What happens to the rotor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum SimulationCase {
-    /// Half-sine push at the tool.
     Impulse,
-    /// Constant force at the tool.
     Step,
     /// Unbalance of a balance grade at speed.
     Unbalance,
-    /// Lift-off from the backup bearings.
     LiftOff,
     /// Half-sine push at the tool that throws the rotor into its backup bearings.
     Contact,
 }
 
 impl SimulationCase {
-    /// Every case with its name.
     pub(crate) const ALL: [(Self, &'static str); 5] = [
         (Self::Impulse, "impulse"),
         (Self::Step, "step"),
@@ -64,7 +56,6 @@ impl SimulationCase {
         (Self::Contact, "contact"),
     ];
 
-    /// Its name.
     pub(crate) fn name(self) -> &'static str {
         Self::ALL[self as usize].1
     }
@@ -73,17 +64,13 @@ impl SimulationCase {
 /// A case with what is said of it; what is not said is as usual for the case.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SimulationWish {
-    /// The case.
     pub case: SimulationCase,
-    /// Speed, rpm.
     pub speed_rpm: Option<f64>,
     /// Balance grade, m/s.
     pub grade_m_s: f64,
-    /// Force at the tool, N.
     pub force_n: Option<f64>,
     /// Length of the half sine, s.
     pub push_s: Option<f64>,
-    /// Duration, s.
     pub duration_s: Option<f64>,
     /// Time over which the reference moves to the centre at lift-off, s.
     pub ramp_s: f64,
@@ -99,9 +86,6 @@ pub(crate) const USUAL_RAMP_S: f64 = 0.1;
 
 impl SimulationWish {
     /// What is simulated on a machine; whether the loop is stable is not known yet.
-    ///
-    /// # Errors
-    /// [`TimeError::Setting`] with the name of an option that is out of range.
     pub(crate) fn scenario(&self, machine: &Machine) -> Result<SimulationScenario, TimeError> {
         let period_s = machine.spindle.electronics.sample_period_s();
         let length_s = self.push_s.unwrap_or(PUSH_S);
@@ -153,21 +137,15 @@ impl SimulationWish {
 
 /// A simulated case with the loop and the arithmetic behind it.
 pub(crate) struct SimulatedController {
-    /// What was simulated.
     pub scenario: SimulationScenario,
     /// Largest growth rate of the loop, 1/s.
     pub growth_rate_per_s: f64,
     /// How the slow states are conditioned while an output is limited.
     pub anti_windup: AntiWindup,
-    /// What was found.
     pub found: Simulated,
 }
 
 /// Simulates what is wished with a controller as firmware computes it.
-///
-/// # Errors
-/// [`PipelineError`] for a controller that does not fit the arithmetic, a plant that cannot be built, or an option out
-/// of range.
 pub(crate) fn simulate_controller(
     machine: &Machine,
     sampled: &SampledController,
@@ -197,9 +175,7 @@ pub(crate) struct SimulationLimits {
 /// What a simulation found.
 #[derive(Clone, Debug)]
 pub(crate) struct Simulated {
-    /// The response.
     pub response: TimeResponse,
-    /// Its figures.
     pub figures: TimeFigures,
     /// Limits of current and voltage.
     pub limits: SimulationLimits,
@@ -216,9 +192,6 @@ pub(crate) struct Simulated {
 }
 
 /// Simulates a case, and once more without the quantisation of the sensors.
-///
-/// # Errors
-/// [`TimeError`] for settings out of range or a plant that cannot be built.
 pub(crate) fn simulate_scenario(
     machine: &Machine,
     program: &Float32Program,

@@ -32,7 +32,6 @@ pub struct SpecificationScale {
 }
 
 impl SpecificationScale {
-    /// The scale in a sentence.
     pub(crate) fn sentence(&self) -> String {
         let place = format!(
             "{} at {:.0} Hz and {:.0} rpm binds (`{}` relaxes it)",
@@ -75,7 +74,6 @@ enum SpecificationRow {
 }
 
 impl SpecificationRow {
-    /// The rows that a specification has.
     fn all(weights: &Weights) -> Vec<Self> {
         let mut rows = [0, 1, 2].map(Self::Displacement).to_vec();
         rows.extend([Self::Current, Self::NaturalFrequencies]);
@@ -144,9 +142,6 @@ impl SpecificationRow {
 
 /// The scale of a four-axis law whose μ over speed is `over_speed`; none when it meets the specification or is unstable
 /// at a speed.
-///
-/// # Errors
-/// [`PipelineError`] when a plant, a weight or a bound fails.
 pub(crate) fn specification_scale(
     machine: &Machine,
     weights: &Weights,

@@ -95,9 +95,6 @@ impl OwnStability {
 ///
 /// `posed` is the problem of the synthesis, `constant` its constant scales, `noise` the channels of w that carry sensor
 /// noise, `bounded` gives the problem with a bound on T, for the bounds to try.
-///
-/// # Errors
-/// [`PipelineError`] when poles or μ of the first controller fail; a lever that fails is no alternative, no more.
 pub(super) fn prefer_stable(
     posed: &GeneralizedPlant,
     constant: &[f64],

@@ -15,7 +15,6 @@ use crate::spindle::Machine;
 /// load, and wide enough that no sharp peak of stiffness meets the floor at one line.
 const HALF_BAND: f64 = 0.03;
 
-/// A tuned PID.
 pub(super) struct StartingPid {
     pub parameters: PidParameters,
     /// One plane, m to A.

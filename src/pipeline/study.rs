@@ -29,14 +29,11 @@ pub(crate) struct Questions {
     pub limit: bool,
 }
 
-/// A design with its answers.
 #[derive(Clone, Debug)]
 pub(crate) struct Study {
-    /// The design.
     pub design: Design,
     /// The specification that it was asked to meet.
     pub weights: Weights,
-    /// Tool stiffness against order.
     pub orders: Option<OrderCurve>,
     /// The loop at rest and at top speed.
     pub delivered: [Prediction; 2],
@@ -48,20 +45,16 @@ pub(crate) struct Study {
     pub other_route: Option<OtherRoute>,
     /// The loop at rest and at top speed before the polish.
     pub unpolished: Option<[Prediction; 2]>,
-    /// The limit of the stiffness.
     pub limit: Option<StiffnessLimit>,
-    /// Curves of the loop.
     pub curves: LoopCurves,
 }
 
 /// The design with the specification as written beside a tightened one.
 #[derive(Clone, Debug)]
 pub(crate) struct AsWritten {
-    /// The design.
     pub design: Design,
     /// Its loop at rest.
     pub rest: Prediction,
-    /// What was asked.
     pub asked: Tightening,
     /// Factor by which the other design is tightened.
     pub factor: f64,
@@ -70,16 +63,12 @@ pub(crate) struct AsWritten {
 /// The design by the other route.
 #[derive(Clone, Debug)]
 pub(crate) struct OtherRoute {
-    /// The route.
     pub route: Route,
     /// Design and its loop at rest, or why it does not survive sampling.
     pub found: Result<Box<(Design, Prediction)>, String>,
 }
 
 /// Designs, and answers what is asked beside the design.
-///
-/// # Errors
-/// [`PipelineError`] of the stage that failed.
 pub(crate) fn study(
     machine: &Machine,
     written: &Weights,

@@ -30,9 +30,6 @@ pub(crate) fn tighter(weights: &Weights, factor: f64) -> Weights {
 /// The design with the tool's displacement limits divided by the factor asked for, and that factor. `Auto` starts from
 /// the largest factor that the problem itself allows and steps back until the controller as it runs, reduced and
 /// rounded and stable itself, has µ ≤ 1 as well.
-///
-/// # Errors
-/// [`PipelineError`] of the stage that failed.
 pub(crate) fn tighten_specification(
     machine: &Machine,
     weights: &Weights,
@@ -65,9 +62,6 @@ pub(crate) fn tighten_specification(
 
 /// Optimal γ with constant scales of the covered problem without a bound on T, the tool's specification tightened by
 /// `tightening`: an upper bound of the μ that a design reaches.
-///
-/// # Errors
-/// [`PipelineError`] when the plant or every synthesis fails.
 pub(crate) fn covered_gamma(
     machine: &Machine,
     weights: &Weights,
@@ -80,9 +74,6 @@ pub(crate) fn covered_gamma(
 
 /// Largest factor on the tool's specification (displacements divided by it) for which [`covered_gamma`] is at most one,
 /// within 2 %, searched between 1/64 and 64. A bound on T in the weights is kept; without one, none is asked for.
-///
-/// # Errors
-/// As [`covered_gamma`].
 pub(crate) fn largest_tightening(
     machine: &Machine,
     weights: &Weights,

@@ -65,9 +65,6 @@ pub fn uncertainty(machine: &Machine, mode_uncertainty: &[f64]) -> ModeUncertain
 }
 
 /// Worst case of a controller on the full plant at a speed.
-///
-/// # Errors
-/// [`PipelineError`] when the plant or the loop cannot be built.
 pub(crate) fn worst_prediction(
     machine: &Machine,
     controller: &Controller,
@@ -121,9 +118,6 @@ pub(crate) fn worst_prediction(
 }
 
 /// All worst cases of a controller, by speed: at each speed asked for, and at [`SPREAD`] speeds from rest to `to_rpm`.
-///
-/// # Errors
-/// As [`worst_prediction`].
 pub(crate) fn worst_predictions(
     machine: &Machine,
     controller: &Controller,

@@ -56,9 +56,6 @@ pub fn loop_modes(plant: &Plant, controller: &StateSpace<Discrete>) -> Result<Lo
 }
 
 /// [`loop_modes`] where the poles of the loop are known, as continuous ones, rad/s.
-///
-/// # Errors
-/// [`SpindleError`] when the loop is not well posed.
 pub(crate) fn modes_of_poles(
     plant: &Plant,
     controller: &StateSpace<Discrete>,

@@ -43,7 +43,6 @@ impl Recovery {
         if quiet_s < 0.75 * end.time_s { Self::Recovered { after_s: free_s - first_s } } else { Self::Lost }
     }
 
-    /// The sentence of a verdict.
     pub(crate) fn sentence(self) -> String {
         match self {
             Self::Clear => "the rotor stays clear of the backup bearings".to_owned(),

@@ -265,7 +265,6 @@ pub(crate) struct SampledShaft {
     pub(crate) force_matrices: [[[f64; 2]; 2]; 2],
     /// Both backup bearings.
     pub(crate) backup: BackupBearing,
-    /// Speed, rad/s.
     pub(crate) speed_rad_s: f64,
     /// Substep, s.
     pub(crate) step_s: f64,
@@ -282,9 +281,6 @@ impl SampledShaft {
     }
 
     /// The shaft of a machine at a speed, with substeps of `step_s`.
-    ///
-    /// # Errors
-    /// [`TimeError`] when the plant cannot be built or the integrator not prepared.
     pub(crate) fn new(
         machine: &Machine,
         speed_rad_s: f64,

@@ -160,7 +160,6 @@ impl Quantisation {
         self.part > 0.5
     }
 
-    /// What is left, in words.
     pub(crate) fn sentence(&self) -> String {
         format!(
             "what is left at the tool, {:.0} nm, is the limit cycle of the sensors' step of {:.0} nm",

@@ -102,7 +102,6 @@ pub fn worst_case(
     WorstCase { compliance: [0, 1].map(curve), sensitivity: [2, 3, 4, 5].map(curve) }
 }
 
-/// All channels at one frequency.
 fn at_frequency(
     plant: &Plant,
     controller: &dyn HeldResponse,

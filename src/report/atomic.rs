@@ -30,9 +30,6 @@ pub(crate) struct Replacement<'a> {
 
 impl Replacement<'_> {
     /// Puts the files in place.
-    ///
-    /// # Errors
-    /// What the file system refused, with the folder as it was before.
     pub(crate) fn carry_out(&self) -> At<()> {
         if !self.target.exists() {
             let parent = parent(self.target);

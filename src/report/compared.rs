@@ -35,11 +35,9 @@ const LOBE_POINTS: usize = 1000;
 
 /// A measured hammer test: its curve, its key, the resonances that a local fit resolves.
 pub(crate) struct HammerCurve {
-    /// Curve.
     pub curve: Measured,
     /// Key under `tool_plane`.
     pub key: String,
-    /// Resonances.
     pub resonances: Vec<Resonance>,
     /// Compliance on the lines of the curve, m/N.
     pub compliance: Vec<c64>,
@@ -139,9 +137,6 @@ fn is_acceptable(role: Role, each: &Compared) -> bool {
 }
 
 /// Adds controllers and hammer tests to a report, and whether every target is met, in a sentence that is returned.
-///
-/// # Errors
-/// [`ReportError`] when a picture cannot be drawn or the modes of the rotor cannot be computed.
 pub(crate) fn add_compared(
     report: &mut Report,
     ground: &Ground<'_>,

@@ -22,7 +22,6 @@ const RIGID_TO: f64 = 0.45;
 /// A dip within this factor of a natural frequency is that mode's.
 const NEAR: f64 = 1.15;
 
-/// A mode of a loop.
 #[derive(Clone, Debug, Serialize)]
 struct ModeSummary {
     frequency_hz: Option<f64>,
@@ -58,7 +57,6 @@ struct CurveSummary {
     deepest_rigid_body_dip: Option<DipSummary>,
 }
 
-/// The curves of both axes.
 #[derive(Clone, Debug, Serialize)]
 struct AxesSummary {
     x: CurveSummary,

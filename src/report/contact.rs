@@ -23,9 +23,6 @@ struct ContactSummary {
 }
 
 /// Adds the picture `contact` and the `simulation.contact` object; the sentence about them.
-///
-/// # Errors
-/// [`ReportError`] when the picture cannot be drawn.
 pub(crate) fn add_contact(report: &mut Report, machine: &Machine, contact: &Contact) -> Result<String, ReportError> {
     let limits = SimulationLimits { current_a: contact.current_limit_a, voltage_v: contact.voltage_limit_v };
     let (force_n, top_rpm) = (contact.force_n, contact.speed_rpm);

@@ -9,13 +9,11 @@ use crate::diagnose::{Diagnosis, FoundFault};
 use crate::identify::plausibility::RecordFault;
 use std::fmt::Write as _;
 
-/// The folder in the results.
 const FOLDER: &str = "measurement";
 
 /// Names of the records in file order.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct RecordNames {
-    /// Files of the sweeps.
     pub sweeps: Vec<String>,
     /// Files of the hammer tests.
     pub hammers: Vec<String>,
@@ -59,9 +57,6 @@ pub(crate) struct Circumstances {
 
 /// The measurement without its faults: `sweeps` and `hammers` say how the records of the diagnosis were taken, `files`
 /// are spindle, tool and controllers.
-///
-/// # Errors
-/// [`ResultsError`] for a file that stands there twice.
 pub(crate) fn stage_records(
     folder: &mut ResultsFolder,
     d: &Diagnosis,

@@ -14,9 +14,6 @@ use crate::pipeline::study::Study;
 use crate::spindle::Machine;
 
 /// Summary, pictures and controller files of a design by `route`.
-///
-/// # Errors
-/// [`ReportError`] when a picture cannot be drawn or a file cannot be made.
 pub(crate) fn design_report(machine: &Machine, study: &Study, route: Route) -> Result<Report, ReportError> {
     let found = &study.design;
     let [rest, speed] = study.delivered.each_ref();

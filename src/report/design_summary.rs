@@ -15,7 +15,6 @@ use crate::robust::dk::DkStep;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
-/// `design`.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[serde(default)]
 pub(crate) struct DesignSummary {

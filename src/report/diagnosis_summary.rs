@@ -13,7 +13,6 @@ use serde::{Deserialize, Serialize};
 /// Half width of the interval that holds 90 % of a normal distribution, in standard deviations.
 const HALF_WIDTH_90: f64 = 1.645;
 
-/// `diagnosis`.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[serde(default)]
 pub(crate) struct DiagnosisSummary {
@@ -86,7 +85,6 @@ struct FurtherOffSummary {
     relative_change: Option<f64>,
 }
 
-/// The worst block that remains.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[serde(default)]
 struct WorstBlock {
@@ -187,7 +185,6 @@ pub(crate) struct DetectableSummary {
     named_from: Named<Option<f64>>,
 }
 
-/// A hypothesis with its score.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[serde(default)]
 pub(crate) struct RankedSummary {

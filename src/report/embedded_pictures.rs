@@ -52,7 +52,6 @@ const ATTRIBUTES: [&str; 34] = [
 /// Attributes that an animation may change.
 const ANIMATED: [&str; 3] = ["points", "cx", "cy"];
 
-/// The pictures of a folder.
 #[derive(Debug, Default)]
 pub(crate) struct Pictures {
     /// Stem and SVG of those for the page, in the order of their stems.
@@ -62,9 +61,6 @@ pub(crate) struct Pictures {
 }
 
 /// The pictures in `plots/` of a results folder; none where there is no such folder.
-///
-/// # Errors
-/// A manifest or folder that cannot be read.
 pub(crate) fn pictures_of(folder: &Path) -> io::Result<Pictures> {
     let place = folder.join("plots");
     let mut found = Pictures::default();

@@ -21,7 +21,6 @@ pub(crate) struct PlausibilitySummary {
     record_faults: Vec<RecordFaultSummary>,
 }
 
-/// A check of a record.
 #[derive(Clone, Debug, Serialize)]
 struct CheckSummary {
     record: String,
@@ -190,7 +189,6 @@ pub(crate) fn file_name(record: &str) -> &str {
     record.rsplit(['/', '\\']).next().unwrap_or(record)
 }
 
-/// `identification`.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct IdentificationSummary {
     resonances_hz: Frequencies,

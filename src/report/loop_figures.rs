@@ -100,7 +100,6 @@ fn loci(shape: &LoopShape) -> Figure {
     nyquist("Characteristic loci of the loop at rest", &loci, shape.peak_sensitivity.0)
 }
 
-/// `margins.<controller>`.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct MarginSummary {
     disc_radius: Option<f64>,
@@ -238,7 +237,6 @@ struct MaximumSummary {
     acceptable: bool,
 }
 
-/// Places of the unbalance response.
 const PLACES: [&str; 3] = ["tool", "front bearing", "rear bearing"];
 
 impl UnbalanceSummary {

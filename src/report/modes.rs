@@ -33,9 +33,6 @@ pub(crate) struct SpeedModes {
 
 impl ModesSummary {
     /// The modes of a machine without its magnets, on the springs of its effects, at speeds in rpm.
-    ///
-    /// # Errors
-    /// [`SpindleError`] when the rotor cannot be assembled or an eigenvalue iteration fails.
     pub(crate) fn of(machine: &Machine, speeds_rpm: &[f64]) -> Result<Self, SpindleError> {
         let supports = machine.supports();
         let names = [&machine.spindle.name, &machine.tool.name].map(String::as_str);
@@ -43,9 +40,6 @@ impl ModesSummary {
     }
 
     /// The modes of a rotor on its supports.
-    ///
-    /// # Errors
-    /// As [`Self::of`].
     pub(crate) fn of_rotor(rotor: &RotorOnSupports, speeds_rpm: &[f64]) -> Result<Self, SpindleError> {
         let tool = rotor.tool.as_ref().map_or("no tool", |tool| &tool.name);
         Self::at_speeds([&rotor.name, tool], &rotor.rotor()?, speeds_rpm, &|speed| rotor.whirl(speed, TO_HZ))

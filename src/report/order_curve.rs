@@ -18,7 +18,6 @@ pub(crate) struct OrderCurveSummary {
     lowest_order: Option<usize>,
     /// Part of the smallest tool stiffness that counts as kept.
     kept_part: f64,
-    /// The curve in a sentence.
     sentence: String,
 }
 
@@ -36,7 +35,6 @@ struct OrderRow {
 }
 
 impl OrderCurveSummary {
-    /// The summary of a curve.
     pub(crate) fn of(curve: &OrderCurve) -> Self {
         let lowest = curve.lowest();
         let full = curve.points.first().map_or(0, |p| p.order);

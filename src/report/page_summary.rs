@@ -78,9 +78,6 @@ fn topic<T: DeserializeOwned>(summary: &Value, topic: &'static str) -> Result<Op
 
 impl PageSummary {
     /// Reads `summary.json`.
-    ///
-    /// # Errors
-    /// [`TopicError`] for a topic that is not as muspin writes it.
     pub(crate) fn of(summary: &Value) -> Result<Self, TopicError> {
         Ok(Self {
             run: topic(summary, "run")?,

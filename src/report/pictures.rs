@@ -168,7 +168,6 @@ impl From<Picture> for PictureName {
 }
 
 impl PictureName {
-    /// The section that shows it.
     pub(crate) fn section(&self) -> PageSection {
         self.kind.entry().1
     }

@@ -48,9 +48,6 @@ struct SpeedSummary {
 }
 
 /// Summary, pictures and controller file of a PID.
-///
-/// # Errors
-/// [`ReportError`] when a picture cannot be drawn.
 pub(crate) fn pid_report(machine: &Machine, found: &PidLoop, settings: &TuneSettings) -> Result<Report, ReportError> {
     let mut report = Report::of("pid", machine);
     let words = found.words();

@@ -21,9 +21,6 @@ pub(super) fn parent(path: &Path) -> &Path {
 }
 
 /// The absolute path of a folder that may not exist yet: links are followed and `..` is resolved.
-///
-/// # Errors
-/// What the system says of the part that exists, a link that leads nowhere included.
 pub(super) fn absolute(target: &Path) -> io::Result<PathBuf> {
     let mut there = target.to_owned();
     let mut missing: Vec<OsString> = vec![];
@@ -90,9 +87,6 @@ pub(super) fn staging_in(folder: &Path) -> At<tempfile::TempDir> {
 }
 
 /// Tries that files can be put into a folder, or that it can be made, and leaves nothing.
-///
-/// # Errors
-/// What the system refused.
 pub(super) fn try_writing(target: &Path) -> At<()> {
     if target.exists() {
         return Staging::of(target).map(drop);
@@ -109,9 +103,6 @@ pub(super) struct Lock {
 
 impl Lock {
     /// Waits for its turn. Where the system has no locks on folders, there is none.
-    ///
-    /// # Errors
-    /// A folder that another program keeps locked.
     #[cfg(unix)]
     pub(super) fn beside(target: &Path) -> At<Self> {
         use rustix::fs::{FlockOperation, Mode, OFlags, flock, open};
@@ -139,9 +130,6 @@ impl Lock {
     }
 
     /// No lock: the system has none that ends with its program.
-    ///
-    /// # Errors
-    /// None.
     #[cfg(not(unix))]
     pub(super) fn beside(_: &Path) -> At<Self> {
         Ok(Self {})

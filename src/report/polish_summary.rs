@@ -6,7 +6,6 @@ use crate::pipeline::polishing::{PolishAttempt, PolishOutcome};
 use crate::predict::sensitivity::Zone;
 use serde::{Deserialize, Serialize};
 
-/// `design.polish`.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[serde(default)]
 pub(crate) struct PolishSummary {
@@ -17,7 +16,6 @@ pub(crate) struct PolishSummary {
     attempts: Vec<AttemptSummary>,
 }
 
-/// Limits that the polish held.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[serde(default)]
 struct LimitsSummary {
@@ -29,7 +27,6 @@ struct LimitsSummary {
     mu_of: String,
 }
 
-/// One start of the descent.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[serde(default)]
 struct AttemptSummary {
@@ -42,7 +39,6 @@ struct AttemptSummary {
     certificates: Vec<CertificateSummary>,
 }
 
-/// One round of the descent.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[serde(default)]
 struct RoundSummary {

@@ -7,20 +7,16 @@ use serde_json::Value;
 /// A figure in words.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub(crate) struct ReadableFigure {
-    /// What it is.
     pub label: String,
-    /// Its value with the unit.
     pub value: String,
 }
 
 /// A table of a list of records.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub(crate) struct Grid {
-    /// What it lists.
     pub label: String,
     /// Column headings with units.
     pub columns: Vec<String>,
-    /// Cells.
     pub rows: Vec<Vec<String>>,
 }
 

@@ -37,7 +37,6 @@ pub(crate) struct RehearsedRig<'a> {
     pub controller: &'a Controller,
     /// Lines, repeats, noise.
     pub rehearsal: &'a Rehearsal,
-    /// Speeds, rpm.
     pub speeds_rpm: &'a [f64],
     /// Called before each record.
     pub watch: &'a dyn Fn(),
@@ -45,9 +44,6 @@ pub(crate) struct RehearsedRig<'a> {
 
 impl RehearsedRig<'_> {
     /// A measurement folder whose files name `model`, and its records.
-    ///
-    /// # Errors
-    /// [`RehearsalError`].
     pub(crate) fn folder(&self, model: &Machine) -> Result<(ResultsFolder, Vec<Listed>), RehearsalError> {
         let mut folder = ResultsFolder::new();
         let records = self.add_records(&mut folder, "")?;
@@ -60,9 +56,6 @@ impl RehearsedRig<'_> {
     /// Adds a sweep and a hammer test at every speed and the controller `pid.json` below `prefix` (empty, or ending in
     /// `/`). The shaft has twice the elements of its file, because the elements of a file are an approximation that no
     /// rig shares.
-    ///
-    /// # Errors
-    /// As [`Self::folder`].
     pub(crate) fn add_records(&self, folder: &mut ResultsFolder, prefix: &str) -> Result<Vec<Listed>, RehearsalError> {
         let Self { controller, rehearsal, .. } = self;
         let truth = &refined_around_tilting(self.truth);

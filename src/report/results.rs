@@ -122,9 +122,6 @@ impl ResultsFolder {
     }
 
     /// As [`Self::add_plot`] of each figure; they are drawn side by side.
-    ///
-    /// # Errors
-    /// As [`Self::add_plot`].
     pub(crate) fn add_plots(&mut self, figures: Vec<(PictureName, Figure)>) -> Result<(), ResultsError> {
         let drawn: Vec<_> = figures.into_par_iter().map(|(name, figure)| (name, picture(&figure))).collect();
         drawn.into_iter().try_for_each(|(name, drawn)| self.add_drawn(name, drawn))
@@ -136,9 +133,6 @@ impl ResultsFolder {
     }
 
     /// Stages `plots/<stem>.svg` and `plots/<stem>.csv`.
-    ///
-    /// # Errors
-    /// As [`Self::add`].
     pub(crate) fn add_picture(&mut self, name: impl Into<PictureName>, drawn: Picture) -> Result<(), ResultsError> {
         let stem = name.into().stem();
         self.add(&format!("plots/{stem}.svg"), without_direction_marks(&drawn.svg).into_owned())?;
@@ -146,9 +140,6 @@ impl ResultsFolder {
     }
 
     /// Stages a table as CSV.
-    ///
-    /// # Errors
-    /// As [`Self::add`].
     pub(crate) fn add_table(&mut self, path: &str, table: &Table) -> Result<(), ResultsError> {
         self.add(path, table.to_csv())
     }
@@ -190,9 +181,6 @@ impl ResultsFolder {
     }
 
     /// Adds the files to a folder whose other files stay, as `muspin report` does with its page.
-    ///
-    /// # Errors
-    /// As [`Self::write`], for the files that are added.
     pub(crate) fn write_into(&self, target: &Path) -> Result<(), ResultsError> {
         let target = resolve_target(target)?;
         let _lock = lock_target(&target)?;

@@ -8,7 +8,6 @@ use crate::rotor::{Disc, Section};
 /// A spindle file with gaps.
 #[derive(Clone, Debug)]
 pub(crate) struct SpindleDraft {
-    /// Text of the file.
     pub(crate) text: String,
     /// Keys that are to be given, as paths.
     pub(crate) to_be_given: Vec<String>,

@@ -34,9 +34,6 @@ const LISTED_FREQUENCIES: usize = 5;
 const LISTED_DAMPING: usize = 3;
 
 /// The report of a run and its outcome in sentences; pictures where the run has curves.
-///
-/// # Errors
-/// [`ReportError`] when a picture cannot be drawn or a file cannot be made.
 pub(crate) fn run_report(
     run: &Run,
     weights: &str,

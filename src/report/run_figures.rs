@@ -168,13 +168,10 @@ fn over_speed(design: &Design) -> [(Picture, Figure); 2] {
 /// A dynamic stiffness that is no prediction of a loop: measured, or a limit.
 #[derive(Clone, Debug)]
 pub(crate) struct Measured {
-    /// Name in the legend.
     pub name: String,
     /// What it stands for.
     pub role: Role,
-    /// Speed, rpm.
     pub speed_rpm: f64,
-    /// Lines, Hz.
     pub frequency_hz: Vec<f64>,
     /// |F/x|, N/m.
     pub stiffness_n_per_m: Vec<f64>,

@@ -65,7 +65,6 @@ impl PageSection {
         }
     }
 
-    /// Heading.
     pub(crate) fn title(self) -> &'static str {
         match self {
             Self::Model => "Rotor model",

@@ -52,7 +52,6 @@ impl From<[f64; 3]> for Places {
     }
 }
 
-/// `simulation.quantisation`.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct QuantisationSummary {
     quantum_m: Option<f64>,
@@ -72,7 +71,6 @@ impl From<&Quantisation> for QuantisationSummary {
     }
 }
 
-/// `simulation`.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct SimulationSummary {
     peak_displacement_m: Places,
@@ -260,9 +258,6 @@ fn vibration_zone(clearance_ratio: f64) -> &'static str {
 }
 
 /// The motion of the shaft: the last turns of a steady rotation, else the response until it is quiet.
-///
-/// # Errors
-/// [`SpindleError`] when the line of the shaft cannot be drawn through the planes.
 pub(crate) fn motion(
     machine: &Machine,
     response: &TimeResponse,

@@ -110,7 +110,6 @@ pub(crate) fn speed_mu(design: &Design) -> Vec<SpeedMuSummary> {
     each.collect()
 }
 
-/// Stability at the speeds computed.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[serde(default)]
 pub(crate) struct VerificationSummary {

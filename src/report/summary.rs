@@ -97,7 +97,6 @@ impl<T> FromIterator<(String, T)> for Named<T> {
 }
 
 impl<T> Named<T> {
-    /// The value under a name.
     pub(crate) fn get(&self, name: &str) -> Option<&T> {
         let found = self.0.iter().find(|(known, _)| known == name);
         found.map(|(_, value)| value)

@@ -19,9 +19,6 @@ const AXES: [&str; 4] = ["front_x", "front_y", "rear_x", "rear_y"];
 const PLACES: [&str; 6] = ["tool_x", "tool_y", "front_x", "front_y", "rear_x", "rear_y"];
 
 /// The report of a simulation: figures, `response.csv`, pictures, and the shaft in motion; `case` is its name.
-///
-/// # Errors
-/// [`ReportError`] when a picture cannot be drawn.
 pub(crate) fn simulation_report(
     machine: &Machine,
     controller: &str,

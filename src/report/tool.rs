@@ -7,9 +7,6 @@ use crate::augment::weights::Weights;
 use crate::pipeline::batch::Finished;
 
 /// Page, controller and files of one tool.
-///
-/// # Errors
-/// [`ReportError`] when a picture cannot be drawn or a file cannot be made.
 pub(crate) fn tool_report(found: &Finished, weights: &Weights) -> Result<Report, ReportError> {
     let run = &found.run;
     let (mut report, _) = run_report(run, &weights.name, None)?;

@@ -8,7 +8,6 @@ use crate::pipeline::design::Design;
 use crate::pipeline::instability::{GrowingMode, Instability};
 use serde::Serialize;
 
-/// `instability`.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct InstabilitySummary {
     sentence: String,

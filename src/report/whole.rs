@@ -29,13 +29,10 @@ use thiserror::Error;
 /// Why a report could not be made.
 #[derive(Debug, Error)]
 pub(crate) enum ReportError {
-    /// The folder.
     #[error(transparent)]
     Results(#[from] ResultsError),
-    /// The page.
     #[error("report: {0}")]
     Page(#[from] HtmlError),
-    /// The firmware files.
     #[error("firmware: {0}")]
     Firmware(#[from] FirmwareError),
     /// A picture that needs a model.
@@ -73,9 +70,6 @@ impl Report {
     }
 
     /// Adds pictures.
-    ///
-    /// # Errors
-    /// [`ReportError`] when a picture cannot be drawn.
     pub(crate) fn figures<N: Into<PictureName>>(
         &mut self,
         figures: impl IntoIterator<Item = (N, Figure)>,
@@ -102,9 +96,6 @@ impl Report {
     }
 
     /// Adds the pictures of the loop of a controller and its margins at rest.
-    ///
-    /// # Errors
-    /// [`ReportError`] when a picture cannot be drawn.
     pub(crate) fn loop_of(
         &mut self,
         name: &str,
@@ -122,9 +113,6 @@ impl Report {
     }
 
     /// Adds the machine's files, and into the folder `controller` JSON, `.mat`, C, tables, test vectors, and the PID.
-    ///
-    /// # Errors
-    /// [`ReportError`] when a file cannot be made.
     pub(crate) fn controller(
         &mut self,
         machine: &Machine,
@@ -136,9 +124,6 @@ impl Report {
     }
 
     /// Adds the machine's files and `controller/discrete.json` of a controller without a design.
-    ///
-    /// # Errors
-    /// [`ReportError`] when two files have the same name.
     pub(crate) fn controller_alone(&mut self, machine: &Machine, controller: &Controller) -> Result<(), ReportError> {
         let tag = machine_tag(machine, "../spindle.yaml", "../tool.yaml");
         self.folder.add("controller/discrete.json", controller_json(controller, Some(&tag)))?;
@@ -151,9 +136,6 @@ impl Report {
     }
 
     /// The same with the controller's files beside those of the machine.
-    ///
-    /// # Errors
-    /// As [`Self::controller`].
     pub(crate) fn controller_beside(
         &mut self,
         machine: &Machine,
@@ -183,9 +165,6 @@ impl Report {
     }
 
     /// Adds the folder `problem` with problems and answers of a design as state space.
-    ///
-    /// # Errors
-    /// [`ReportError`] when a file cannot be made.
     pub(crate) fn problem(&mut self, set: &ProblemSet) -> Result<(), ReportError> {
         for (file, bytes) in problem_files(set)? {
             self.folder.add(&format!("problem/{file}"), bytes)?;
@@ -194,18 +173,12 @@ impl Report {
     }
 
     /// Adds summary and page, and writes the folder whole.
-    ///
-    /// # Errors
-    /// [`ReportError`] when the page cannot be made or the folder cannot be written.
     pub(crate) fn write(&mut self, out: &str) -> Result<(), ReportError> {
         self.finish()?;
         Ok(self.folder.write(Path::new(out))?)
     }
 
     /// Adds summary and page.
-    ///
-    /// # Errors
-    /// [`ReportError`] when the page cannot be made.
     pub(crate) fn finish(&mut self) -> Result<(), ReportError> {
         let page = html::report(&self.summary.value(), &self.folder.pictures())?;
         self.folder.add("report.html", page)?;
@@ -214,9 +187,6 @@ impl Report {
 }
 
 /// The files of a delivered controller in every format; `tag` names the machine's files beside it.
-///
-/// # Errors
-/// [`FirmwareError`] when a file cannot be made.
 fn controller_files(
     machine: &Machine,
     design: &Design,

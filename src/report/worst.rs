@@ -17,7 +17,6 @@ pub(crate) enum WorstSummary {
     Over(WorstOverSpeed),
 }
 
-/// Worst cases at a speed.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct WorstAtSpeed {
     speed_rpm: Option<f64>,
@@ -126,14 +125,10 @@ pub(crate) struct Least {
     pub n_per_m: f64,
     /// At, Hz.
     pub frequency_hz: f64,
-    /// At, rpm.
     pub speed_rpm: f64,
 }
 
 /// The smallest stiffness over every speed computed and every rotor within the uncertainty.
-///
-/// # Errors
-/// The reason in words when a loop of the set is unstable.
 pub(crate) fn least_over_speed(worst: &[WorstPrediction]) -> Result<Least, String> {
     if let Some(bad) = worst.iter().find(|w| !w.is_stable()) {
         return Err(unstable_within(bad));

@@ -24,7 +24,6 @@ pub enum ProgrammeError {
     Stopped {
         /// Status as the solver names it.
         status: String,
-        /// Iterations done.
         iterations: u32,
     },
 }
@@ -50,14 +49,12 @@ pub(crate) struct Affine {
 /// ‖(parts)‖ ≤ bound.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct NormInequality {
-    /// What bounds the norm.
     pub bound: Affine,
     /// Entries of the vector.
     pub parts: Vec<Affine>,
 }
 
 impl Affine {
-    /// Its value at x.
     pub(crate) fn at(&self, x: &[f64]) -> f64 {
         let terms = self.terms.iter();
         terms.fold(self.constant, |sum, (k, value)| sum + value * x[*k])
@@ -100,9 +97,6 @@ pub(crate) struct QuadraticProgramme {
 
 impl QuadraticProgramme {
     /// The minimiser.
-    ///
-    /// # Errors
-    /// [`ProgrammeError`] as [`Programme::solve`].
     pub(crate) fn solve(&self) -> Result<Vec<f64>, ProgrammeError> {
         lapack::link();
         let n = self.objective.len();
@@ -145,7 +139,6 @@ impl QuadraticProgramme {
 /// Where the solver ended.
 #[derive(Clone, Debug)]
 pub(crate) struct Optimum {
-    /// The variables.
     pub x: Vec<f64>,
     /// Whether the solver reached its full accuracy.
     pub is_accurate: bool,
@@ -156,9 +149,6 @@ const MAX_ITERATIONS: u32 = 120;
 
 impl Programme {
     /// Solves the programme.
-    ///
-    /// # Errors
-    /// [`ProgrammeError`] when it is infeasible, unbounded, or the iteration broke down without a usable point.
     pub(crate) fn solve(&self) -> Result<Optimum, ProgrammeError> {
         lapack::link();
         let (a, b, cones) = self.conic_form();

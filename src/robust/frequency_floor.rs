@@ -26,9 +26,6 @@ pub(super) struct FrequencyFloor {
 
 impl FrequencyFloor {
     /// Responses of `plant` round its poles and between.
-    ///
-    /// # Errors
-    /// [`NumericError`] when the eigenvalues fail.
     pub(super) fn new(plant: &GeneralizedPlant) -> Result<Self, NumericError> {
         let system = &plant.system;
         let responder = FrequencyResponder::new(system);

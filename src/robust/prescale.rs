@@ -48,9 +48,6 @@ pub fn constant_scales(plant: &GeneralizedPlant, start: ScaleStart<'_>) -> Resul
 
 /// As [`constant_scales`], ended as soon as the level `enough` is reached: γ is then that level or a lower one. Zero is
 /// never reached.
-///
-/// # Errors
-/// As [`constant_scales`].
 pub(crate) fn scales_to(
     plant: &GeneralizedPlant,
     start: ScaleStart<'_>,

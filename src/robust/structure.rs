@@ -234,9 +234,6 @@ impl Scaling {
     }
 
     /// λ_max of the scaled inequality: the square of the bound, negative when even μ = 0 is proved with room to spare.
-    ///
-    /// # Errors
-    /// [`NumericError`] when the scaled matrix is not finite.
     pub(crate) fn squared_bound(&self, m: &Mat<c64>) -> Result<f64, NumericError> {
         let scaled = self.apply(m);
         if self.skew.norm_max() == 0.0 {

@@ -111,9 +111,6 @@ impl Rotor {
     }
 
     /// `left` and `right` end to end, rigidly or through springs; `right` must begin where `left` ends.
-    ///
-    /// # Errors
-    /// [`RotorError::Part`] when the ends do not meet or a joint stiffness is not positive.
     pub(crate) fn join(left: &Self, right: &Self, joint: Option<Joint>) -> Result<Self, RotorError> {
         let gap = right.from_m() - left.to_m();
         if gap.abs() > NODE_TOLERANCE_M {
@@ -146,10 +143,6 @@ impl Rotor {
     }
 
     /// The same shaft with a disc anywhere on it; its mass may be negative.
-    ///
-    /// # Errors
-    /// [`RotorError::OffShaft`] for a position beyond the ends, [`RotorError::Part`] for what is no number or an
-    /// inertia below zero.
     pub(crate) fn with_added_disc(mut self, disc: Disc) -> Result<Self, RotorError> {
         self.check_position("added disc", disc.position_m)?;
         let bad = |what: &str, value, rule: &str| RotorError::Part { what: what.into(), value, rule: rule.into() };
@@ -217,9 +210,6 @@ impl Rotor {
     }
 
     /// The same shaft with every section changed.
-    ///
-    /// # Errors
-    /// [`RotorError::Element`] when a changed section breaks a rule.
     pub(crate) fn with_sections(&self, change: impl Fn(&mut Section)) -> Result<Self, RotorError> {
         let mut rotor = self.clone();
         for (i, section) in rotor.sections.iter_mut().enumerate() {
@@ -330,9 +320,6 @@ impl Rotor {
 
     /// The element at a position and the place in it, s = z/L; on a node within the tolerance of positions the node
     /// itself.
-    ///
-    /// # Errors
-    /// [`RotorError::OffShaft`] beyond the ends.
     pub(crate) fn element_at(&self, what: &str, position_m: f64) -> Result<(usize, f64), RotorError> {
         self.check_position(what, position_m)?;
         Ok(self.element_at_unchecked(position_m))
@@ -346,9 +333,6 @@ impl Rotor {
 
     /// Row that reads the slope of the deflection at a position, on a node its rotation; transposed, it puts a moment
     /// there.
-    ///
-    /// # Errors
-    /// [`RotorError::OffShaft`] beyond the ends.
     pub(crate) fn slope_at(&self, what: &str, position_m: f64) -> Result<Vec<(usize, f64)>, RotorError> {
         self.check_position(what, position_m)?;
         Ok(self.read_element(position_m, element::hermite_slope))

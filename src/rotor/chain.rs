@@ -53,7 +53,6 @@ impl Blocks {
         sum
     }
 
-    /// self·x for a nodal vector.
     pub(crate) fn times(&self, x: &[[f64; 2]]) -> Vec<[f64; 2]> {
         let mut y: Vec<[f64; 2]> =
             self.diagonal.iter().zip(x).map(|(d, x)| [d[0] * x[0] + d[1] * x[1], d[1] * x[0] + d[2] * x[1]]).collect();
@@ -112,7 +111,6 @@ pub struct Chain {
 }
 
 impl Chain {
-    /// Number of nodes.
     pub(crate) fn nodes(&self) -> usize {
         self.position_m.len()
     }

@@ -34,9 +34,6 @@ pub(crate) const MOST_LISTED: usize = 300;
 const MOST_ELEMENTS: usize = 4 * MOST_LISTED;
 
 /// Checks that the lists of a file are short enough.
-///
-/// # Errors
-/// [`RotorError::TooMany`] with the first list that is too long.
 pub(crate) fn check_lists(sections: &[Section], discs: &[Disc]) -> Result<(), RotorError> {
     check_lengths([sections.len(), discs.len()], MOST_LISTED)
 }

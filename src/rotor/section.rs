@@ -104,9 +104,6 @@ impl Section {
     }
 
     /// Checks every rule; `index` is the element's place in its list.
-    ///
-    /// # Errors
-    /// [`RotorError::Element`] with the first rule that is broken.
     pub(crate) fn validate(&self, index: usize) -> Result<(), RotorError> {
         let broken = |field, value: f64, rule: String| Err(RotorError::Element { index, field, value, rule });
         let positive: [(&'static str, f64); 5] = [
@@ -185,9 +182,6 @@ impl Disc {
     }
 
     /// Checks every rule; `index` is the disc's place in its list.
-    ///
-    /// # Errors
-    /// [`RotorError::Disc`] with the first rule that is broken.
     pub(crate) fn validate(&self, index: usize) -> Result<(), RotorError> {
         let values = [
             ("mass_kg", self.mass_kg),

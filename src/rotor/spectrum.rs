@@ -56,9 +56,6 @@ pub(crate) fn hz(lambda: f64) -> f64 {
 const LOWEST_SHARE: f64 = 0.1;
 
 /// Where the peaks of the free-free rotor begin, Hz.
-///
-/// # Errors
-/// [`RotorError`] when the modes cannot be computed.
 pub(crate) fn lowest_hz(rotor: &Rotor) -> Result<f64, RotorError> {
     let flexible = PlanarModes::new(rotor)?.flexible_hz();
     Ok(LOWEST_SHARE * flexible.first().copied().unwrap_or_default())

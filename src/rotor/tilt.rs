@@ -21,7 +21,6 @@ const FREEDOMS: usize = 2 * (PARTS + 1);
 /// What a moment at a place acts on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Tilt {
-    /// Element of the file.
     pub element: usize,
     /// Slope over (w₁, ψ₁, w₂, ψ₂) of its ends.
     pub row: [f64; 4],
@@ -55,9 +54,6 @@ impl Tilt {
 
 impl Rotor {
     /// What a moment at a position acts on.
-    ///
-    /// # Errors
-    /// [`RotorError::OffShaft`] beyond the ends, [`RotorError::Numeric`] when an element has no stiffness.
     pub(crate) fn tilt_at(&self, what: &str, position_m: f64) -> Result<Tilt, RotorError> {
         let (element, s) = self.element_at(what, position_m)?;
         tilt_of_element(element, &self.sections()[element], s)

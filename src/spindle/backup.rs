@@ -63,9 +63,6 @@ impl BackupBearings {
     }
 
     /// The contact with what the file leaves open taken from the rotor of the spindle and the places of its actuators.
-    ///
-    /// # Errors
-    /// [`SpindleError`] when an actuator is not on the shaft.
     pub(super) fn contact(&self, rotor: &Rotor, actuators_m: [f64; 2]) -> Result<BackupContact, SpindleError> {
         let stiffness = self.contact_stiffness_n_per_m.unwrap_or(STIFFNESS_N_PER_M);
         let half = 0.5 * rotor.mass_properties().mass_kg;

@@ -37,9 +37,6 @@ pub(crate) struct ModesLeftOut {
 }
 
 /// The modes of the free rotor that the design model of a machine leaves out of the band; none where there are none.
-///
-/// # Errors
-/// [`SpindleError`] when the modes of the shaft cannot be computed.
 pub(crate) fn modes_left_out(machine: &Machine) -> Result<Option<ModesLeftOut>, SpindleError> {
     let kept = machine.spindle.flexible_modes;
     let most = SHARE * machine.spindle.electronics.sample_rate_hz;

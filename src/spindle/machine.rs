@@ -190,9 +190,6 @@ impl Tool {
     }
 
     /// Checks every rule of the tool.
-    ///
-    /// # Errors
-    /// [`SpindleError`] with the key path of the first rule that is broken.
     pub(crate) fn validate(&self) -> Result<(), SpindleError> {
         self.broken_rules().into_iter().next().map_or(Ok(()), Err)
     }

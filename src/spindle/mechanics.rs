@@ -39,7 +39,6 @@ pub(crate) enum Port {
     RearSensor = 6,
 }
 
-/// Number of named ports.
 const NAMED: usize = 7;
 
 /// Modes below this stay in [`ModelDetail::Full`], in ends of a sweep; pseudo-modes of the ports stand for the rest.
@@ -91,9 +90,6 @@ pub(crate) struct ClosedMatrices {
 
 impl Mechanics {
     /// The shaft of a machine at a speed.
-    ///
-    /// # Errors
-    /// [`SpindleError`] when a part breaks a rule or an eigenvalue iteration fails.
     pub(crate) fn new(
         machine: &Machine,
         effective: &Effective,
@@ -250,7 +246,6 @@ impl Mechanics {
         Self { open, ..self }
     }
 
-    /// Number of ports.
     pub(crate) fn ports(&self) -> usize {
         self.ports.nrows()
     }

@@ -64,9 +64,6 @@ impl Plant {
     }
 
     /// As [`Plant::sample_plant`] with the modal ports of [`Plant::state_space_with_modal_ports`].
-    ///
-    /// # Errors
-    /// As [`Plant::sample_plant`].
     pub(crate) fn sampled_with_modal_ports(&self, modes: usize) -> Result<StateSpace<Discrete>, SpindleError> {
         let period = self.sample_period_s;
         let pure = (self.delay_s() - 0.5 * period).max(0.0);
@@ -82,9 +79,6 @@ impl Plant {
 
     /// The planes of the states of [`Plant::sample_plant`], of which there are `order`, the last of them late commands,
     /// or of [`Plant::state_space`] without delay; none when the states are others.
-    ///
-    /// # Errors
-    /// [`NumericError`] when a connection fails.
     pub(crate) fn planes_of_states(&self, order: usize) -> Result<Option<EqualPlanes>, NumericError> {
         if self.effective.has_pickup() {
             return Ok(None);
@@ -108,9 +102,6 @@ impl Plant {
 
     /// The planes of the states of the loop of [`Plant::sample_plant`], which has `order` states, with a law; none
     /// where they are not known or the law joins the planes.
-    ///
-    /// # Errors
-    /// As [`Plant::planes_of_states`].
     pub(crate) fn planes_of_loop(
         &self,
         order: usize,
@@ -121,9 +112,6 @@ impl Plant {
     }
 
     /// Poles of the sampled loop of this plant with u = K y; `sampled` is [`Plant::sample_plant`].
-    ///
-    /// # Errors
-    /// [`NumericError`] when the sample times differ, the loop is not well posed, or the eigenvalue iteration fails.
     pub(crate) fn loop_poles(
         &self,
         sampled: &StateSpace<Discrete>,

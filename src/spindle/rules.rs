@@ -6,9 +6,6 @@ use crate::rotor::Rotor;
 
 impl Spindle {
     /// Checks every rule that concerns the spindle alone.
-    ///
-    /// # Errors
-    /// [`SpindleError`] with the key path of the first rule that is broken.
     pub(crate) fn validate(&self) -> Result<(), SpindleError> {
         self.broken_rules().into_iter().next().map_or(Ok(()), Err)
     }

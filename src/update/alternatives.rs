@@ -173,9 +173,6 @@ impl Refit<'_> {
     }
 
     /// The parameter that lowers the χ² of the best moduli most; none where no step is within first order.
-    ///
-    /// # Errors
-    /// [`UpdateError`] when a changed rotor cannot be solved.
     pub(super) fn best_alternative(
         &self,
         rotor: &Rotor,

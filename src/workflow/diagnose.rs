@@ -29,7 +29,6 @@ fn name_failure(measurement: &str, error: DiagnoseError) -> Failure {
 
 /// A diagnosis with what it says of the records.
 pub(crate) struct DiagnosedRecords {
-    /// The diagnosis.
     pub(crate) found: Diagnosis,
     /// Hammer tests whose loop is unstable with the corrected machine, in words.
     pub(crate) unstable: Vec<String>,
@@ -42,9 +41,6 @@ impl DiagnosedRecords {
     }
 
     /// Figures, the corrected files and tables.
-    ///
-    /// # Errors
-    /// [`Failure`] when a picture cannot be drawn or a file cannot be read again.
     pub(crate) fn report(
         &self,
         loaded: &Measurement,
@@ -77,9 +73,6 @@ impl DiagnosedRecords {
 }
 
 /// Diagnoses a machine from records that are estimated already; `said` hears of every stage that begins.
-///
-/// # Errors
-/// [`Failure`] of the diagnosis and of the loops with the corrected machine.
 pub(crate) fn diagnose_records(
     machine: &Machine,
     loaded: &Measurement,
@@ -110,7 +103,6 @@ pub(crate) struct LeftOut {
 }
 
 impl LeftOut {
-    /// Which, and why.
     pub(crate) fn words(&self) -> String {
         let Self { record, reason } = self;
         format!("{record} is left out: {reason}")

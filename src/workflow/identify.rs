@@ -14,7 +14,6 @@ use serde::Serialize;
 
 /// What a measurement says of the free rotor, and its responses.
 pub(crate) struct IdentifiedRecords {
-    /// As the command answers.
     pub(crate) answer: Answer,
     /// Plausibility and responses with their covariance as CSV.
     pub(crate) folder: ResultsFolder,
@@ -46,9 +45,6 @@ impl IdentifiedRecords {
 
 /// Identifies the free rotor from records that are estimated already; a rotor without magnets has no machine.
 /// `watch` is called on the way.
-///
-/// # Errors
-/// [`Failure`] as `muspin identify` tells it.
 pub(crate) fn identify_records(
     measurement: &Measurement,
     machine: Option<&Machine>,

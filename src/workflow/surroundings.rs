@@ -73,9 +73,6 @@ impl Surroundings {
     }
 
     /// The corrected records as a measurement folder.
-    ///
-    /// # Errors
-    /// [`Failure`] for a file that cannot be read again.
     pub(crate) fn stage_records(
         &self,
         folder: &mut ResultsFolder,

@@ -99,9 +99,6 @@ pub(crate) fn taps_of(
 }
 
 /// The updated files, tables and pictures.
-///
-/// # Errors
-/// [`Failure`] when a picture cannot be drawn.
 pub(crate) fn updated_folder(
     before: &Machine,
     delivered: &UpdatedMachine,

@@ -121,9 +121,6 @@ impl DescentPoint {
 }
 
 /// Lowers the merit from `x`, in place; the number of steps tried.
-///
-/// # Errors
-/// [`ControllerError`] when the metric is not finite.
 pub(crate) fn descend(
     loss: &mut Loss,
     law: &dyn LawStructure,

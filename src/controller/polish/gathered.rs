@@ -16,7 +16,6 @@ struct Counted {
     /// Zero where the compliance does not count.
     compliance: f64,
     sensitivity: f64,
-    /// Group of the sensitivity.
     group: ValueGroup,
     /// Zero where the noise does not count.
     noise: f64,

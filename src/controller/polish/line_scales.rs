@@ -20,7 +20,6 @@ impl LineScales {
         &self.d
     }
 
-    /// Number of modal channels.
     pub(super) fn modal(&self) -> usize {
         self.d.len().saturating_sub(1)
     }

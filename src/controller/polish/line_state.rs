@@ -14,7 +14,6 @@ pub(super) struct ClosedLines(Vec<LinePart>);
 
 /// Some neighbouring lines: of each the same number of loops.
 pub(super) struct LinePart {
-    /// Number of the first line.
     pub first: usize,
     pub gains: Vec<Matrix2>,
     /// What det(I − G K) without integrators of packs of four loops gathers; none before the first line.
@@ -28,7 +27,6 @@ pub(super) struct LinePart {
     pub specified: Vec<LoopState>,
 }
 
-/// A line with a controller.
 #[derive(Clone, Copy)]
 pub(super) struct LineState<'a> {
     pub gain: &'a Matrix2,
@@ -156,13 +154,11 @@ impl ClosedLines {
         &self.0[line / PART].squares[line % PART * groups + group]
     }
 
-    /// All lines in their order.
     pub(super) fn all(&self) -> impl Iterator<Item = LineState<'_>> {
         let parts = self.0.iter();
         parts.flat_map(|part| (0..part.gains.len()).map(|k| part.line(k)))
     }
 
-    /// The parts in their order.
     pub(super) fn parts(&self) -> &[LinePart] {
         &self.0
     }

@@ -12,9 +12,6 @@ pub(crate) struct SampledPlants(Vec<(usize, Plant, StateSpace<Discrete>)>);
 
 impl SampledPlants {
     /// Those that `chosen` takes by their number and role.
-    ///
-    /// # Errors
-    /// [`VerificationError`] when a plant cannot be sampled.
     pub(crate) fn of(plants: &Plants, chosen: impl Fn(usize, RotorRole) -> bool) -> Result<Self, VerificationError> {
         let all: Vec<(usize, &Plant)> = plants
             .all()
@@ -28,9 +25,6 @@ impl SampledPlants {
     }
 
     /// Number of each, and the poles of its loop with a law of four axes, in the z plane.
-    ///
-    /// # Errors
-    /// As [`Plant::loop_poles`].
     pub(crate) fn loop_poles(&self, law: &StateSpace<Discrete>) -> Result<Vec<(usize, Vec<c64>)>, NumericError> {
         self.0.par_iter().map(|(number, plant, sampled)| Ok((*number, plant.loop_poles(sampled, law)?))).collect()
     }

@@ -28,7 +28,6 @@ use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
 use std::ops::{Range, RangeInclusive};
 
-/// A controller evaluated.
 pub(crate) struct Evaluation {
     pub(super) lines: ClosedLines,
     /// Those that may take part in a step of a descent.
@@ -115,7 +114,6 @@ impl Specification {
     }
 }
 
-/// The specification of one loop.
 pub(crate) struct SpecifiedLoop {
     pub side: usize,
     pub lines: Vec<SpecificationLine>,

@@ -71,7 +71,6 @@ pub(crate) fn hermitian_eigen(a: &Matrix2) -> ([f64; 2], [[c64; 2]; 2]) {
     (values, [v, [-v[1].conj(), v[0].conj()]])
 }
 
-/// Different entries of tests.
 #[cfg(test)]
 pub(super) fn entry(k: usize, l: usize) -> c64 {
     c64::from_polar(1.0 / (1.0 + l as f64), (3 * k + 7 * l) as f64)

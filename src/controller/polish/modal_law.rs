@@ -34,9 +34,6 @@ pub(crate) struct ModalLaw {
 
 impl ModalLaw {
     /// The law and the parameters of a sampled controller of one plane, A/m.
-    ///
-    /// # Errors
-    /// [`ControllerError`] when the eigenvectors of A do not reproduce the controller.
     pub(crate) fn of(system: &StateSpace<Discrete>) -> Result<(Self, Vec<f64>), ControllerError> {
         const STEP: &str = "modal form for the polish";
         let n = system.order();
@@ -75,15 +72,11 @@ impl ModalLaw {
         Ok((law, x))
     }
 
-    /// States.
     pub(crate) fn order(&self) -> usize {
         2 * self.pairs + self.reals
     }
 
     /// The controller in real modal coordinates, A/m.
-    ///
-    /// # Errors
-    /// [`NumericError`] for parameters that are not finite.
     pub(crate) fn system(&self, x: &[f64]) -> Result<StateSpace<Discrete>, NumericError> {
         let n = self.order();
         let (mut a, mut b, mut c) = (Mat::zeros(n, n), Mat::zeros(n, 2), Mat::zeros(2, n));

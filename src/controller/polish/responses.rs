@@ -155,9 +155,6 @@ pub(crate) struct Plants {
 impl Plants {
     /// The machine at rest, at its top speed, `over` times as fast, and at rest with modes shifted in the signs of
     /// `shifts`.
-    ///
-    /// # Errors
-    /// [`SpindleError`] from the plants.
     pub(crate) fn new(machine: &Machine, over: f64, shifts: &[Vec<f64>]) -> Result<Self, SpindleError> {
         let machine = isotropic(machine);
         let top = machine.spindle.max_rpm * TAU / 60.0;
@@ -185,9 +182,6 @@ impl Plants {
     }
 
     /// With further rotors.
-    ///
-    /// # Errors
-    /// As [`Self::new`].
     pub(crate) fn with_further(mut self, machine: &Machine, rotors: &[ShiftedRotor]) -> Result<Self, SpindleError> {
         let machine = isotropic(machine);
         for rotor in rotors {
@@ -198,7 +192,6 @@ impl Plants {
         Ok(self)
     }
 
-    /// The machine at rest.
     pub(crate) fn at_rest(&self) -> &Plant {
         &self.list[0].plant
     }
@@ -208,7 +201,6 @@ impl Plants {
         self.list.iter().map(|own| (own.role, &own.plant))
     }
 
-    /// Sample period, s.
     pub(crate) fn period_s(&self) -> f64 {
         self.period_s
     }
@@ -260,9 +252,6 @@ impl Plants {
 
     /// The specification's rows of the machine at rest, at its top speed and beyond, in the order of the first loops of
     /// [`Self::on`], on the lines, with weights at true frequency; `known` as there.
-    ///
-    /// # Errors
-    /// [`crate::linalg::NumericError`] for weights that are not positive.
     pub(crate) fn specification(
         &self,
         lines: &[LoopLine],

@@ -7,7 +7,6 @@ use std::ops::Range;
 
 /// Rotors with the same number of directions of whirl.
 pub(super) struct RotorGroup {
-    /// Their numbers, four at most.
     pub rotors: Vec<usize>,
     /// Packs of a line, one for each direction.
     pub packs: Range<usize>,

@@ -28,7 +28,6 @@ pub(super) struct PackedNorms {
 const ROUNDING: f64 = 1e-13;
 
 impl PackedNorms {
-    /// No loop.
     pub(super) const NOTHING: Self = Self {
         direct: Reals::splat(0.0),
         cross: [[Lanes::ZERO; 2]; 2],

@@ -354,7 +354,6 @@ impl<'a> Polisher<'a> {
 /// Step that an error of the poles names.
 const LOOP: &str = "poles of the polished loop";
 
-/// The poles of all loops.
 fn all(loops: &[(usize, Vec<c64>)]) -> Vec<c64> {
     loops.iter().flat_map(|(_, poles)| poles).copied().collect()
 }

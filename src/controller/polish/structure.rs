@@ -32,7 +32,6 @@ pub(crate) trait LawStructure: Sync {
 
 /// K(z; x) for one x.
 pub(crate) trait FixedLaw: Sync {
-    /// Number of parameters.
     fn parameters(&self) -> usize;
     /// 1/K's poles on the unit circle: the factor that takes the integrators out of det(I − G K); 1 without
     /// integrators.

@@ -14,7 +14,6 @@ pub(crate) enum ValueGroup {
     ToolStiffness,
 }
 
-/// Number of limits.
 pub(crate) const LIMITS: usize = 6;
 
 /// The objective and the limits in their order.

@@ -6,7 +6,6 @@ use crate::linalg::c64;
 use crate::lti::{Discrete, StateSpace};
 use rayon::prelude::*;
 
-/// The response of one axis.
 pub(super) struct Band {
     points: Vec<BandPoint>,
 }

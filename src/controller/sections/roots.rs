@@ -20,9 +20,6 @@ pub(super) struct AxisRoots {
 
 /// The part of the controller that axis `axis` reads and drives: states both reached from its input and seen at
 /// its output through the pattern of A, in units that even out rows and columns.
-///
-/// # Errors
-/// [`ControllerError::NotDecentralised`] when another input drives the output.
 pub(super) fn axis_system(system: &StateSpace<Discrete>, axis: usize) -> Result<StateSpace<Discrete>, ControllerError> {
     let n = system.order();
     let seen = structure::observed_states(system, &[axis]);
@@ -39,9 +36,6 @@ pub(super) fn axis_system(system: &StateSpace<Discrete>, axis: usize) -> Result<
 
 impl AxisRoots {
     /// Roots of an axis, one input to one output.
-    ///
-    /// # Errors
-    /// [`ControllerError::Numeric`] from the eigenvalue iterations.
     pub(super) fn of(axis: &StateSpace<Discrete>) -> Result<Self, ControllerError> {
         let poles = axis.poles().map_err(in_step(STEP))?;
         let found = siso_zeros(axis, 1.0).map_err(in_step(STEP))?;

@@ -22,7 +22,6 @@ impl SectionBiquad {
         Self { order: poles.len().max(zeros.len() + delay), b, a: [a1, a2] }
     }
 
-    /// A factor.
     pub(super) fn of_gain(gain: f64) -> Self {
         Self { order: 0, b: [gain, 0.0, 0.0], a: [0.0; 2] }
     }
@@ -32,12 +31,10 @@ impl SectionBiquad {
         Self { b, ..self }
     }
 
-    /// Coefficients of the denominator.
     pub(super) fn denominator(&self) -> [f64; 3] {
         [1.0, self.a[0], self.a[1]]
     }
 
-    /// Response at z⁻¹ = `q`.
     pub(super) fn response(&self, q: c64) -> c64 {
         value(self.b, q) / value(self.denominator(), q)
     }

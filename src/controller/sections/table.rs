@@ -29,18 +29,13 @@ pub(crate) enum Precision {
 pub(crate) struct AxisTable {
     /// Sections in order of computation, in metres and amperes, every coefficient as it is held.
     pub sections: Vec<SectionBiquad>,
-    /// Type of the numbers.
     pub precision: Precision,
-    /// What it changes.
     pub change: TransferChange,
     /// Why it is not in single precision.
     pub remark: Option<String>,
 }
 
 /// The table of every axis, or why there is none.
-///
-/// # Errors
-/// [`ControllerError::NotDecentralised`] for a controller that mixes axes.
 pub(crate) fn axis_tables(system: &StateSpace<Discrete>) -> Result<Vec<Result<AxisTable, String>>, ControllerError> {
     (0..system.inputs().min(system.outputs()))
         .map(|axis| {

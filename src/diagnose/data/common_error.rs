@@ -15,7 +15,6 @@ pub(crate) const USUAL: f64 = 2e-3;
 const SPREAD: f64 = 0.7;
 /// Largest amplitude: beyond the floor of the gap an error is a finding.
 pub(crate) const LARGEST: f64 = 6e-3;
-/// Smallest amplitude.
 const SMALLEST: f64 = 2e-4;
 /// Amplitudes that are compared, evenly spaced in the logarithm: a twentieth of a standard deviation in χ² apart.
 const AMPLITUDES: usize = 24;
@@ -33,7 +32,6 @@ pub struct Group {
 /// The smooth errors of all records that a fit sees, at a model error.
 #[derive(Debug)]
 pub struct Smooth {
-    /// The groups.
     pub groups: Vec<Group>,
 }
 

@@ -11,7 +11,6 @@ use crate::linalg::c64;
 use crate::lti::HeldResponse;
 use std::f64::consts::TAU;
 
-/// Some of a list.
 fn some<T: Clone>(all: &[T], lines: &[usize]) -> Vec<T> {
     lines.iter().map(|k| all[*k].clone()).collect()
 }

@@ -134,7 +134,6 @@ impl Gap {
         }
     }
 
-    /// Both together.
     pub(crate) fn merge(self, other: Self) -> Self {
         Self { sum: self.sum + other.sum, count: self.count + other.count }
     }

@@ -67,7 +67,6 @@ fn product(a: &[c64; 16], b: &[c64; 16]) -> [c64; 16] {
     all
 }
 
-/// Entry n of the identity.
 fn one(n: usize) -> c64 {
     c64::new(f64::from(u8::from(n / 4 == n % 4)), 0.0)
 }

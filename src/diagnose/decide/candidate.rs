@@ -103,9 +103,6 @@ impl Case<'_> {
     }
 
     /// The same down to a least model error.
-    ///
-    /// # Errors
-    /// As [`Self::fit_down`].
     pub(crate) fn fit_until(
         &self,
         effects: &[Hypothesis],
@@ -137,9 +134,6 @@ impl Case<'_> {
     }
 
     /// A set at the final model error with its first effects put last; the columns of the curvature follow their order.
-    ///
-    /// # Errors
-    /// As [`Self::fit_down`].
     pub(crate) fn rotate_effects(&self, set: &Candidate, first: usize) -> Result<Candidate, DiagnoseError> {
         let (mut effects, mut at) = (set.effects.clone(), set.fit.at.clone());
         effects.rotate_left(first);

@@ -66,7 +66,6 @@ impl Proposal {
 /// What is read, and from what.
 #[derive(Clone, Copy, PartialEq)]
 enum Kind {
-    /// Sensors from commanded currents.
     Sweep,
     /// Sensors from measured coil currents.
     CoilCurrent,

@@ -21,9 +21,6 @@ const STAGES: [Stage; 5] = [(0.1, 3), (0.03, 3), (0.01, 3), (0.003, 3), (FINAL_M
 const FITTED: usize = 2;
 
 /// Sets with one member exchanged for a relative that explain the records within the priors.
-///
-/// # Errors
-/// [`DiagnoseError`] when a model cannot be assembled.
 pub(super) fn relatives(case: &Case, set: &Candidate) -> Result<Vec<Candidate>, DiagnoseError> {
     let mut all = vec![];
     for (k, member) in set.effects.iter().enumerate() {

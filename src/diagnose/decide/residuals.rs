@@ -11,7 +11,6 @@ use crate::linalg::c64;
 use crate::spindle::Effect;
 use crate::spindle::response::{SIDE, Square};
 
-/// A machine as fitted.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Fitted {
     /// Nuisance parameters.
@@ -73,9 +72,6 @@ pub(crate) fn gaps(channels: &[MeasuredChannel], wanted: impl Fn(&MeasuredChanne
 }
 
 /// All channels; `correction` replaces the fitted response where there is one.
-///
-/// # Errors
-/// [`DiagnoseError`] when a model cannot be assembled.
 pub(crate) fn channels(
     case: &Case,
     fitted: &Fitted,

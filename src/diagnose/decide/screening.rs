@@ -65,7 +65,6 @@ fn beside(origin: &Point, h: &Hypothesis) -> Point {
 /// Model error at which a machine fails that a strong effect may be missing of.
 const STRONG_FROM: f64 = 0.01;
 
-/// What a round found.
 #[derive(Clone, Debug)]
 pub struct ScreeningRound {
     /// Finalists at the final model error, best score first.
@@ -139,9 +138,6 @@ impl Case<'_> {
 
     /// Adds strong effects of every size to the finalists of a round that explains nothing, and moves the best; whether
     /// it did.
-    ///
-    /// # Errors
-    /// As [`Self::fit_down`].
     pub(crate) fn add_strong(&self, standing: &Standing, round: &mut ScreeningRound) -> Result<bool, DiagnoseError> {
         let finalists = &mut round.finalists;
         // What passes at 1 % moves no resonance by its width: a linear step has found it.
@@ -159,9 +155,6 @@ impl Case<'_> {
 
     /// Adds each hypothesis of the catalogue to a standing, and where that explains nothing, strong effects of every
     /// size.
-    ///
-    /// # Errors
-    /// As [`Self::fit_down`].
     pub(super) fn full_round(&self, standing: &Standing) -> Result<ScreeningRound, DiagnoseError> {
         let mut round = self.run_round(standing)?;
         self.add_strong(standing, &mut round)?;
@@ -185,9 +178,6 @@ impl Case<'_> {
     }
 
     /// Least score of one effect that explains thinned lines, if any does: what does not has no part in a tie.
-    ///
-    /// # Errors
-    /// As [`Self::fit_down`].
     pub(crate) fn one_effect_thinly(&self, null: &Standing) -> Result<Option<f64>, DiagnoseError> {
         let w = null.working_error;
         let mut begun = self.first_fits(null, self.free(&[], is_settled(null)), MIMICS)?;
@@ -343,7 +333,6 @@ pub(super) fn matters(candidate: &Candidate) -> bool {
 
 /// Which hypotheses a stage keeps beside its best.
 struct ScreeningLimits {
-    /// Most names.
     most: usize,
     /// Most where the best one fails: the first effects of pairs.
     first_effects: usize,

@@ -30,7 +30,6 @@ const BEAM: usize = 2;
 const NEARLY: f64 = 0.11;
 
 pub(crate) struct Chosen {
-    /// The set, fitted.
     pub standing: Standing,
     /// Other sets of the last searches.
     pub rivals: Vec<Candidate>,
@@ -41,9 +40,6 @@ pub(crate) struct Chosen {
 }
 
 /// Chooses at most so many effects beyond the machine as it is, beginning with the round of single effects.
-///
-/// # Errors
-/// [`DiagnoseError`] when a model cannot be assembled.
 pub(crate) fn choose(
     case: &Case,
     null: &Standing,

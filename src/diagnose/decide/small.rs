@@ -23,9 +23,6 @@ const KINDS: [EffectKind; 5] = [
 
 impl Case<'_> {
     /// The machine with all small effects, where these explain the records.
-    ///
-    /// # Errors
-    /// [`DiagnoseError`] when a model cannot be assembled.
     pub(crate) fn explain_by_small(&self) -> Result<Option<Standing>, DiagnoseError> {
         let mut effects: Vec<Hypothesis> = vec![];
         for h in self.catalogue.iter().filter(|h| KINDS.contains(&h.kind)) {

@@ -97,9 +97,6 @@ impl Case<'_> {
     }
 
     /// The best strong effects beside a standing, of any size at any place.
-    ///
-    /// # Errors
-    /// [`DiagnoseError`] when a model cannot be assembled.
     pub(super) fn of_any_size(&self, standing: &Standing) -> Result<Vec<Candidate>, DiagnoseError> {
         let each = STRONG.into_iter().map(|kind| self.best_of_any_size(standing, kind));
         let all = each.collect::<Result<Vec<_>, _>>()?;
@@ -209,9 +206,6 @@ impl Case<'_> {
     /// Where the best finalist is a tilting stiffness or a disc at the final model error: the same at the place that
     /// fits best, of those of a tilting stiffness. Nuisance parameters that have left their priors fit the place where they are, so that every place is also tried
     /// with those of the machine as it is.
-    ///
-    /// # Errors
-    /// [`DiagnoseError`] when a model cannot be assembled.
     pub(super) fn move_finalist(&self, finalists: &mut [Candidate]) -> Result<(), DiagnoseError> {
         let Some(best) = finalists.first_mut() else {
             return Ok(());

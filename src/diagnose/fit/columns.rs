@@ -12,7 +12,6 @@ use crate::spindle::response::{LineSlopes, Square};
 pub(super) struct PredictedLine<'a> {
     pub(super) line: &'a LineSlopes,
     pub(super) order: &'a [JacobianColumn],
-    /// Nuisance parameters.
     pub(super) p: &'a [f64],
     pub(super) model_error: f64,
 }
@@ -21,7 +20,6 @@ pub(super) struct PredictedLine<'a> {
 pub(super) enum JacobianColumn {
     /// None: the parameter changes nothing.
     Nothing,
-    /// A derivative of the line.
     Line(usize),
     /// Logarithm of the force constant of a bearing.
     Current(usize),

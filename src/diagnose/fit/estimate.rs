@@ -12,7 +12,6 @@ use crate::spindle::{Effect, EffectKind, Location};
 /// Relative model error of final fits: what a fine mesh, modal damping and re-levitation leave.
 pub(crate) const FINAL_MODEL_ERROR: f64 = 5e-4;
 
-/// A fitted hypothesis.
 #[derive(Clone, Debug)]
 pub struct Fit {
     /// Where.
@@ -21,7 +20,6 @@ pub struct Fit {
     pub chi2: f64,
     /// χ² of the data alone.
     pub data_chi2: f64,
-    /// Number of real residuals.
     pub residuals: usize,
     /// JᵀJ with priors at the end, nuisance parameters first, then the effects'.
     pub information: Mat<f64>,
@@ -43,9 +41,6 @@ impl Problem<'_> {
     /// A point between two that lies lower than the first: the second, or half the way, or half of that; the last of
     /// them when all lie higher (a start without any size may be no better). With its χ², which is infinite where there
     /// is no model.
-    ///
-    /// # Errors
-    /// As [`Self::residual`].
     pub(crate) fn downhill(&self, from: &Point, to: &Point, model_error: f64) -> Result<(Point, f64), DiagnoseError> {
         let here = self.chi2(from, model_error)?;
         let chi2 = |at: &Point| self.chi2(at, model_error).unwrap_or(f64::INFINITY);
@@ -65,7 +60,6 @@ impl Problem<'_> {
         Ok((there, value))
     }
 
-    /// χ² of the priors.
     pub(super) fn prior(&self, at: &Point) -> f64 {
         let sizes = self.effects.iter().zip(&at.theta).map(|(h, theta)| h.deviation(theta).0.powi(2));
         self.model.layout.prior(&at.p) + sizes.sum::<f64>()
@@ -327,9 +321,6 @@ fn negligible(chi2: f64) -> f64 {
 
 impl Fit {
     /// Covariance of the effects' fit coordinates; infinite variances where the data say nothing.
-    ///
-    /// # Errors
-    /// [`DiagnoseError::Numeric`] when the eigenvalue iteration fails.
     pub fn covariance(&self) -> Result<Mat<f64>, DiagnoseError> {
         let n = self.information.nrows();
         let scale: Vec<f64> = (0..n).map(|i| self.information[(i, i)].max(f64::MIN_POSITIVE).sqrt().recip()).collect();

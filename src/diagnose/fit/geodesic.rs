@@ -31,9 +31,6 @@ pub(super) struct GaussNewtonStep<'a> {
 
 impl Problem<'_> {
     /// The point of least χ² on the curved step, over decreasing shares of it; none where χ² decreases nowhere.
-    ///
-    /// # Errors
-    /// [`DiagnoseError::Numeric`] when the normal equations are singular.
     pub(super) fn along(
         &self,
         at: &Point,

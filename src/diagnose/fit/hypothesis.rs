@@ -221,9 +221,6 @@ fn of_one_axis(places: &[Location]) -> Vec<Location> {
 }
 
 /// The size of a machine, of which the free shaft has these flexible natural frequencies.
-///
-/// # Errors
-/// [`DiagnoseError`] when the machine breaks a rule.
 fn scale_of(machine: &Machine, flexible_rad_s: &[f64]) -> Result<MachineScale, DiagnoseError> {
     let (spindle, effective) = (&machine.spindle, machine.effective());
     let sample_period_s = spindle.electronics.sample_period_s();

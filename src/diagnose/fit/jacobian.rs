@@ -43,7 +43,6 @@ impl Jacobian {
         }
     }
 
-    /// Number of parameters.
     pub fn columns(&self) -> usize {
         self.columns
     }

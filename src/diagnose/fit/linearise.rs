@@ -21,7 +21,6 @@ const PIECE: usize = 16;
 /// Real residuals of a line of a sweep and of a hammer test.
 const HEIGHT: (usize, usize) = (32, 2);
 
-/// A record of the evidence.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Record {
     Sweep(usize),
@@ -44,7 +43,6 @@ struct LineTask {
     lines: Vec<(Record, usize)>,
 }
 
-/// Which derivatives are wanted.
 #[derive(Clone, Copy)]
 enum Wanted<'a> {
     /// None.
@@ -57,7 +55,6 @@ enum Wanted<'a> {
     Beside(&'a [Hypothesis]),
 }
 
-/// What a linearisation gives.
 pub(crate) struct Linearised {
     /// Whitened residuals.
     pub residual: Vec<f64>,
@@ -128,18 +125,12 @@ impl Problem<'_> {
     }
 
     /// Residuals, Jacobian of the model (∂prediction, whitened) and receptances of the shaft at a point.
-    ///
-    /// # Errors
-    /// As [`Self::residual`].
     pub(super) fn linearise_records(&self, at: &Point, model_error: f64) -> Result<Linearised, DiagnoseError> {
         self.evaluate_records(at, model_error, Wanted::All, None)
     }
 
     /// The same with derivatives to the coordinates of the last effect only. Where that changes the electronics alone,
     /// the receptances of the shaft without it may be given.
-    ///
-    /// # Errors
-    /// As [`Self::residual`].
     pub(crate) fn newest(
         &self,
         at: &Point,
@@ -151,9 +142,6 @@ impl Problem<'_> {
 
     /// Residuals at a point, and derivatives to further effects that have no size yet and are not assembled: one column
     /// per coordinate, the effects one behind the other. Not for joints and housings ([`assembled_with_size`]).
-    ///
-    /// # Errors
-    /// As [`Self::residual`].
     pub(crate) fn beside(
         &self,
         at: &Point,

@@ -30,7 +30,6 @@ pub struct Layout {
     pub machine: MachineParameters,
     /// Number of sweep records, each with four axis gains.
     pub sweeps: usize,
-    /// Prior standard deviations.
     pub sd: Vec<f64>,
     /// Factor on those of the machine; 1 is what a careful updating leaves.
     pub width: f64,
@@ -73,18 +72,15 @@ impl Layout {
         })
     }
 
-    /// χ² of the priors.
     pub(crate) fn prior(&self, p: &[f64]) -> f64 {
         let off = p.iter().enumerate().map(|(k, p)| self.deviation(k, *p).0);
         off.map(|off| off * off).sum()
     }
 
-    /// Number of parameters.
     pub fn len(&self) -> usize {
         self.sd.len()
     }
 
-    /// True without parameters.
     pub fn is_empty(&self) -> bool {
         self.sd.is_empty()
     }

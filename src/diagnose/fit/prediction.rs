@@ -25,7 +25,6 @@ impl Linear {
         (&self.jacobian, &self.normal)
     }
 
-    /// Number of real residuals.
     pub fn residuals(&self) -> usize {
         self.residual.len()
     }
@@ -79,9 +78,6 @@ impl Problem<'_> {
 
     /// The same for many effects of no size beside those of the problem: `further` of which none has to be assembled
     /// first (`assembled_with_size`). With the problem's effects and each of them in turn, `with` gives the fit.
-    ///
-    /// # Errors
-    /// As [`Self::residual`].
     pub(crate) fn predicted_beside(
         &self,
         base: &Linear,
@@ -163,7 +159,6 @@ impl Problem<'_> {
 /// What a step with a new effect follows from, beside the linearisation without it.
 struct NewStep {
     model_error: f64,
-    /// χ² of the data.
     data: f64,
     /// Jᵀr of the earlier parameters.
     small: Mat<f64>,

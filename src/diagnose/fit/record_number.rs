@@ -19,9 +19,7 @@ const HALVINGS: usize = 5;
 
 /// A measurement of which one record depends on a number.
 pub(crate) struct RecordNumber<'a> {
-    /// The machine.
     pub model: &'a Model,
-    /// The other records.
     pub rest: &'a Evidence,
     /// The record by itself for a number.
     pub own: &'a (dyn Fn(f64) -> Evidence + Sync),
@@ -29,22 +27,17 @@ pub(crate) struct RecordNumber<'a> {
     pub usage: Subset,
     /// Over which difference the record is differentiated.
     pub difference: f64,
-    /// Longest step.
     pub longest: f64,
 }
 
-/// A fit.
 #[derive(Clone, Debug)]
 pub(crate) struct Numbered {
-    /// The number.
     pub number: f64,
-    /// Nuisance parameters.
     pub at: Point,
     /// χ² of the data and of the priors.
     pub chi2: f64,
     /// χ² per residual.
     pub failure: f64,
-    /// Model error of the fit.
     pub model_error: f64,
 }
 
@@ -66,9 +59,6 @@ impl RecordNumber<'_> {
     }
 
     /// Fits at a model error from a start.
-    ///
-    /// # Errors
-    /// [`DiagnoseError`] when a model cannot be assembled.
     pub(crate) fn fit(&self, from: &Numbered, model_error: f64, iterations: usize) -> Result<Numbered, DiagnoseError> {
         let mut best = from.clone();
         best.model_error = model_error;
@@ -104,9 +94,6 @@ impl RecordNumber<'_> {
     /// How far χ² falls at most in a linear model of the number and the nuisance parameters (a score test): a scalar of
     /// χ² distribution with one degree of freedom where the number is right, the nuisance parameters fitted. `known`
     /// are the linearisations there of the record and of all others.
-    ///
-    /// # Errors
-    /// [`DiagnoseError`] when a model cannot be assembled.
     pub(crate) fn predicted_fall(
         &self,
         from: &Numbered,

@@ -17,9 +17,6 @@ impl Problem<'_> {
     /// χ² with priors where effect `e`, a sensor offset, is an arm on which the slope is read, its size the arm; fitted
     /// from a fit of the offset, at the same smooth model error. The problem must leave hammer tests out: their loop is
     /// not linear in what a sensor reads.
-    ///
-    /// # Errors
-    /// As [`Self::residual`].
     pub(crate) fn with_slope_read(
         &self,
         e: usize,

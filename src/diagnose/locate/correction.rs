@@ -32,9 +32,6 @@ pub struct Correction {
 }
 
 /// The correction at a place, from what `usage` lets it see.
-///
-/// # Errors
-/// [`DiagnoseError`] when a model cannot be assembled.
 pub(crate) fn correct(case: &Case, port: &PortScore, usage: Subset) -> Result<Correction, DiagnoseError> {
     let place = &port.place;
     let p = if usage.off_diagonal {

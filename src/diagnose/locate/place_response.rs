@@ -50,9 +50,6 @@ pub(super) struct PortBlocks {
 
 impl Place {
     /// Opens the ports of the place in a machine with nuisance parameters `p` and further effects.
-    ///
-    /// # Errors
-    /// [`DiagnoseError`] when the machine cannot be assembled.
     pub(crate) fn scene<'a>(
         &'a self,
         model: &Model,
@@ -87,7 +84,6 @@ impl Place {
 }
 
 impl OpenedPlace<'_> {
-    /// One line.
     pub(crate) fn view(&self, omega_rad_s: f64) -> PlaceResponse<'_> {
         let a = &self.assembled;
         let electronics = a.electronics_line(omega_rad_s);

@@ -31,7 +31,6 @@ const PIECE: usize = 16;
 /// Nuisance parameters with a free law at a place.
 #[derive(Clone, Debug)]
 pub(crate) struct Settled {
-    /// Nuisance parameters.
     pub p: Vec<f64>,
     /// χ² of the lines that were seen, the law taken out, with priors.
     pub chi2: f64,
@@ -41,9 +40,7 @@ pub(crate) struct Settled {
 
 /// One line of a sweep with the law that fits it.
 pub(crate) struct Fitted<'v> {
-    /// Index of the sweep.
     pub sweep: usize,
-    /// rad/s.
     pub omega_rad_s: f64,
     /// χ² without the law and with it.
     pub chi2: (f64, f64),
@@ -51,7 +48,6 @@ pub(crate) struct Fitted<'v> {
     pub x: Vec<c64>,
     /// Standard deviations of X.
     pub sd: Vec<f64>,
-    /// The model.
     pub view: &'v PlaceResponse<'v>,
     basis: LineBasis,
     residual: [c64; 16],
@@ -66,11 +62,9 @@ fn parts(v: &[c64; 16]) -> [f64; HEIGHT] {
 /// What a law is fitted with.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LawFit<'a> {
-    /// Where it acts.
     pub place: &'a Place,
     /// Nuisance parameters, held.
     pub p: &'a [f64],
-    /// Relative model error.
     pub model_error: f64,
     /// Data that it sees.
     pub usage: Subset,
@@ -79,9 +73,6 @@ pub(crate) struct LawFit<'a> {
 }
 
 /// Fits the law at the lines of all sweeps, nuisance parameters held at `p`.
-///
-/// # Errors
-/// [`DiagnoseError`] when the machine cannot be assembled.
 pub(crate) fn lines(case: &Case, fit: &LawFit, mut visit: impl FnMut(Fitted)) -> Result<(), DiagnoseError> {
     let LawFit { place, p, model_error, usage, derivatives } = *fit;
     let layout = &case.model.layout;
@@ -134,9 +125,6 @@ fn whiten_rows(f: &Square, gain: &[f64; 4], rows: &[[c64; 16]; 4]) -> [c64; 16] 
 }
 
 /// Nuisance parameters with a free law at a place, through stages of model error and number of steps.
-///
-/// # Errors
-/// [`DiagnoseError`] when the machine cannot be assembled or a step cannot be computed.
 pub(crate) fn settle(
     case: &Case,
     place: &Place,

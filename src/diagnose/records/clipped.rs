@@ -45,9 +45,6 @@ pub(crate) fn clippings(measurement: &RecordSet, sweep: usize) -> Vec<(Signal, V
 
 /// Whether the machine, as fitted to the other lines, has larger signals where a limit was reached than the record
 /// shows: what is cut off was larger. Without a cut the two differ by what a right model leaves.
-///
-/// # Errors
-/// [`DiagnoseError`] when the model cannot be assembled.
 pub(super) fn beyond(
     trial: &Trial,
     sweep: usize,

@@ -20,9 +20,6 @@ const LEAVES: f64 = 0.5;
 
 /// For every sweep the sample rate that brings its lines nearest to the machine as it is, if folding them brings them
 /// much nearer.
-///
-/// # Errors
-/// [`DiagnoseError`] when the model cannot be assembled.
 pub(crate) fn list_folded(trial: &Trial) -> Result<Vec<Suspect>, DiagnoseError> {
     let case = trial.case(&[], &|_| {});
     let mut found = vec![];

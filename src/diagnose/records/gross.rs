@@ -8,9 +8,6 @@ use crate::spindle::Machine;
 use rayon::prelude::*;
 
 /// The gross mistakes of all records, and the measurement without them.
-///
-/// # Errors
-/// [`DiagnoseError`] for records or machines that cannot be used.
 pub(crate) fn without_gross_faults<'a>(
     machine: &Machine,
     measurement: &RecordSet<'a>,

@@ -41,7 +41,6 @@ const FINALISTS: usize = 2;
 
 /// A measurement without the faults that were found.
 pub(crate) struct Explained<'a> {
-    /// The faults.
     pub faults: Vec<FoundFault>,
     /// What remains.
     pub trial: Trial<'a>,
@@ -53,9 +52,6 @@ pub(crate) struct Explained<'a> {
 
 /// The faults that bring the records nearest to the machine, one after the other; none where no fault does. Faults that
 /// do not explain all are those of thinned lines.
-///
-/// # Errors
-/// [`DiagnoseError`] for records or machines that cannot be used.
 pub(crate) fn explain_records<'a>(
     trial: &Trial<'a>,
     null: &Standing,
@@ -152,9 +148,6 @@ fn find_hidden<'a>(trial: &Trial<'a>, null: &Standing) -> Result<Option<Explaine
 }
 
 /// The same faults with all lines, their numbers fitted again.
-///
-/// # Errors
-/// As [`explain_records`].
 pub(crate) fn on_all_lines<'a>(
     trial: &Trial<'a>,
     thin: &Explained<'a>,

@@ -33,9 +33,7 @@ pub(crate) enum Family {
 /// A fault of one record with its start.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Suspect {
-    /// The record.
     pub record: RecordId,
-    /// What may be wrong.
     pub family: Family,
     /// Where its number starts.
     pub start: f64,

@@ -18,19 +18,14 @@ const WIDTHS: [f64; 2] = [2.0, 4.0];
 
 /// A machine with a measurement.
 pub(crate) struct Trial<'a> {
-    /// The machine.
     pub machine: Machine,
-    /// The records.
     pub measurement: RecordSet<'a>,
-    /// The records, whitened.
     pub evidence: Evidence,
-    /// The machine, reduced.
     pub model: Model,
 }
 
 /// A machine with wider priors.
 pub(crate) struct Widened<'a> {
-    /// The machine.
     pub trial: Trial<'a>,
     /// Its fit without effects.
     pub null: Standing,
@@ -49,9 +44,6 @@ impl Widened<'_> {
 
 impl<'a> Trial<'a> {
     /// Reduces the machine and whitens the records.
-    ///
-    /// # Errors
-    /// [`DiagnoseError`] for records or machines that cannot be used.
     pub(crate) fn new(machine: &Machine, measurement: RecordSet<'a>) -> Result<Self, DiagnoseError> {
         let evidence = Evidence::new(&measurement)?;
         Ok(Self {
@@ -63,9 +55,6 @@ impl<'a> Trial<'a> {
     }
 
     /// The same machine with other records of the same number.
-    ///
-    /// # Errors
-    /// [`DiagnoseError::Record`] for a record that gives no frequency response.
     pub(crate) fn with(&self, measurement: RecordSet<'a>) -> Result<Self, DiagnoseError> {
         Ok(Self {
             evidence: Evidence::new(&measurement)?,
@@ -86,9 +75,6 @@ impl<'a> Trial<'a> {
     }
 
     /// The same evidence with another machine.
-    ///
-    /// # Errors
-    /// [`DiagnoseError`] for a machine that cannot be used.
     pub(crate) fn of_machine(&self, machine: &Machine) -> Result<Self, DiagnoseError> {
         Ok(Self {
             evidence: self.evidence.clone(),
@@ -116,9 +102,6 @@ impl<'a> Trial<'a> {
     }
 
     /// The fit without effects down to a model error.
-    ///
-    /// # Errors
-    /// [`DiagnoseError`] when the model cannot be assembled.
     pub(crate) fn reaches(&self, model_error: f64) -> Result<Standing, DiagnoseError> {
         let case = self.case(&[], &|_| {});
         case.fit_until(&[], &case.origin(), Subset::ALL, model_error)
@@ -129,9 +112,6 @@ impl<'a> Trial<'a> {
     }
 
     /// The fit without effects to a subset, and whether nothing significant is left.
-    ///
-    /// # Errors
-    /// [`DiagnoseError`] when the model cannot be assembled.
     pub(crate) fn stands(&self, usage: Subset) -> Result<(Standing, bool), DiagnoseError> {
         let case = self.case(&[], &|_| {});
         let standing = case.fit_down(&[], &case.origin(), usage)?;
@@ -141,9 +121,6 @@ impl<'a> Trial<'a> {
 
     /// The machine with all priors wider, once for each width: a machine that was updated less carefully has every
     /// number further off, a missing effect only few.
-    ///
-    /// # Errors
-    /// [`DiagnoseError`] when a model cannot be assembled.
     pub(crate) fn widen_tolerances(&self, null: &Standing) -> Result<Vec<Widened<'a>>, DiagnoseError> {
         let covariance = null.candidate.fit.covariance()?;
         let own = self.model.layout.machine.mesh();

@@ -28,15 +28,11 @@ const LAG: (f64, f64) = (0.35, 1.22);
 
 /// What the checks look at.
 pub(crate) struct MeasuredRecord<'a> {
-    /// The sweep.
     pub frf: &'a MeasuredFrf,
     /// Lines of the sweep that are compared.
     pub lines: &'a [usize],
-    /// The response on them.
     pub data: &'a Spectrum,
-    /// The nominal machine's.
     pub nominal: &'a Spectrum,
-    /// The nominal machine.
     pub machine: &'a Machine,
     /// Its first bending mode, Hz.
     pub first_flexible_hz: Option<f64>,
@@ -45,9 +41,6 @@ pub(crate) struct MeasuredRecord<'a> {
 }
 
 /// All checks that the record allows.
-///
-/// # Errors
-/// [`IdentifyError::Machine`] when the machine has no rotor.
 pub(crate) fn checks(measured: &MeasuredRecord, agreement: Agreement) -> Result<Vec<Check>, IdentifyError> {
     let low = measured.low_band();
     let mut list = vec![];

@@ -24,7 +24,6 @@ impl Signal {
         }
     }
 
-    /// The name in a sentence.
     fn words(self) -> &'static str {
         match self {
             Self::Current => "current",

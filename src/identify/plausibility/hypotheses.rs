@@ -41,7 +41,6 @@ pub(crate) fn of_sweep() -> Vec<RecordFault> {
     list
 }
 
-/// Candidates for a hammer test.
 pub(crate) fn of_hammer() -> Vec<RecordFault> {
     let signal = Signal::Compliance;
     let unit = |decades| RecordFault::Unit { signal, decades, channel: None };

@@ -30,7 +30,6 @@ const MOST: usize = 3;
 
 /// A record and the model that it is compared with.
 pub(crate) struct Comparison<'a> {
-    /// The measured response.
     pub data: &'a Spectrum,
     /// Rows of the response.
     pub outputs: usize,

@@ -27,7 +27,6 @@ impl LogValue {
         Self { magnitude: value.norm().ln(), phase: value.im.atan2(value.re), deviation: deviation.ln() }
     }
 
-    /// Times 10^`decades`.
     pub(crate) fn scale_decades(self, decades: i32) -> Self {
         let shift = LN_10 * f64::from(decades);
         Self { magnitude: self.magnitude + shift, deviation: self.deviation + shift, ..self }

@@ -11,9 +11,7 @@ use std::fmt::Write;
 /// A plane whose orbit is drawn.
 #[derive(Clone, Debug)]
 pub(crate) struct OrbitPlane {
-    /// Name.
     pub name: String,
-    /// Position along the shaft, m.
     pub position_m: f64,
     /// Whether the circle of the backup bearing is drawn round it.
     pub in_bearing: bool,
@@ -26,15 +24,11 @@ pub(crate) struct OrbitPlane {
 /// What moves.
 #[derive(Clone, Debug)]
 pub(crate) struct AnimatedMotion {
-    /// Title.
     pub title: String,
-    /// Stations along the shaft, m.
     pub position_m: Vec<f64>,
     /// Displacements of the stations, frame by frame: x, y, m.
     pub frames: Vec<[Vec<f64>; 2]>,
-    /// Time of each frame, s.
     pub time_s: Vec<f64>,
-    /// Planes with orbits.
     pub planes: Vec<OrbitPlane>,
     /// Radial clearance of the backup bearings, m.
     pub clearance_m: f64,

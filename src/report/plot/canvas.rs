@@ -22,7 +22,6 @@ const FONT: &str = "sans-serif";
 /// Colour with opacity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Ink {
-    /// Red, green, blue.
     pub rgb: (u8, u8, u8),
     /// 1 is opaque.
     pub opacity: f64,
@@ -53,11 +52,8 @@ impl Ink {
 /// Where a text sits relative to its point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Anchor {
-    /// Point at the left end.
     Left,
-    /// Point at the middle.
     Middle,
-    /// Point at the right end.
     Right,
 }
 
@@ -66,11 +62,9 @@ pub(super) enum Anchor {
 pub(super) struct Type {
     /// Em, px at report size.
     pub size_px: f64,
-    /// Bold face.
     pub bold: bool,
     /// Turned a quarter, read from below.
     pub upright: bool,
-    /// Colour.
     pub ink: Ink,
 }
 
@@ -81,9 +75,6 @@ pub(super) struct Canvas<'a> {
 
 impl<'a> Canvas<'a> {
     /// A white surface that writes into `buffer`.
-    ///
-    /// # Errors
-    /// [`PlotError::Drawing`] when the embedded font or the backend fails.
     pub(super) fn new(buffer: &'a mut String, width_px: f64, height_px: f64) -> Result<Self, PlotError> {
         let faces = [(FontStyle::Normal, dejavu::sans::regular()), (FontStyle::Bold, dejavu::sans::bold())];
         for (style, bytes) in faces {
@@ -96,7 +87,6 @@ impl<'a> Canvas<'a> {
         Ok(Self { area })
     }
 
-    /// A polyline.
     pub(super) fn line(&self, points: &[(f64, f64)], ink: Ink, dash: Dash, width_px: f64) -> Result<(), PlotError> {
         let mut path: Vec<(i32, i32)> = points.iter().map(|p| fine(p.0, p.1)).collect();
         // Points closer than the subdivision do not show and would only make the file larger.
@@ -109,7 +99,6 @@ impl<'a> Canvas<'a> {
         self.area.draw(&PathElement::new(path, style)).map_err(drawing)
     }
 
-    /// A filled polygon.
     pub(super) fn area(&self, corners: &[(f64, f64)], ink: Ink) -> Result<(), PlotError> {
         let mut path: Vec<(i32, i32)> = corners.iter().map(|p| fine(p.0, p.1)).collect();
         path.dedup();
@@ -175,7 +164,6 @@ impl<'a> Canvas<'a> {
         Ok(f64::from(width) / FINE)
     }
 
-    /// Ends the drawing.
     pub(super) fn close(self) -> Result<(), PlotError> {
         self.area.present().map_err(drawing)
     }

@@ -15,7 +15,6 @@ const SAMPLE: f64 = 30.0;
 /// Opacity of a band: grid and lines stay visible through it.
 const BAND: f64 = 0.22;
 
-/// Draws one series into its frame.
 pub(super) fn series(canvas: &Canvas, frame: &PlotFrame, series: &Series) -> Result<(), PlotError> {
     let ink: Ink = series.look.color.into();
     match &series.shape {
@@ -218,7 +217,6 @@ pub(super) fn legend_rows(
     Ok(rows)
 }
 
-/// Draws one row of the legend.
 pub(super) fn legend_row(
     canvas: &Canvas,
     entries: &[LegendEntry],

@@ -7,20 +7,15 @@ use super::ticks::round_range;
 /// Rectangle of a panel's plot area, px, y downwards.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Rect {
-    /// Left edge.
     pub left: f64,
-    /// Upper edge.
     pub top: f64,
-    /// Right edge.
     pub right: f64,
-    /// Lower edge.
     pub bottom: f64,
 }
 
 /// Map from the values of two axes to the pixels of a rectangle.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PlotFrame {
-    /// The plot area.
     pub rect: Rect,
     /// Scale and range of x.
     pub x: (Scale, [f64; 2]),
@@ -122,9 +117,6 @@ pub(super) enum Direction {
 }
 
 /// Range of an axis: the fixed one, or that of the data, widened to round numbers where nothing dictates the end.
-///
-/// # Errors
-/// [`PlotError::Range`] for a fixed range that is empty, not finite, or not positive on a log axis.
 pub(super) fn axis_range(panel: &Panel, direction: Direction) -> Result<[f64; 2], PlotError> {
     let axis = match direction {
         Direction::Across => &panel.x,

@@ -104,9 +104,6 @@ impl Curve<'_> {
 
 impl Figure {
     /// Checks that every series has lists of one length.
-    ///
-    /// # Errors
-    /// [`PlotError::Empty`], [`PlotError::Lengths`].
     pub(crate) fn check(&self) -> Result<(), PlotError> {
         if self.panels.is_empty() {
             return Err(PlotError::Empty { title: self.title.clone() });

@@ -31,9 +31,6 @@ struct PreparedPanel<'a> {
 }
 
 /// Draws the figure.
-///
-/// # Errors
-/// [`PlotError`] when the figure has no panel, a series whose lists differ in length, or an impossible fixed range.
 pub(super) fn svg(figure: &Figure) -> Result<String, PlotError> {
     figure.check()?;
     let width = f64::from(figure.width_px);

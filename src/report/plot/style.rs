@@ -26,7 +26,6 @@ pub enum Color {
 }
 
 impl Color {
-    /// Red, green, blue.
     pub(crate) fn rgb(self) -> (u8, u8, u8) {
         match self {
             Self::Blue => (0, 114, 178),

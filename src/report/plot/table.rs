@@ -17,7 +17,6 @@ struct PlotColumn<'a> {
     y: &'a [f64],
 }
 
-/// The table behind the picture.
 pub(super) fn csv(figure: &Figure) -> String {
     let columns = columns(figure);
     let keys: Vec<String> = figure.panels.iter().map(|p| key(&p.x)).collect();

@@ -7,13 +7,9 @@ use super::style::Role;
 /// Nominal values and both bounds of one controller over frequency, in the unit of the picture.
 #[derive(Clone, Debug)]
 pub(crate) struct WorstBand {
-    /// Name of the controller.
     pub name: String,
-    /// Its role, hence its look.
     pub role: Role,
-    /// Lines, Hz.
     pub frequency_hz: Vec<f64>,
-    /// Nominal.
     pub nominal: Vec<f64>,
     /// Attained by some plant of the set.
     pub attained: Vec<f64>,

@@ -19,7 +19,6 @@ pub(super) struct Exchange {
     pub objective: Vec<f64>,
     /// Rows of every round, bounds of the variables for instance.
     pub always: Vec<SparseRow>,
-    /// The curves.
     pub curves: Vec<Vec<SparseRow>>,
 }
 
@@ -29,9 +28,6 @@ pub(super) type Chosen = Vec<Vec<usize>>;
 impl Exchange {
     /// The minimiser on the rows that are `likely` to bind and on some of each curve: its value is not above that of
     /// all rows. With it the rows that bind, nearly do or are broken, and whether none is broken that was left out.
-    ///
-    /// # Errors
-    /// As [`Programme::solve`], of all rows.
     pub(super) fn solve(&self, likely: &Chosen) -> Result<(Optimum, Chosen, bool), ProgrammeError> {
         let mut chosen = self.first(likely);
         let end = match self.on(&chosen) {

@@ -30,7 +30,6 @@ pub(crate) struct ScaleDescent<'a> {
 
 /// Where a descent is, and the curvature and weight that its steps left.
 pub(crate) struct Course {
-    /// The scales.
     pub scales: DScales,
     /// Their ln γ_opt.
     pub ln_level: f64,

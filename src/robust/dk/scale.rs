@@ -107,9 +107,6 @@ impl DScales {
     }
 
     /// The scaled generalized plant.
-    ///
-    /// # Errors
-    /// [`NumericError`] when a scale cannot be realised.
     pub(crate) fn scaled_plant(
         &self,
         plant: &GeneralizedPlant,
@@ -128,9 +125,6 @@ impl DScales {
 }
 
 /// Every error of a plant times one function.
-///
-/// # Errors
-/// [`NumericError`] when the function cannot be realised.
 pub(crate) fn scale_errors(plant: &GeneralizedPlant, scale: &Factors) -> Result<GeneralizedPlant, NumericError> {
     let one = scale.state_space()?;
     let gain = |n: usize| StateSpace::gain(Mat::identity(n, n), Continuous);

@@ -10,9 +10,6 @@ use crate::robust::error::SynthesisError;
 const RANK: f64 = 1e-12;
 
 /// An eigenvalue in the closed right half plane that the inputs b do not reach.
-///
-/// # Errors
-/// [`NumericError`] when eigenvalues fail.
 pub(crate) fn unreachable_mode(a: &Mat<f64>, b: &Mat<f64>) -> Result<Option<c64>, NumericError> {
     // Modes on the axis come out of the QR iteration at rounding level on either side.
     let least = -1e-13 * a.norm_l2();
@@ -20,9 +17,6 @@ pub(crate) fn unreachable_mode(a: &Mat<f64>, b: &Mat<f64>) -> Result<Option<c64>
 }
 
 /// All of the eigenvalues that matter.
-///
-/// # Errors
-/// [`NumericError`] when eigenvalues fail.
 pub(crate) fn unreachable_modes(
     a: &Mat<f64>,
     b: &Mat<f64>,
@@ -43,9 +37,6 @@ pub(crate) fn unreachable_modes(
 
 /// Zero of P12 on the imaginary axis: a frequency at which [A − jωI, B2; C1, D12] has no full column rank. Candidates
 /// are the zeros of the errors that u reaches directly, eigenvalues of A − B2D12ᵀC1, and the poles.
-///
-/// # Errors
-/// [`NumericError`] when eigenvalues fail.
 pub(crate) fn axis_zero(side: &RiccatiSide) -> Result<Option<f64>, NumericError> {
     let (n, m2, p1) = (side.a.nrows(), side.b2.ncols(), side.c1.nrows());
     let free = p1 - m2;
@@ -100,9 +91,6 @@ fn is_deficient(mut pencil: Mat<c64>, size: f64) -> bool {
 }
 
 /// Names the assumption that makes a regulator problem unsolvable, if one does.
-///
-/// # Errors
-/// The named assumption, or a numeric failure.
 pub(crate) fn explain(control: &RiccatiSide, filter: &RiccatiSide) -> Result<(), SynthesisError> {
     if let Some(mode) = unreachable_mode(&control.a, &control.b2)? {
         return Err(SynthesisError::NotStabilisable { re: mode.re, im: mode.im });

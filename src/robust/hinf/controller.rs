@@ -11,9 +11,6 @@ use crate::lti::connect::stack_cols;
 use crate::lti::{Continuous, StateSpace};
 
 /// Controller of the normal form.
-///
-/// # Errors
-/// [`NumericError::Singular`] when γ sits on a bound of the feedthrough or I − YX/γ² is singular.
 pub(crate) fn central(
     p: &NormalForm,
     control: &RiccatiSide,

@@ -31,9 +31,6 @@ const LONGEST: f64 = 0.5;
 
 /// ln γ of the root to a tolerance, from the level `start`, and the couplings at the last level looked at; `None` where
 /// a level looked at has no X or Y, or an indefinite one. Adds to the number of `pairs` solved.
-///
-/// # Errors
-/// [`SynthesisError`] when a decomposition fails.
 pub(super) fn coupling_root(
     control: &RiccatiSide,
     filter: &RiccatiSide,

@@ -35,9 +35,6 @@ impl Tested {
 pub(super) type Test<'a> = dyn FnMut(f64) -> Result<Tested, SynthesisError> + 'a;
 
 /// A feasible level above `lo`.
-///
-/// # Errors
-/// [`SynthesisError::NoLevel`] where there is none in the range of f64.
 pub(super) fn bracket(mut lo: Tested, hint: Option<f64>, test: &mut Test) -> Result<(Tested, Tested), SynthesisError> {
     let lowest = lo.gamma;
     let mut ratio = 1.5f64;

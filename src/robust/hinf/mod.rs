@@ -81,9 +81,6 @@ pub struct HinfSolution<T: TimeBase = Continuous> {
 }
 
 /// The optimal level alone, without a controller: for searches over weights and scales.
-///
-/// # Errors
-/// As [`synthesise`].
 pub(crate) fn optimal_level(plant: &GeneralizedPlant, settings: &HinfSettings) -> Result<f64, SynthesisError> {
     GammaSearch::new(plant)
         .and_then(|search| Ok(search.optimum(settings, &Cell::new(0))?.gamma))
@@ -92,9 +89,6 @@ pub(crate) fn optimal_level(plant: &GeneralizedPlant, settings: &HinfSettings) -
 
 /// ln of the optimal level, and the levels that bind there with their derivatives. From a level of a similar problem
 /// (`settings.hint`) the search is a few steps of Newton's method.
-///
-/// # Errors
-/// As [`synthesise`].
 pub(crate) fn optimal_level_with_slopes(
     plant: &GeneralizedPlant,
     settings: &HinfSettings,

@@ -11,9 +11,6 @@ use std::cell::Cell;
 
 /// ln γ to `tolerance`, and the couplings that bind there, from the level `hint`; `None` where the way leads to levels
 /// at which X or Y does not exist or is indefinite.
-///
-/// # Errors
-/// [`SynthesisError`] when the problem has no normal form or a decomposition fails.
 pub(super) fn near_level(
     plant: &GeneralizedPlant,
     hint: f64,

@@ -40,9 +40,6 @@ pub(crate) struct NormalForm {
 
 impl NormalForm {
     /// Normal form of a plant.
-    ///
-    /// # Errors
-    /// [`SynthesisError::Partition`], [`SynthesisError::ControlCost`], [`SynthesisError::MeasurementNoise`].
     pub(crate) fn new(plant: &GeneralizedPlant) -> Result<Self, SynthesisError> {
         let s = &plant.system;
         let (m2, p2) = (plant.controls, plant.measurements);
@@ -126,21 +123,16 @@ impl NormalForm {
         }
     }
 
-    /// Number of controls.
     pub(crate) fn controls(&self) -> usize {
         self.b2.ncols()
     }
 
-    /// Number of measurements.
     pub(crate) fn measurements(&self) -> usize {
         self.c2.nrows()
     }
 
     /// The controller of the original plant from that of the normal form:
     /// K₀ = T_u K̃ T_y, K = K₀(I + D22 K₀)⁻¹.
-    ///
-    /// # Errors
-    /// [`NumericError::IllPosed`] when I + D_K D22 is singular.
     pub(crate) fn original_controller(
         &self,
         k: &StateSpace<Continuous>,

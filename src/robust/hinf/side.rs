@@ -23,7 +23,6 @@ use crate::lti::level_set::{Peak, peak};
 use crate::lti::norm::places;
 use crate::lti::{Continuous, FrequencyResponder, StateSpace};
 
-/// One side of the problem.
 #[derive(Clone, Debug)]
 pub(crate) struct RiccatiSide {
     /// n×n.
@@ -102,9 +101,6 @@ impl RiccatiSide {
     }
 
     /// Solves the side at γ = ∞.
-    ///
-    /// # Errors
-    /// [`RiccatiError`] when (A, B2) cannot be stabilised or P12 has a zero on the axis.
     pub(crate) fn regulator(&self) -> Result<Regulator, RiccatiError> {
         let n = self.a.nrows();
         let (direct, free) = (self.c_direct(), self.c_free());
@@ -140,9 +136,6 @@ impl RiccatiSide {
     }
 
     /// Riccati equation at γ.
-    ///
-    /// # Errors
-    /// [`NumericError::Singular`] when γ is a singular value of the feedthrough.
     pub(crate) fn equation(&self, gamma: f64) -> Result<Equation, NumericError> {
         let Eliminated { e, d_free, gap, .. } = self.eliminate_feedthrough(gamma);
         let (n, free) = (self.a.nrows(), self.c_free());
@@ -157,9 +150,6 @@ impl RiccatiSide {
     }
 
     /// Stabilising solution at γ; the second solver runs before the answer is no.
-    ///
-    /// # Errors
-    /// [`RiccatiError`] when no solver finds one.
     pub(crate) fn riccati(&self, gamma: f64, effort: RiccatiEffort) -> Result<CareSolution, RiccatiError> {
         let e = self.equation(gamma)?;
         care_with(&e.a, &e.g, &e.q, effort)
@@ -185,9 +175,6 @@ impl RiccatiSide {
     }
 
     /// Smallest γ for which the Riccati equation has a stabilising solution, with its frequency.
-    ///
-    /// # Errors
-    /// [`NumericError`] when eigenvalues fail.
     pub(crate) fn smallest_level(&self, regulator: &Regulator, rel_tol: f64) -> Result<Peak, NumericError> {
         let m1 = self.b1.ncols();
         let free = self.free_errors();
@@ -251,9 +238,6 @@ pub(crate) fn filter_side(p: &crate::robust::hinf::normal::NormalForm) -> Riccat
 }
 
 /// Worst disturbance and control of a side, −R⁻¹([D11 D12]ᵀC1 + BᵀX), (m1+m2)×n.
-///
-/// # Errors
-/// [`NumericError::Singular`] when γ is a singular value of the feedthrough.
 pub(crate) fn feedback(side: &RiccatiSide, gamma: f64, x: &Mat<f64>) -> Result<Mat<f64>, NumericError> {
     let Eliminated { e, d_free, gap, d_direct } = side.eliminate_feedthrough(gamma);
     let right = d_free.transpose() * side.c_free() + e.transpose() * x;

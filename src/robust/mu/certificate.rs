@@ -32,9 +32,6 @@ const ENOUGH: f64 = 0.9;
 /// Covers all frequencies with scalings whose bound is below (1 + slack) times the largest value met; that value grows
 /// when the sweep meets a larger one. Crossings are eigenvalues of `form`. Returns the point of that value and the
 /// number of scalings.
-///
-/// # Errors
-/// [`MuError::NotCovered`] when the sweep gets stuck or needs too many scalings.
 pub(super) fn certify(
     system: &MuSystem,
     attained: MuPoint,

@@ -20,7 +20,6 @@ pub(crate) struct Centre {
     pub x: Vec<f64>,
     /// No scale has a squared bound below this.
     pub at_least: f64,
-    /// Newton steps taken.
     pub steps: usize,
     /// Whether the end that was asked for is reached; rounding may end the method before.
     pub ended: bool,

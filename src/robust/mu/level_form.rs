@@ -30,9 +30,6 @@ impl LevelForm {
     }
 
     /// The balanced system without the states that change less than [`CUT`] of `peak`.
-    ///
-    /// # Errors
-    /// [`NumericError`] when a gramian fails.
     pub(super) fn from_balanced(system: &StateSpace<Continuous>, peak: f64) -> Result<Self, NumericError> {
         let balancing = Balancing::new(system)?;
         let (mut order, mut error) = (balancing.hankel.len(), 0.0);

@@ -99,9 +99,6 @@ impl MuSystem {
 
     /// Raises the lower bound of `bounds`, which belong to `omega`, where real parameters leave it below the upper one.
     /// The frequency of the lower bound, rad/s.
-    ///
-    /// # Errors
-    /// As [`MuSystem::point`].
     pub(super) fn raise_lower(&self, bounds: &mut MuBounds, omega: f64) -> Result<f64, MuError> {
         let mut place = omega;
         if !self.structure.has_real() {

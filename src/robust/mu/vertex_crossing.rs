@@ -9,6 +9,5 @@ pub(super) struct RealCrossing {
     pub omega_rad_s: f64,
     /// ±1 for real parameters, 0 elsewhere, w×z.
     pub delta: Mat<c64>,
-    /// The eigenvalue.
     pub value: c64,
 }

@@ -97,9 +97,6 @@ fn on_bearing(kind: EffectKind, value: f64, bearing: &mut EffectiveBearing) {
 }
 
 /// Applies an effect to the free-free rotor; one that acts elsewhere returns the rotor as it is.
-///
-/// # Errors
-/// [`RotorError`] when a mass or a factor breaks a rule of the rotor.
 pub(crate) fn on_rotor(effect: &Effect, rotor: Rotor) -> Result<Rotor, RotorError> {
     let at = |i: usize| effect.values.get(i).copied().unwrap_or_default();
     let value = at(0);

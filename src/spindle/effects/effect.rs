@@ -34,9 +34,6 @@ impl Effect {
     }
 
     /// Checks location and numbers against the kind.
-    ///
-    /// # Errors
-    /// As [`Effect::new`].
     pub(crate) fn validate(&self) -> Result<(), SpindleError> {
         let matches = matches!(
             (self.kind.location(), &self.location),

@@ -36,9 +36,6 @@ impl Condensation {
 
     /// The modes of a stiffness on a unit mass matrix; none where a fast coordinate is not fast any more, or where
     /// there is none.
-    ///
-    /// # Errors
-    /// [`NumericError`] when the eigenvalue iteration fails.
     pub(super) fn modes(&self, stiffness: &Mat<f64>) -> Result<Option<Modes>, NumericError> {
         let (n, slow) = (stiffness.nrows(), self.slow);
         if slow >= n {

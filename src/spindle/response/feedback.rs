@@ -15,7 +15,6 @@ use crate::spindle::effects::Plane;
 pub(crate) struct Feedback {
     /// Port that the law reads and acts at.
     pub port: usize,
-    /// The law.
     pub law: FeedbackLaw,
     /// Units of it.
     pub value: f64,
@@ -29,13 +28,12 @@ impl Feedback {
     }
 }
 
-/// A spring or damper to ground at a port that acts in one plane only. In r = x + jy it joins the response at ω with that at −ω,
-/// so it is closed where x and y stand apart, round the loops of [`Feedback`].
+/// A spring or damper to ground at a port that acts in one plane only. In r = x + jy it joins the response at ω with
+/// that at −ω, so it is closed where x and y stand apart, round the loops of [`Feedback`].
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PlaneLaw {
     /// Port that the law reads and acts at.
     pub port: usize,
-    /// The plane.
     pub plane: Plane,
     /// The law.
     pub law: FeedbackLaw,
@@ -51,9 +49,6 @@ impl PlaneLaw {
 }
 
 /// The laws of a machine in one plane; the row of each, `row` of its position in m, becomes a port behind `rows`.
-///
-/// # Errors
-/// Those of `row`.
 pub(crate) fn laws_in_one_plane<E>(
     effective: &Effective,
     rows: &mut Vec<Vec<f64>>,

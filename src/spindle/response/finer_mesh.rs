@@ -14,9 +14,6 @@ pub(super) struct FinerMesh {
 
 impl FinerMesh {
     /// Changes a stiffness to that of a mesh `s` steps finer; nothing for s = 0.
-    ///
-    /// # Errors
-    /// [`SpindleError::Numeric`] for a mesh so much coarser that 1 + sKC is singular.
     pub(super) fn new(shaft: &ReducedShaft, stiffness: &mut Mat<f64>, s: f64) -> Result<Option<Self>, SpindleError> {
         if s == 0.0 {
             return Ok(None);
@@ -31,9 +28,6 @@ impl FinerMesh {
     }
 
     /// Rows of the ports of the shaft in the changed coordinates; returns their constant receptance, ports × ports.
-    ///
-    /// # Errors
-    /// As [`Self::new`].
     pub(super) fn move_ports(&self, shaft: &ReducedShaft, rows: &mut [Vec<f64>]) -> Result<Vec<f64>, SpindleError> {
         let (n, p) = (shaft.len(), rows.len());
         let before = Mat::from_fn(n, p, |i, j| rows[j][i]);

@@ -38,7 +38,6 @@ pub(crate) struct LineSlopes {
 }
 
 impl LineSlopes {
-    /// Number of derivatives.
     fn count(&self) -> usize {
         let entries = self.entries.len().checked_div(self.units.len());
         entries.unwrap_or(self.others.len())

@@ -10,9 +10,6 @@ use crate::rotor::Rotor;
 use crate::spindle::SpindleError;
 
 /// C in the coordinates `shapes` (dofs of `coarse` × coordinates); every element of `coarse` is two of `fine`.
-///
-/// # Errors
-/// [`SpindleError::Numeric`] when an element is singular.
 pub(super) fn flexibility(coarse: &Rotor, fine: &Rotor, shapes: &Mat<f64>) -> Result<Mat<f64>, SpindleError> {
     let size = shapes.ncols();
     let mass = fine.plane_matrices().mass;

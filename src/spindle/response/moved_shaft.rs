@@ -18,7 +18,6 @@ const KEPT: usize = 16;
 /// A shaft with its parameters, without anything round it.
 #[derive(Debug)]
 pub(super) struct MovedShaft {
-    /// Modes.
     pub modes: Modes,
     /// The change of coordinates of another mesh, if there is one.
     pub finer: Option<FinerMesh>,
@@ -46,9 +45,6 @@ type Entry = (Vec<u64>, Arc<MovedShaft>);
 
 impl Recent {
     /// The shaft of a move, computed where it is not among the last.
-    ///
-    /// # Errors
-    /// [`SpindleError`] when an effect leaves the shaft or an eigenvalue iteration fails.
     pub(super) fn shaft(&self, shaft: &ReducedShaft, by: Move) -> Result<Arc<MovedShaft>, SpindleError> {
         let key = by.key(shaft);
         let lock = || self.0.lock().unwrap_or_else(PoisonError::into_inner);

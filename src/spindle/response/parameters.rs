@@ -16,12 +16,10 @@ const MOST_GROUPS: usize = 40;
 pub struct MachineParameters {
     /// Group of each element, tool tip first (the order of the assembled shaft).
     pub group_of_element: Vec<usize>,
-    /// Number of modulus groups.
     pub groups: usize,
 }
 
 impl MachineParameters {
-    /// Parameters of a machine.
     pub fn new(machine: &Machine) -> Self {
         let tool = machine.tool.sections.iter().rev().map(|s| s.region.as_deref());
         let spindle = machine.spindle.sections.iter().map(|s| s.region.as_deref());
@@ -61,7 +59,6 @@ impl MachineParameters {
         Self { group_of_element, groups: next }
     }
 
-    /// Number of parameters.
     pub(crate) fn count(&self) -> usize {
         self.reading(4)
     }

@@ -97,7 +97,6 @@ impl Ported {
         std::array::from_fn(|n| of[n / 3 * self.side + n % 3])
     }
 
-    /// An entry.
     pub(crate) fn at(&self, row: usize, column: usize) -> c64 {
         self.response[row * self.side + column]
     }

@@ -26,9 +26,6 @@ pub enum Probe {
 
 impl Probe {
     /// Amplitudes of the port over the coordinates of a shaft.
-    ///
-    /// # Errors
-    /// [`SpindleError`] for a position off the shaft.
     pub(crate) fn row(self, shaft: &ReducedShaft) -> Result<Vec<f64>, SpindleError> {
         let joint = |i: usize| {
             shaft.joint.as_ref().and_then(|rows| rows.get(i).cloned()).unwrap_or_else(|| vec![0.0; shaft.len()])

@@ -58,7 +58,6 @@ pub(crate) struct ReducedShaft {
     pub strains: Mat<f64>,
     /// Which of them belong to a group; the last are those of the mesh.
     pub strains_of_group: Vec<Range<usize>>,
-    /// Gyroscopic matrix, n×n.
     pub gyroscopic: Mat<f64>,
     /// Relative translation and rotation of the movable joint, if there is one.
     pub joint: Option<[Vec<f64>; 2]>,
@@ -73,9 +72,6 @@ const MOST_MISREAD: f64 = 0.096_225;
 
 impl ReducedShaft {
     /// The shaft of `machine` (with the effects it has); `movable_joint` cuts it at the nose face.
-    ///
-    /// # Errors
-    /// [`SpindleError`] when the machine breaks a rule or an eigenvalue iteration fails.
     pub(crate) fn new(
         machine: &Machine,
         group_of_element: &[usize],
@@ -148,7 +144,6 @@ impl ReducedShaft {
         })
     }
 
-    /// Number of coordinates.
     pub(crate) fn len(&self) -> usize {
         self.shapes.ncols()
     }
@@ -159,17 +154,11 @@ impl ReducedShaft {
     }
 
     /// What a port at a position reads of the coordinates.
-    ///
-    /// # Errors
-    /// [`SpindleError`] for a position off the shaft.
     pub(crate) fn row(&self, position_m: f64) -> Result<Vec<f64>, SpindleError> {
         Ok(self.reduce_row(&self.rotor.shape_at("port", position_m)?))
     }
 
     /// What a port that turns with the shaft at a position reads of the coordinates.
-    ///
-    /// # Errors
-    /// [`SpindleError`] for a position off the shaft.
     pub(crate) fn slope_row(&self, position_m: f64) -> Result<Vec<f64>, SpindleError> {
         Ok(self.reduce_row(&self.rotor.slope_at("port", position_m)?))
     }
@@ -183,9 +172,6 @@ impl ReducedShaft {
     }
 
     /// What a moment at a position acts on, with the flexibility that the coordinates do not show.
-    ///
-    /// # Errors
-    /// [`SpindleError`] for a position off the shaft.
     pub(crate) fn tilt_at(&self, position_m: f64) -> Result<Tilt, SpindleError> {
         let tilt = self.file.tilt_at("port", position_m)?;
         let dofs = self.ends(tilt.element);
@@ -198,18 +184,12 @@ impl ReducedShaft {
     }
 
     /// What a moment at a position acts on, over the coordinates.
-    ///
-    /// # Errors
-    /// [`SpindleError`] for a position off the shaft.
     pub(crate) fn tilt_row(&self, position_m: f64) -> Result<Vec<f64>, SpindleError> {
         let tilt = self.file.tilt_at("port", position_m)?;
         Ok(self.over_ends(tilt.element, tilt.row))
     }
 
     /// The derivative of [`Self::tilt_row`] to the position.
-    ///
-    /// # Errors
-    /// [`SpindleError`] for a position off the shaft.
     pub(crate) fn tilt_along_row(&self, position_m: f64) -> Result<Vec<f64>, SpindleError> {
         let tilt = self.file.tilt_at("port", position_m)?;
         Ok(self.over_ends(tilt.element, tilt.along))
@@ -232,9 +212,6 @@ impl ReducedShaft {
     /// Cubic functions with the rotations ψ as slopes leave out the shear angle γ: of an element of length L the
     /// deflection misses γL s(1−s)(1−2s), at most 0.096 γL, and near a node γ times the distance from it. Every mesh
     /// that has the nodes of the file stays within that, and so does the shaft.
-    ///
-    /// # Errors
-    /// [`SpindleError`] for a position off the shaft.
     pub(crate) fn misread(&self, position_m: f64) -> Result<Option<Vec<f64>>, SpindleError> {
         let (element, s) = self.rotor.element_at("port", position_m)?;
         let Some(section) = self.rotor.sections().get(element) else {

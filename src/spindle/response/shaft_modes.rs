@@ -15,9 +15,6 @@ pub(super) struct Modes {
 
 /// Modes of a stiffness whose first coordinates are rigid, with further masses (amplitudes of a place, kg) on a unit
 /// mass matrix.
-///
-/// # Errors
-/// [`SpindleError::Numeric`] when an iteration fails, or when negative masses take away more than there is.
 pub(super) fn modes(stiffness: &Mat<f64>, masses: &[(Vec<f64>, f64)]) -> Result<Modes, SpindleError> {
     let n = stiffness.nrows();
     let mut omega = vec![0.0; RIGID];

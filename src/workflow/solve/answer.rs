@@ -13,7 +13,6 @@ pub(crate) struct Answer {
 }
 
 impl Answer {
-    /// An empty answer.
     pub(crate) fn new() -> Self {
         Self::default()
     }
@@ -29,7 +28,6 @@ impl Answer {
         self.with(field, number(value))
     }
 
-    /// Adds a real matrix.
     pub(crate) fn with_matrix(self, field: &str, value: &Mat<f64>) -> Self {
         self.with(field, matrix(value))
     }

@@ -8,7 +8,6 @@ use crate::robust::dfit::{DfitError, Magnitudes, fit_up_to};
 /// Highest order that is fitted; D-scales of more states follow noise.
 const MAX_ORDER: usize = 20;
 
-/// Solves the problem of the file.
 pub(super) fn solve(problem: &ProblemFields) -> Result<Answer, Failure> {
     let orders = problem.counts("orders")?;
     let Some(highest) = orders.iter().copied().max() else {

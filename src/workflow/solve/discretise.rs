@@ -14,7 +14,6 @@ const WHOLE_SAMPLE: f64 = 1e-9;
 /// A rule and what it gives.
 type Sampled = (&'static str, Result<StateSpace<Discrete>, NumericError>);
 
-/// Solves the problem of the file.
 pub(super) fn solve(problem: &ProblemFields) -> Result<Answer, Failure> {
     let continuous = problem.system()?;
     let period = problem.number("Ts")?;

@@ -8,7 +8,6 @@ use crate::linalg::Mat;
 use crate::robust::disc_margin::{DiscMargin, channel_margin, multiloop_margin, sensitivity};
 use serde_json::{Value, json};
 
-/// Solves the problem of the file.
 pub(super) fn solve(problem: &ProblemFields) -> Result<Answer, Failure> {
     let clock = Clock::of(problem)?;
     let sign = if problem.has("sign") { problem.number("sign")? } else { -1.0 };

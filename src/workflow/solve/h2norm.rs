@@ -3,7 +3,6 @@
 use super::{Answer, Failure, ProblemFields};
 use crate::lti::energy_norm::{h2_norm, h2_norm_discrete};
 
-/// Solves the problem of the file.
 pub(super) fn solve(problem: &ProblemFields) -> Result<Answer, Failure> {
     let s = problem.system()?;
     let found = match problem.sample_time()? {

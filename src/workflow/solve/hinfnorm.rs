@@ -6,7 +6,6 @@ use crate::lti::norm::{NormError, hinf_norm, hinf_norm_discrete};
 /// Relative distance of the two bounds.
 const REL_TOL: f64 = 1e-10;
 
-/// Solves the problem of the file.
 pub(super) fn solve(problem: &ProblemFields) -> Result<Answer, Failure> {
     let s = problem.system()?;
     let found = match problem.sample_time()? {

@@ -25,9 +25,6 @@ use crate::input::problem_schema::ProblemKind;
 pub(crate) use answer::Answer;
 
 /// The answer to a problem.
-///
-/// # Errors
-/// [`Failure`] with the reason why there is none.
 pub(crate) fn answer_problem(problem: &ProblemFields, kind: ProblemKind) -> Result<Answer, Failure> {
     check_keys(problem, kind)?;
     let answer = match kind {

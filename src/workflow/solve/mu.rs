@@ -6,7 +6,6 @@ use super::{Answer, Failure, ProblemFields};
 use crate::augment::Block;
 use crate::robust::{MuError, mu};
 
-/// Solves the problem of the file.
 pub(super) fn solve(problem: &ProblemFields) -> Result<Answer, Failure> {
     let blocks = problem.blocks()?;
     let (rows, cols) = (blocks.iter().map(Block::cols).sum(), blocks.iter().map(Block::rows).sum());

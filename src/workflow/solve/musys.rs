@@ -5,7 +5,6 @@ use super::{Answer, Failure, ProblemFields};
 use crate::robust::mu::peak::CERTIFICATE_SLACK;
 use crate::robust::mu::system::MuSystem;
 
-/// Solves the problem of the file.
 pub(super) fn solve(problem: &ProblemFields) -> Result<Answer, Failure> {
     if problem.has("w_range") {
         // The peak is over all frequencies; the range must be one all the same.

@@ -7,7 +7,6 @@ use crate::lti::connect::series;
 use crate::lti::{Continuous, StateSpace};
 use crate::robust::coprime::shape_loop;
 
-/// Solves the problem of the file.
 pub(super) fn solve(problem: &ProblemFields) -> Result<Answer, Failure> {
     let clock = Clock::of(problem)?;
     let weight = |field: &str| -> Result<Option<StateSpace<Continuous>>, Failure> {

@@ -10,7 +10,6 @@ use crate::lti::{Continuous, StateSpace};
 use crate::robust::coprime::CoprimeFactors;
 use serde_json::{Map, Value};
 
-/// Solves the problem of the file.
 pub(super) fn solve(problem: &ProblemFields) -> Result<Answer, Failure> {
     let clock = Clock::of(problem)?;
     let full = clock.plane_system(problem)?;
