@@ -70,6 +70,12 @@ enum FaultFields {
     Factor {
         factor: f64,
     },
+    HammerDelay {
+        delay_s: f64,
+    },
+    HammerMass {
+        mass_kg: f64,
+    },
     SpeedLabel {
         speed_rpm: f64,
     },
@@ -170,6 +176,8 @@ impl From<&RecordFault> for FaultFields {
                 channel: channel.map(|k| AXIS_NAMES[k]),
             },
             RecordFault::Clock { factor } | RecordFault::HammerCalibration { factor } => Self::Factor { factor },
+            RecordFault::HammerDelay { delay_s } => Self::HammerDelay { delay_s },
+            RecordFault::HammerMass { mass_kg } => Self::HammerMass { mass_kg },
             RecordFault::SpeedLabel { speed_rpm } => Self::SpeedLabel { speed_rpm },
             RecordFault::Drift { signal, relative_change } => Self::Drift { signal: signal.name(), relative_change },
             RecordFault::Clipping { limit, signal } => Self::Clipping { limit, signal: signal.name() },

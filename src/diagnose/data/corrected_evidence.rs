@@ -173,14 +173,16 @@ impl TapEvidence {
                 }
             }
             RecordFault::SpeedLabel { speed_rpm } => self.speed_rad_s = speed_rpm * TAU / 60.0,
-            RecordFault::HammerCalibration { factor } => {
-                let by = factor.recip();
-                self.compliance.iter_mut().for_each(|h| *h *= by);
-                self.noise.iter_mut().for_each(|s| *s *= by * by);
-                self.size.iter_mut().for_each(|s| *s *= by * by);
-                self.gap_sigma.iter_mut().for_each(|s| *s *= by);
+            _ => {
+                for k in 0..self.compliance.len() {
+                    if let Some((own, by)) = fault.true_compliance(self.compliance[k], self.omega_rad_s[k]) {
+                        self.compliance[k] = own;
+                        self.noise[k] *= by * by;
+                        self.size[k] *= by * by;
+                        self.gap_sigma[k] *= by;
+                    }
+                }
             }
-            _ => {}
         }
     }
 }

@@ -7,6 +7,10 @@ use crate::spindle::Machine;
 
 /// Unit of a speed in a fit, rpm.
 const SPEED_UNIT_RPM: f64 = 1000.0;
+/// Unit of a delay in a fit, s.
+const DELAY_UNIT_S: f64 = 1e-5;
+/// Unit of a mass at the tool in a fit, kg.
+const MASS_UNIT_KG: f64 = 1e-3;
 /// Starts of the logarithm of a clock factor: a crystal, and a sample rate that was rounded or taken for another.
 const CLOCKS: [f64; 3] = [0.0, -0.03, 0.03];
 
@@ -26,6 +30,10 @@ pub(crate) enum Family {
     Drift,
     /// Logarithm of the factor on a compliance.
     Calibration,
+    /// Delay of the response of a hammer test, in 10 µs.
+    Delay,
+    /// Mass at the tool in a hammer test, g.
+    Mass,
     /// Logarithm of the sample rate of the logger in Hz.
     Alias,
 }
@@ -47,6 +55,8 @@ impl Suspect {
             RecordFault::Clock { factor } => (Family::Clock, factor.ln()),
             RecordFault::Drift { relative_change, .. } => (Family::Drift, relative_change),
             RecordFault::HammerCalibration { factor } => (Family::Calibration, factor.ln()),
+            RecordFault::HammerDelay { delay_s } => (Family::Delay, delay_s / DELAY_UNIT_S),
+            RecordFault::HammerMass { mass_kg } => (Family::Mass, mass_kg / MASS_UNIT_KG),
             RecordFault::Alias { sample_rate_hz } => (Family::Alias, sample_rate_hz.ln()),
             _ => return None,
         };
@@ -68,6 +78,8 @@ impl Suspect {
             // A signal does not vanish on the way.
             Family::Drift => RecordFault::Drift { signal: Signal::Displacement, relative_change: number.max(-0.9) },
             Family::Calibration => RecordFault::HammerCalibration { factor: number.exp() },
+            Family::Delay => RecordFault::HammerDelay { delay_s: DELAY_UNIT_S * number },
+            Family::Mass => RecordFault::HammerMass { mass_kg: MASS_UNIT_KG * number },
             Family::Alias => RecordFault::Alias { sample_rate_hz: number.exp() },
         }
     }
@@ -75,7 +87,7 @@ impl Suspect {
     /// Difference over which a record is differentiated to the number: far above rounding, far below what is told.
     pub(crate) fn difference(&self) -> f64 {
         match self.family {
-            Family::Speed => 1e-2,
+            Family::Speed | Family::Delay | Family::Mass => 1e-2,
             Family::Clock | Family::Alias => 1e-6,
             Family::Drift | Family::Calibration => 1e-4,
         }
@@ -84,7 +96,7 @@ impl Suspect {
     /// Longest step of the number in a fit.
     pub(crate) fn longest(&self) -> f64 {
         match self.family {
-            Family::Speed => 10.0,
+            Family::Speed | Family::Delay | Family::Mass => 10.0,
             Family::Clock | Family::Alias => 0.02,
             Family::Drift | Family::Calibration => 0.3,
         }
@@ -100,6 +112,9 @@ impl Suspect {
             Family::Clock => number.abs() > 1e-3,
             Family::Drift => number.abs() > 5e-3,
             Family::Calibration => number.abs() > 0.03,
+            // 3 µs, and half a gram.
+            Family::Delay => number.abs() > 0.3,
+            Family::Mass => number.abs() > 0.5,
             // A sample rate at which nothing is folded is no fault.
             Family::Alias => {
                 let own = match self.record {
@@ -136,6 +151,8 @@ pub(crate) fn suspects(machine: &Machine, evidence: &Evidence, measurement: &Rec
             RecordId::Hammer(_) => {
                 add(Family::Clock, 0.0);
                 add(Family::Calibration, 0.0);
+                add(Family::Delay, 0.0);
+                add(Family::Mass, 0.0);
             }
         }
     }

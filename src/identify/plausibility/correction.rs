@@ -49,7 +49,8 @@ impl RecordFault {
                 }
                 right = ascending(&right);
             }
-            Self::Tool | Self::Controller | Self::HammerCalibration { .. } | Self::Quantity(_) | Self::Disagrees => {}
+            Self::HammerCalibration { .. } | Self::HammerDelay { .. } | Self::HammerMass { .. } => {}
+            Self::Tool | Self::Controller | Self::Quantity(_) | Self::Disagrees => {}
         }
         right
     }
@@ -64,7 +65,6 @@ impl RecordFault {
         match *self {
             Self::Sign { .. } => by(-1.0, &mut right),
             Self::Unit { decades, .. } => by(10f64.powi(-decades), &mut right),
-            Self::HammerCalibration { factor } => by(factor.recip(), &mut right),
             Self::Conjugate => right.compliance.iter_mut().for_each(|h| *h = h.conj()),
             Self::Clock { factor } => right.frequency_hz.iter_mut().for_each(|f| *f /= factor),
             Self::SpeedLabel { speed_rpm } => right.speed_rpm = speed_rpm,
@@ -74,9 +74,28 @@ impl RecordFault {
                     *h /= (0..quantity.order()).fold(c64::new(1.0, 0.0), |p, _| p * s);
                 }
             }
-            _ => {}
+            _ => {
+                for (h, hz) in right.compliance.iter_mut().zip(&frf.frequency_hz) {
+                    *h = self.true_compliance(*h, TAU * hz).map_or(*h, |(h, _)| h);
+                }
+            }
         }
         right
+    }
+
+    /// A compliance, m/N, at an angular frequency, rad/s, without a fault of the hammer test that changes all of its
+    /// lines, and the factor on its standard deviation; none for other faults.
+    pub(crate) fn true_compliance(&self, measured: c64, omega_rad_s: f64) -> Option<(c64, f64)> {
+        match *self {
+            Self::HammerCalibration { factor } => Some((measured / factor, factor.recip().abs())),
+            Self::HammerDelay { delay_s } => Some((measured * c64::from_polar(1.0, omega_rad_s * delay_s), 1.0)),
+            // x = h (f + mω² x).
+            Self::HammerMass { mass_kg } => {
+                let loaded = measured * (mass_kg * omega_rad_s * omega_rad_s) + 1.0;
+                Some((measured / loaded, loaded.norm_sqr().recip()))
+            }
+            _ => None,
+        }
     }
 }
 

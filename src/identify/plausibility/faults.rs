@@ -116,6 +116,16 @@ pub enum RecordFault {
         /// The factor.
         factor: f64,
     },
+    /// The response of a hammer test comes late against the force.
+    HammerDelay {
+        /// Delay, s.
+        delay_s: f64,
+    },
+    /// A mass, that of an accelerometer, hung at the tool in a hammer test.
+    HammerMass {
+        /// Mass, kg.
+        mass_kg: f64,
+    },
     /// The signals changed steadily from the first line to the last.
     Drift {
         /// Currents or sensor signals.
@@ -154,6 +164,8 @@ impl RecordFault {
             Self::Tool => "tool",
             Self::Controller => "controller",
             Self::HammerCalibration { .. } => "hammer_calibration",
+            Self::HammerDelay { .. } => "hammer_delay",
+            Self::HammerMass { .. } => "hammer_mass",
             Self::Drift { .. } => "drift",
             Self::Clipping { .. } => "clipping",
             Self::Alias { .. } => "alias",
@@ -208,6 +220,11 @@ impl RecordFault {
             Self::HammerCalibration { factor } => {
                 format!("the compliance is {factor:.4} times the true one (calibration of hammer or probe)")
             }
+            Self::HammerDelay { delay_s } if delay_s < 0.0 => {
+                format!("the force comes {:.2} µs after the response", -1e6 * delay_s)
+            }
+            Self::HammerDelay { delay_s } => format!("the response comes {:.2} µs after the force", 1e6 * delay_s),
+            Self::HammerMass { mass_kg } => format!("{:.2} g more hung at the tool than in the sweeps", 1e3 * mass_kg),
             Self::Drift { signal, relative_change } => format!(
                 "all {}s changed by {:.2} % from the first line to the last",
                 signal.words(),
@@ -263,6 +280,12 @@ impl RecordFault {
             Self::Controller => "name the controller that levitated the rotor".into(),
             Self::HammerCalibration { factor } => {
                 format!("divide the columns h_re and h_im by {factor:.4}, and calibrate hammer and probe")
+            }
+            Self::HammerDelay { .. } => {
+                "compare the phases of both channels of the analyser, with the filter of the charge amplifier".into()
+            }
+            Self::HammerMass { .. } => {
+                "weigh the accelerometer with its magnet, take a lighter one or a probe without contact".into()
             }
             Self::Drift { .. } => "let the electronics warm up, and repeat the sweep in the opposite direction".into(),
             Self::Clipping { .. } => {

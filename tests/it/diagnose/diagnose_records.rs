@@ -71,6 +71,27 @@ fn a_hammer_with_a_wrong_calibration_is_named() {
     }
 }
 
+/// An accelerometer of 6 g on the tool, and an analyser whose channels are 25 µs apart.
+#[test]
+fn a_hammer_test_with_a_mass_or_a_delay_is_named() {
+    let folder = read("c03");
+    let named = |spoil: fn(f64, c64) -> c64| {
+        let mut frf = hammer(&folder);
+        let hz = frf.frequency_hz.clone();
+        frf.compliance.iter_mut().zip(hz).for_each(|(h, hz)| *h = spoil(TAU * hz, *h));
+        let d = diagnose(&folder.machine, &measured(&folder, thinned(&folder), frf), &|_| {}).expect("diagnosis");
+        only_fault(&d, RecordId::Hammer(0))
+    };
+    match named(|w, h| h / (c64::new(1.0, 0.0) - h * (6e-3 * w * w))) {
+        RecordFault::HammerMass { mass_kg } => assert!((mass_kg / 6e-3 - 1.0).abs() < 0.03, "{mass_kg}"),
+        other => panic!("{other:?}"),
+    }
+    match named(|w, h| h * c64::from_polar(1.0, -25e-6 * w)) {
+        RecordFault::HammerDelay { delay_s } => assert!((delay_s / 25e-6 - 1.0).abs() < 0.03, "{delay_s}"),
+        other => panic!("{other:?}"),
+    }
+}
+
 #[test]
 fn sensors_that_drift_are_named() {
     let folder = read("c03");
