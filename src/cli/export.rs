@@ -1,7 +1,7 @@
 //! `muspin export`: firmware tables of a controller, verified first on the sampled closed loop of the full plant.
 
 use super::console::{CommandEnd, Console};
-use super::controlled_machine::{ControlledMachine, MachineArguments, UsedMachine};
+use super::controlled_machine::{ControlledMachine, MachineArguments};
 use super::fmu::archives;
 use super::machine::Remarks;
 use super::output::claim;
@@ -25,10 +25,9 @@ use crate::pipeline::firmware_proof::{changed_by_rounding, proven_as_rounded};
 use crate::pipeline::sampled::{SampledController, sample_controller};
 use crate::predict::time::TimeSettings;
 use crate::report::results::ResultsFolder;
-use crate::report::simulation::AntiWindupSummary;
-use crate::report::summary::json;
+use crate::report::simulation::anti_windup_topic;
 use crate::spindle::Machine;
-use serde::Serialize;
+use serde_json::{Value, json};
 use std::f64::consts::TAU;
 use std::path::Path;
 
@@ -106,56 +105,25 @@ impl Prepared {
         }
     }
 
-    fn summary(&self, prefix: &str, files: &[String], notes: &[String]) -> ExportSummary {
+    /// The answer about this controller.
+    fn answer(&self, prefix: &str, files: &[String], notes: &[String]) -> Value {
         let rows = &self.rows.rows;
-        ExportSummary {
-            controller: self.discrete.name.clone(),
-            machine: self.given.used_machine(),
-            prefix: prefix.to_owned(),
-            sample_time_s: rows.sample_time_s,
-            discretised: self.continuous.is_some(),
-            form: rows.form.name(),
-            states: rows.order(),
-            multiplications_per_sample: rows.multiplications(),
-            notes: rows.notes.iter().chain(&self.notes).chain(notes).cloned().collect(),
-            anti_windup: AntiWindupSummary::from(&self.anti_windup),
-            verified: self.verification.is_proven(),
-            verification: stability_words(&self.verification),
-            files: files.to_vec(),
-        }
+        json!({
+            "controller": self.discrete.name,
+            "machine": self.given.used_machine(),
+            "prefix": prefix,
+            "sample_time_s": rows.sample_time_s,
+            "discretised": self.continuous.is_some(),
+            "form": rows.form.name(),
+            "states": rows.order(),
+            "multiplications_per_sample": rows.multiplications(),
+            "notes": notes,
+            "anti_windup": anti_windup_topic(&self.anti_windup),
+            "verified": self.verification.is_proven(),
+            "verification": stability_words(&self.verification),
+            "files": files,
+        })
     }
-}
-
-#[derive(Clone, Debug, Serialize)]
-struct ExportSummary {
-    controller: String,
-    machine: UsedMachine,
-    prefix: String,
-    sample_time_s: f64,
-    discretised: bool,
-    form: &'static str,
-    states: usize,
-    multiplications_per_sample: usize,
-    notes: Vec<String>,
-    anti_windup: AntiWindupSummary,
-    verified: bool,
-    verification: String,
-    files: Vec<String>,
-}
-
-/// The answer: one controller, or several under `controllers`.
-#[derive(Clone, Debug, Serialize)]
-struct Answer {
-    #[serde(flatten)]
-    exported: Exported,
-    out: String,
-}
-
-#[derive(Clone, Debug, Serialize)]
-#[serde(untagged)]
-enum Exported {
-    One(Box<ExportSummary>),
-    Several { controllers: Vec<ExportSummary> },
 }
 
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
@@ -171,7 +139,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
         prepared.iter().zip(&prefixes).map(|(one, prefix)| one.firmware(prefix)).collect();
     let formats = formats(&arguments.format);
     let mut files: Vec<(String, Vec<u8>)> = Vec::new();
-    let mut summaries = Vec::new();
+    let (mut answers, mut notes) = (Vec::new(), Vec::new());
     for (one, firmware) in prepared.iter().zip(&firmware) {
         let folder = if prepared.len() == 1 { String::new() } else { format!("{}/", firmware.prefix) };
         let mut written = write_all(firmware, &formats)?;
@@ -187,7 +155,10 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
         let own: Vec<(String, Vec<u8>)> =
             written.files.into_iter().map(|(name, bytes)| (format!("{folder}{name}"), bytes)).collect();
         let names: Vec<String> = own.iter().map(|f| f.0.clone()).collect();
-        summaries.push(one.summary(firmware.prefix, &names, &written.notes));
+        let own_notes = one.rows.rows.notes.iter().chain(&one.notes).chain(&written.notes);
+        let own_notes: Vec<String> = own_notes.cloned().collect();
+        answers.push(one.answer(firmware.prefix, &names, &own_notes));
+        notes.extend(own_notes);
         files.extend(own);
     }
     if prepared.len() > 1 && formats.contains(&Format::C) {
@@ -197,19 +168,17 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     for (name, bytes) in &files {
         folder.add(name, bytes.as_slice())?;
     }
-    for note in summaries.iter().flat_map(|summary| &summary.notes) {
+    for note in &notes {
         eprintln!("note: {note}");
     }
     console.writing(|| folder.write(Path::new(&arguments.out)))?;
-    let summary = Answer {
-        exported: match <[ExportSummary; 1]>::try_from(summaries) {
-            Ok([only]) => Exported::One(Box::new(only)),
-            Err(controllers) => Exported::Several { controllers },
-        },
-        out: arguments.out.clone(),
+    let mut answer = match <[Value; 1]>::try_from(answers) {
+        Ok([only]) => only,
+        Err(controllers) => json!({ "controllers": controllers }),
     };
+    answer["out"] = json!(arguments.out);
     let proven = prepared.iter().all(|p| p.verification.is_proven());
-    console.json(&format!("{:#}\n", json(&summary)), || {
+    console.json(&format!("{:#}\n", answer), || {
         let rows = prepared.iter().zip(&prefixes).map(|(one, prefix)| {
             let rows = &one.rows.rows;
             vec![prefix.clone(), rows.order().to_string(), rows.multiplications().to_string()]

@@ -12,7 +12,7 @@ use crate::linalg::c64;
 use crate::lti::response::even_in_logarithm;
 use crate::pipeline::loop_stability::{growth_rate_at, unstable_words};
 use crate::pipeline::response_table::ResponseTable;
-use crate::report::summary::{Named, finite_all, json};
+use crate::report::summary::json;
 use crate::spindle::{ModelDetail, Plant};
 use serde_json::Value;
 use std::f64::consts::TAU;
@@ -157,10 +157,8 @@ fn csv_line(out: &mut dyn Write, row: &[f64]) -> std::io::Result<()> {
 
 /// One list a column.
 fn columns(header: &[String], table: &[Vec<f64>]) -> Value {
-    let column = |k: usize| finite_all(&table.iter().map(|row| row[k]).collect::<Vec<f64>>());
-    let named = header.iter().enumerate();
-    let named: Named<Vec<Option<f64>>> = named.map(|(k, name)| (name.clone(), column(k))).collect();
-    json(named)
+    let column = |k: usize| table.iter().map(|row| row[k]).collect::<Vec<f64>>();
+    header.iter().enumerate().map(|(k, name)| (name.clone(), json(column(k)))).collect()
 }
 
 /// The largest magnitude of the diagonal entries and where it is.

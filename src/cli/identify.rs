@@ -8,7 +8,6 @@ use super::reading::load_measurement;
 use super::{Failure, Outcome};
 use crate::identify::Reading;
 use crate::input::is_rotor;
-use crate::report::summary::json;
 use crate::workflow::identify::{IdentifiedRecords, identify_records};
 use crate::workflow::plausibility::Records;
 use std::path::Path;
@@ -50,16 +49,15 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     if let Some(out) = &arguments.out {
         console.writing(|| found.folder.write(Path::new(out)))?;
     }
-    let answer = &found.answer;
-    console.json(&format!("{:#}\n", json(answer)), || {
+    console.json(&format!("{:#}\n", found.answer), || {
         let shown = show_identification(arguments, &found);
-        answer.drift.iter().fold(shown, |shown, drift| shown.row([drift.words()]))
+        found.drift.iter().fold(shown, |shown, drift| shown.row([drift.words()]))
     })?;
     Ok(if found.verdict().0 { Outcome::Done } else { Outcome::TargetMissed })
 }
 
 fn show_identification(arguments: &Arguments, found: &IdentifiedRecords) -> CommandEnd {
-    let hammers = &found.answer.hammers;
+    let hammers = &found.hammers;
     let mut shown = match found.verdict() {
         (false, words) => CommandEnd::met(false, format!("{words}; what is wrong with it stands above")),
         (true, words) => CommandEnd::done(words),

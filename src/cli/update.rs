@@ -10,9 +10,9 @@ use super::{Failure, Outcome};
 use crate::controller::Controller;
 use crate::input::{Measurement, is_rotor, rotor_yaml, tool_yaml};
 use crate::pipeline::loop_stability::{growth_rate_at, unstable_words};
-use crate::report::identification::{IdentificationSummary, PlausibilitySummary};
-use crate::report::summary::{finite, json};
-use crate::report::updating::{HammerError, UpdatingSummary};
+use crate::report::identification::{identification_topic, plausibility_topic};
+use crate::report::summary::omit_absent;
+use crate::report::updating::updating_topic;
 use crate::spindle::Machine;
 use crate::update::{
     Targets, UpdateSettings, Updated, gauss_newton, gauss_newton_rotor, nelder_mead, nelder_mead_rotor, tool_error_db,
@@ -20,7 +20,7 @@ use crate::update::{
 use crate::workflow::plausibility::Records;
 use crate::workflow::update::{fit_folder, read_off, taps_of, targets, updated_folder, verdict};
 use clap::ValueEnum;
-use serde::Serialize;
+use serde_json::{Value, json};
 use std::path::Path;
 
 /// How the factors are found.
@@ -117,15 +117,22 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     progress.start_stage("predictions for hammer tests");
     let compared = [&machine, &delivered.machine];
     let hammers = hammer_errors(&measurement, &records.controllers, compared)?;
-    let only = resonances_only.is_some().then_some(&full.fit);
-    let updating = UpdatingSummary::beside(&delivered.fit, only, hammers);
+    let mut updating = updating_topic(&delivered.fit);
+    updating["resonances_only"] = json!(resonances_only.is_some());
+    if resonances_only.is_some() {
+        updating["full_update"] = updating_topic(&full.fit);
+    }
+    if !hammers.is_empty() {
+        updating["held_out_tool_frf"] = json!(hammers);
+    }
     let reports = &records.reports;
-    let answer = Answer {
-        identification: identification.as_ref().map(IdentificationSummary::from),
-        plausibility: (!reports.is_empty()).then(|| PlausibilitySummary::of(reports)),
-        updating,
-    };
-    let text = format!("{:#}\n", json(&answer));
+    let answer = json!({
+        "identification": identification.as_ref().map(identification_topic),
+        "plausibility": (!reports.is_empty()).then(|| plausibility_topic(reports)),
+        "updating": updating,
+    });
+    let answer = omit_absent(answer, &["identification", "plausibility"]);
+    let text = format!("{:#}\n", answer);
     progress.start_stage("report");
     let mut folder = updated_folder(&machine, delivered, &models)?;
     folder.add("summary.json", text.as_str())?;
@@ -149,15 +156,6 @@ fn show_update(arguments: &Arguments, met: bool, fit: &Updated) -> CommandEnd {
         .file(format!("{out}/tool.yaml"))
         .next(format!("muspin design --spindle {out}/spindle.yaml --tool {out}/tool.yaml"))
         .next(format!("muspin diagnose --measurement {}", arguments.measurement))
-}
-
-#[derive(Clone, Debug, Default, Serialize)]
-struct Answer {
-    #[serde(skip_serializing_if = "Option::is_none")]
-    identification: Option<IdentificationSummary>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    plausibility: Option<PlausibilitySummary>,
-    updating: UpdatingSummary,
 }
 
 /// Codes of the FRFs, output and input axis, in the order of the targets.
@@ -228,7 +226,7 @@ fn update_rotor(
         MethodArgument::GaussNewton => gauss_newton_rotor(&shaft, &targets, &settings)?,
         MethodArgument::NelderMead => nelder_mead_rotor(&shaft, &targets, &settings)?,
     };
-    let text = format!("{:#}\n", json(Answer { updating: UpdatingSummary::from(&fit), ..Answer::default() }));
+    let text = format!("{:#}\n", json!({ "updating": updating_topic(&fit) }));
     progress.start_stage("report");
     let mut folder = fit_folder(None, &[("updated", &fit)])?;
     let mut updated = rotor.clone();
@@ -261,7 +259,7 @@ fn hammer_errors(
     measurement: &Measurement,
     controllers: &[Controller],
     [before, after]: [&Machine; 2],
-) -> Result<Vec<HammerError>, Failure> {
+) -> Result<Vec<Value>, Failure> {
     let mut list = vec![];
     let levitated = measurement.hammers.iter();
     let levitated = levitated.filter(|hammer| hammer.controller.is_some());
@@ -273,7 +271,7 @@ fn hammer_errors(
                 return Ok((None, growth));
             }
             let db = tool_error_db(machine, &hammer.frf, hammer.axis, controller)?;
-            Ok((finite(db), growth))
+            Ok((Some(db), growth))
         };
         let ((before_db, before_growth), (after_db, after_growth)) = (error(before)?, error(after)?);
         if after_growth >= 0.0 {
@@ -283,13 +281,13 @@ fn hammer_errors(
                 unstable_words(after_growth, hammer.frf.speed_rpm)
             );
         }
-        list.push(HammerError {
-            file: hammer.name.clone(),
-            before_db_rms: before_db,
-            after_db_rms: after_db,
-            before_growth_rate_per_s: finite(before_growth),
-            after_growth_rate_per_s: finite(after_growth),
-        });
+        list.push(json!({
+            "file": hammer.name,
+            "before_db_rms": before_db,
+            "after_db_rms": after_db,
+            "before_growth_rate_per_s": before_growth,
+            "after_growth_rate_per_s": after_growth,
+        }));
     }
     Ok(list)
 }

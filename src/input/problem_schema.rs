@@ -3,43 +3,47 @@
 
 use serde_json::{Map, Value, json};
 
-/// A kind of problem.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ProblemKind {
-    /// Riccati equation.
-    Care,
-    /// Riccati equation of sampled time.
-    Dare,
-    /// H2 norm.
-    H2norm,
-    /// H∞ norm.
-    Hinfnorm,
-    /// H∞ synthesis.
-    Hinfsyn,
-    /// Generalized plant of mixed sensitivity.
-    Augw,
-    /// H∞ synthesis for mixed sensitivity.
-    Mixsyn,
-    /// H2 synthesis.
-    H2syn,
-    /// Linear-quadratic-Gaussian control.
-    Lqg,
-    /// Loop shaping.
-    Ncfsyn,
-    /// Disc margins.
-    Diskmargin,
-    /// Structured singular value of a matrix.
-    Mu,
-    /// Peak of μ of a system.
-    Musys,
-    /// Fit of magnitudes.
-    Dfit,
-    /// D-K iteration.
-    Dksyn,
-    /// Model reduction.
-    Reduce,
-    /// Sampling.
-    Discretise,
+/// The kinds: variant, name after `muspin solve`, title.
+macro_rules! kinds {
+    ($($kind:ident $name:literal $title:literal,)*) => {
+        /// A kind of problem.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub enum ProblemKind { $(#[doc = $title] $kind,)* }
+
+        impl ProblemKind {
+            /// All of them.
+            pub const ALL: [Self; [$($name,)*].len()] = [$(Self::$kind,)*];
+
+            /// Its name after `muspin solve`.
+            pub fn name(self) -> &'static str {
+                match self { $(Self::$kind => $name,)* }
+            }
+
+            pub(crate) fn title(self) -> &'static str {
+                match self { $(Self::$kind => $title,)* }
+            }
+        }
+    };
+}
+
+kinds! {
+    Care "care" "Riccati equation A'X + XA − XGX + Q = 0, or of A, B, Q, R, S",
+    Dare "dare" "Riccati equation A'XA − X − (A'XB + S)(R + B'XB)⁻¹(B'XA + S') + Q = 0",
+    H2norm "h2norm" "H2 norm of a stable system",
+    Hinfnorm "hinfnorm" "H∞ norm of a stable system",
+    Hinfsyn "hinfsyn" "H∞ synthesis for a generalized plant, u = K y",
+    Augw "augw" "Generalized plant of mixed sensitivity, e = w − G u",
+    Mixsyn "mixsyn" "H∞ synthesis for mixed sensitivity, u = K e",
+    H2syn "h2syn" "H2 synthesis for a generalized plant, u = K y",
+    Lqg "lqg" "Linear-quadratic-Gaussian control, u = K y",
+    Ncfsyn "ncfsyn" "Loop shaping by normalised coprime factors, u = K y",
+    Diskmargin "diskmargin" "Disc margins of a loop, per channel and of all channels at once",
+    Mu "mu" "Structured singular value of a complex matrix",
+    Musys "musys" "Peak of μ of a stable system over all frequencies",
+    Dfit "dfit" "Stable minimum-phase systems that follow magnitudes",
+    Dksyn "dksyn" "D-K iteration for a generalized plant, u = K y",
+    Reduce "reduce" "Reduction by balancing",
+    Discretise "discretise" "Sampling by holds, by Tustin's rule, by impulse and by matched roots",
 }
 
 /// Field, shape, meaning. A shape that ends in `?` may be left out.
@@ -160,72 +164,6 @@ const MAGNITUDES: [Field; 4] = [
 ];
 
 impl ProblemKind {
-    /// All of them.
-    pub const ALL: [Self; 17] = [
-        Self::Care,
-        Self::Dare,
-        Self::H2norm,
-        Self::Hinfnorm,
-        Self::Hinfsyn,
-        Self::Augw,
-        Self::Mixsyn,
-        Self::H2syn,
-        Self::Lqg,
-        Self::Ncfsyn,
-        Self::Diskmargin,
-        Self::Mu,
-        Self::Musys,
-        Self::Dfit,
-        Self::Dksyn,
-        Self::Reduce,
-        Self::Discretise,
-    ];
-
-    /// Its name after `muspin solve`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Care => "care",
-            Self::Dare => "dare",
-            Self::H2norm => "h2norm",
-            Self::Hinfnorm => "hinfnorm",
-            Self::Hinfsyn => "hinfsyn",
-            Self::Augw => "augw",
-            Self::Mixsyn => "mixsyn",
-            Self::H2syn => "h2syn",
-            Self::Lqg => "lqg",
-            Self::Ncfsyn => "ncfsyn",
-            Self::Diskmargin => "diskmargin",
-            Self::Mu => "mu",
-            Self::Musys => "musys",
-            Self::Dfit => "dfit",
-            Self::Dksyn => "dksyn",
-            Self::Reduce => "reduce",
-            Self::Discretise => "discretise",
-        }
-    }
-
-    pub(crate) fn title(self) -> &'static str {
-        match self {
-            Self::Care => "Riccati equation A'X + XA − XGX + Q = 0, or of A, B, Q, R, S",
-            Self::Dare => "Riccati equation A'XA − X − (A'XB + S)(R + B'XB)⁻¹(B'XA + S') + Q = 0",
-            Self::H2norm => "H2 norm of a stable system",
-            Self::Hinfnorm => "H∞ norm of a stable system",
-            Self::Hinfsyn => "H∞ synthesis for a generalized plant, u = K y",
-            Self::Augw => "Generalized plant of mixed sensitivity, e = w − G u",
-            Self::Mixsyn => "H∞ synthesis for mixed sensitivity, u = K e",
-            Self::H2syn => "H2 synthesis for a generalized plant, u = K y",
-            Self::Lqg => "Linear-quadratic-Gaussian control, u = K y",
-            Self::Ncfsyn => "Loop shaping by normalised coprime factors, u = K y",
-            Self::Diskmargin => "Disc margins of a loop, per channel and of all channels at once",
-            Self::Mu => "Structured singular value of a complex matrix",
-            Self::Musys => "Peak of μ of a stable system over all frequencies",
-            Self::Dfit => "Stable minimum-phase systems that follow magnitudes",
-            Self::Dksyn => "D-K iteration for a generalized plant, u = K y",
-            Self::Reduce => "Reduction by balancing",
-            Self::Discretise => "Sampling by holds, by Tustin's rule, by impulse and by matched roots",
-        }
-    }
-
     pub(super) fn field_names(self) -> Vec<&'static str> {
         self.fields().into_iter().map(|(name, _, _)| name).collect()
     }

@@ -16,81 +16,49 @@ use schemars::JsonSchema;
 use schemars::generate::SchemaSettings;
 use serde_json::{Map, Value, json};
 
-/// A kind of file that has a schema.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum SchemaKind {
-    /// Spindle YAML.
-    Spindle,
-    /// Rotor YAML.
-    Rotor,
-    /// Tool YAML.
-    Tool,
-    /// Weights YAML.
-    Weights,
-    /// `measurement.yaml`.
-    Measurement,
-    /// YAML of frequencies that were read off a plot.
-    Frequencies,
-    /// Controller JSON.
-    Controller,
-    /// YAML of the numbers of a PID.
-    Pid,
+/// The kinds in the order of the formats page: variant, name, its keys, the type that reads it.
+macro_rules! kinds {
+    ($($kind:ident $name:literal $keys:expr, $file:ty;)*) => {
+        /// A kind of file that has a schema.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub enum SchemaKind { $(#[doc = $name] $kind,)* }
+
+        impl SchemaKind {
+            /// All of them, in the order of the formats page.
+            pub const ALL: [Self; [$($name,)*].len()] = [$(Self::$kind,)*];
+
+            /// Its name on the command line and in file names.
+            pub(crate) fn name(self) -> &'static str {
+                match self { $(Self::$kind => $name,)* }
+            }
+
+            fn groups(self) -> &'static [KeyGroup] {
+                match self { $(Self::$kind => $keys,)* }
+            }
+
+            /// The schema of the reader without ranges.
+            fn derive_schema(self) -> Value {
+                match self { $(Self::$kind => derive_schema::<$file>(),)* }
+            }
+        }
+    };
 }
 
-impl SchemaKind {
-    /// All of them, in the order of the formats page.
-    pub const ALL: [Self; 8] = [
-        Self::Spindle,
-        Self::Rotor,
-        Self::Tool,
-        Self::Weights,
-        Self::Measurement,
-        Self::Frequencies,
-        Self::Controller,
-        Self::Pid,
-    ];
-
-    /// Its name on the command line and in file names.
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            Self::Spindle => "spindle",
-            Self::Rotor => "rotor",
-            Self::Tool => "tool",
-            Self::Weights => "weights",
-            Self::Measurement => "measurement",
-            Self::Frequencies => "frequencies",
-            Self::Controller => "controller",
-            Self::Pid => "pid",
-        }
-    }
-
-    fn groups(self) -> &'static [KeyGroup] {
-        match self {
-            Self::Spindle => SPINDLE,
-            Self::Rotor => ROTOR,
-            Self::Tool => TOOL,
-            Self::Weights => WEIGHTS,
-            Self::Measurement => MEASUREMENT,
-            Self::Frequencies => FREQUENCIES,
-            Self::Controller => &[],
-            Self::Pid => PID,
-        }
-    }
+kinds! {
+    Spindle "spindle" SPINDLE, SpindleFile;
+    Rotor "rotor" ROTOR, RotorModelFile;
+    Tool "tool" TOOL, ToolFile;
+    Weights "weights" WEIGHTS, WeightsFile;
+    Measurement "measurement" MEASUREMENT, MeasurementFile;
+    Frequencies "frequencies" FREQUENCIES, FrequenciesFile;
+    Controller "controller" &[], ControllerFile;
+    Pid "pid" PID, PidFile;
 }
 
 /// The JSON Schema (draft 2020-12) of a kind of file. Beside the standard keywords a number has `x-unit`, `x-plausible`
 /// (the range that real machines keep to) and `x-reason`.
 pub fn schema(kind: SchemaKind) -> Value {
-    let mut schema = match kind {
-        SchemaKind::Spindle => derive_schema::<SpindleFile>(),
-        SchemaKind::Rotor => derive_schema::<RotorModelFile>(),
-        SchemaKind::Tool => derive_schema::<ToolFile>(),
-        SchemaKind::Weights => derive_schema::<WeightsFile>(),
-        SchemaKind::Measurement => derive_schema::<MeasurementFile>(),
-        SchemaKind::Frequencies => derive_schema::<FrequenciesFile>(),
-        SchemaKind::Controller => derive_schema::<ControllerFile>(),
-        SchemaKind::Pid => derive_schema::<PidFile>(),
-    };
+    let mut schema = kind.derive_schema();
     // The table has keys of effects too; their alternatives come from the table of effects, with its own rules of sign.
     for group in kind.groups().iter().filter(|g| g.at != "effects[]") {
         let steps: Vec<&str> = group.at.split('.').filter(|s| !s.is_empty()).collect();

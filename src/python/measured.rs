@@ -3,9 +3,9 @@
 use super::compute::Stop;
 use super::results::words;
 use crate::input::{Measurement, load_measurement_watched};
-use crate::report::identification::{IdentificationSummary, PlausibilitySummary};
+use crate::report::identification::{identification_topic, plausibility_topic};
 use crate::report::summary::json;
-use crate::report::updating::UpdatingSummary;
+use crate::report::updating::updating_topic;
 use crate::report::whole::Report;
 use crate::spindle::Machine;
 use crate::update::{UpdateSettings, gauss_newton};
@@ -30,7 +30,7 @@ pub(super) fn identify(machine: &Machine, measurement: &str, stop: &Stop) -> Res
         let (met, sentence) = found.verdict();
         let mut report = Report { folder: found.folder, ..Report::of("identify", machine) };
         report.verdict(met, &sentence);
-        if let Value::Object(topics) = json(&found.answer) {
+        if let Value::Object(topics) = found.answer {
             topics.into_iter().for_each(|(key, value)| report.summary.set(&key, value));
         }
         Ok(report)
@@ -50,10 +50,10 @@ pub(super) fn update(machine: &Machine, measurement: &str, stop: &Stop) -> Resul
         let mut report = Report::of("update", &found.machine);
         let summary = &mut report.summary;
         if let Some(peaks) = &identification {
-            summary.set("identification", IdentificationSummary::from(peaks));
+            summary.set("identification", identification_topic(peaks));
         }
-        summary.set("plausibility", PlausibilitySummary::of(&records.reports));
-        summary.set("updating", UpdatingSummary::from(&found.fit));
+        summary.set("plausibility", plausibility_topic(&records.reports));
+        summary.set("updating", updating_topic(&found.fit));
         let (met, sentence) = verdict(&found.fit, &records);
         report.verdict(met, sentence);
         report.folder = updated_folder(machine, &found, &[("updated", &found.fit)])?;

@@ -4,7 +4,6 @@
 use super::pictures::Picture;
 use super::plot::machining::{ToolQuantity, tool_stiffness, tools};
 use super::plot::{Curve, Figure, Role};
-use super::summary::finite;
 use super::tables::Table;
 use super::worst::least_over_speed;
 use crate::pipeline::batch::Finished;
@@ -16,6 +15,11 @@ use serde::{Deserialize, Serialize};
 
 /// File of a row in the folder of its tool.
 pub(crate) const ROW_FILE: &str = "row.json";
+
+/// A figure; none where it is no number.
+fn finite(figure: f64) -> Option<f64> {
+    Some(figure).filter(|x| x.is_finite())
+}
 
 /// One line of the table.
 #[derive(Clone, Debug, Serialize, Deserialize)]

@@ -1,17 +1,17 @@
 //! Controllers side by side, and beside measured hammer tests: figures by key, tables, words, pictures.
 
 use super::comparison::{
-    MeasuredSummary, RatioSummary, StatementRow, ToolPlaneSummary, figure_9_words, statements_table,
+    figure_9_words, measured_row, measured_topic, ratio_topic, statements_table, tool_plane_topic,
 };
 use super::comparison_figures::{NamedWorst, worst_figures};
 use super::pictures::Picture;
-use super::pid_summary::{CertificateSummary, NoPid, OF_DELIVERED, PidSummary};
+use super::pid_summary::{OF_DELIVERED, certificate_topic, no_pid_topic, pid_topic};
 use super::plot::machining::chatter_lobes;
 use super::plot::{Curve, Role};
 use super::prediction_summary::damping_ratios;
 use super::run_figures::{Measured, predictions};
-use super::speed_summary::{SpeedProofSummary, VerificationSummary};
-use super::summary::{Summary, finite, finite_all};
+use super::speed_summary::{speed_proof_topic, verification_topic};
+use super::summary::{Summary, omit_absent};
 use super::whole::{Report, ReportError};
 use super::worst::worst_records;
 use crate::controller::Controller;
@@ -26,7 +26,7 @@ use crate::predict::chatter::{StabilityLimit, milling};
 use crate::predict::sensitivity::Zone;
 use crate::rotor::PlanarModes;
 use crate::spindle::SpindleError;
-use serde::Serialize;
+use serde_json::{Value, json};
 use std::f64::consts::TAU;
 use std::path::Path;
 
@@ -91,17 +91,15 @@ pub(crate) fn add_own(summary: &mut Summary, own: OwnControllers) -> Vec<(Role, 
     let mut controllers = vec![(Role::Mu, own.design.delivery.controller, of_mu)];
     match tuned {
         Ok((pid, _)) => {
-            summary.set("pid", PidSummary::of(&pid, &effort, OF_DELIVERED));
+            summary.set("pid", pid_topic(&pid, &effort, OF_DELIVERED));
             controllers.push((Role::Pid, pid.controller, of_pid));
         }
         Err(reason) => {
-            let words = format!("No PID was found ({reason}).");
-            summary.set("pid", NoPid::because(words));
+            summary.set("pid", no_pid_topic(&format!("No PID was found ({reason}).")));
         }
     }
     if let Ok((plain, _)) = textbook {
-        let certificate = CertificateSummary::from(&plain.certificate);
-        summary.set("pid.textbook", certificate);
+        summary.set("pid.textbook", certificate_topic(&plain.certificate));
         controllers.push((Role::TextbookPid, plain.controller, of_textbook));
     }
     controllers
@@ -165,13 +163,13 @@ pub(crate) fn add_compared(
     }
     for hammer in &hammers {
         let (curve, left_out) = (&hammer.curve, hammer.lines_left_out);
-        let own = MeasuredSummary::of(curve, left_out, &hammer.resonances, flexible_hz, top_hz);
+        let own = measured_topic(curve, left_out, &hammer.resonances, flexible_hz, top_hz);
         report.summary.set(&hammer.key, own);
     }
     let of_hammers: Vec<Option<StabilityLimit>> = hammers.iter().map(|hammer| hammer.lobes(ground)).collect();
     for (hammer, lobes) in hammers.iter().zip(&of_hammers) {
         let key = hammer.key.replacen("tool_plane", "chatter", 1);
-        report.summary.set(&key, ChatterSummary::of(lobes.as_ref()));
+        report.summary.set(&key, chatter_topic(lobes.as_ref()));
     }
     let names: Vec<String> = hammers.iter().map(|hammer| hammer.curve.name.clone()).collect();
     let measured_lobes = names.iter().zip(&of_hammers).map(|(name, own)| (Role::Measured, name.as_str(), own.as_ref()));
@@ -182,12 +180,12 @@ pub(crate) fn add_compared(
     let worst: Vec<NamedWorst> = list.iter().map(|(role, c)| (*role, c.name.clone(), c.worst.clone())).collect();
     let mut statements = statements_table(&every, &worst, flexible_hz, top_hz);
     let rows = measured.iter();
-    statements.extend(rows.map(|m| StatementRow::measured_row(m, flexible_hz, top_hz)));
+    statements.extend(rows.map(|m| measured_row(m, flexible_hz, top_hz)));
     let summary = &mut report.summary;
     summary.set("statements", statements);
     summary.set("plain_words", figure_9_words(&every, &worst));
-    summary.set("speeds_rpm", finite_all(ground.speeds_rpm));
-    summary.set("top_speed_hz", finite(top_hz));
+    summary.set("speeds_rpm", ground.speeds_rpm);
+    summary.set("top_speed_hz", top_hz);
     let drawn: Vec<(Role, &Prediction)> =
         list.iter().flat_map(|(role, c)| c.predictions.iter().map(|p| (*role, p))).collect();
     report.figures(predictions(&drawn, &measured, top_hz))?;
@@ -200,52 +198,32 @@ pub(crate) fn add_compared(
 fn add_one(summary: &mut Summary, each: &Compared, flexible_hz: &[f64], top_hz: f64) {
     let name = &each.name;
     let stations = each.predictions.iter();
-    let stations = stations.map(|p| ToolPlaneSummary::of(p, flexible_hz, top_hz));
-    let stations: Vec<ToolPlaneSummary> = stations.collect();
+    let stations: Vec<Value> = stations.map(|p| tool_plane_topic(p, flexible_hz, top_hz)).collect();
     summary.set(&format!("tool_plane.{name}"), stations);
-    let stability = StabilitySummary::from(&each.verification);
+    let stability = stability_topic(&each.verification);
     summary.set(&format!("stability.{name}"), stability);
     summary.set(&format!("worst_case.{name}"), worst_records(&each.worst));
-    summary.set(&format!("chatter.{name}"), ChatterSummary::of(each.lobes.as_ref()));
+    summary.set(&format!("chatter.{name}"), chatter_topic(each.lobes.as_ref()));
 }
 
 /// `stability.<controller>`.
-#[derive(Clone, Debug, Serialize)]
-pub(crate) struct StabilitySummary {
-    stable: bool,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    proof: Option<SpeedProofSummary>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    proof_failure: Option<String>,
-    certificates: VerificationSummary,
-}
-
-impl From<&Verification> for StabilitySummary {
-    fn from(checked: &Verification) -> Self {
-        Self {
-            stable: checked.is_proven(),
-            proof: checked.proof.as_ref().map(SpeedProofSummary::from),
-            proof_failure: checked.proof_failure.clone(),
-            certificates: VerificationSummary::from(checked),
-        }
-    }
+pub(crate) fn stability_topic(checked: &Verification) -> Value {
+    let topic = json!({
+        "stable": checked.is_proven(),
+        "proof": checked.proof.as_ref().map(speed_proof_topic),
+        "proof_failure": checked.proof_failure,
+        "certificates": verification_topic(checked),
+    });
+    omit_absent(topic, &["proof", "proof_failure"])
 }
 
 /// `chatter.<controller>`: the smallest stable depth of cut.
-#[derive(Clone, Debug, Serialize)]
-struct ChatterSummary {
-    minimum_depth_m: Option<f64>,
-    frequency_hz: Option<f64>,
-}
-
-impl ChatterSummary {
-    fn of(lobes: Option<&StabilityLimit>) -> Self {
-        let minimum = lobes.and_then(StabilityLimit::minimum);
-        Self {
-            minimum_depth_m: minimum.and_then(|m| finite(m.depth_m)),
-            frequency_hz: minimum.and_then(|m| finite(m.omega_rad_s / TAU)),
-        }
-    }
+fn chatter_topic(lobes: Option<&StabilityLimit>) -> Value {
+    let minimum = lobes.and_then(StabilityLimit::minimum);
+    json!({
+        "minimum_depth_m": minimum.map(|m| m.depth_m),
+        "frequency_hz": minimum.map(|m| m.omega_rad_s / TAU),
+    })
 }
 
 /// Stiffness of the first controller over that of each other one, speed by speed.
@@ -255,8 +233,7 @@ fn add_ratios(summary: &mut Summary, list: &[(Role, Compared)]) {
     };
     for (_, other) in others {
         let both = first.predictions.iter().zip(&other.predictions);
-        let ratios = both.map(|(own, its)| RatioSummary::of(own, its));
-        let ratios: Vec<RatioSummary> = ratios.collect();
+        let ratios: Vec<Value> = both.map(|(own, its)| ratio_topic(own, its)).collect();
         summary.set(&format!("stiffness_ratio.{}_over_{}", first.name, other.name), ratios);
     }
 }

@@ -1,7 +1,7 @@
 //! A comparison as topics of the summary: the statements of the paper's figure 9 as numbers, and measured hammer
 //! records.
 
-use super::summary::{Named, finite};
+use super::summary::omit_absent;
 use crate::controller::verification::growth_words;
 use crate::identify::peaks::Resonance;
 use crate::pipeline::comparison::{LOW_HZ, Prediction};
@@ -11,7 +11,7 @@ use crate::predict::modes::{FLEXIBLE, LoopMode};
 use crate::report::comparison_figures::NamedWorst;
 use crate::report::run_figures::Measured;
 use crate::report::worst::worst_sentence;
-use serde::Serialize;
+use serde_json::{Value, json};
 
 /// A resonance that dents the curve by less than this is not seen in a plot over four decades: 1 dB.
 const SEEN: f64 = 1.122;
@@ -22,170 +22,59 @@ const RIGID_TO: f64 = 0.45;
 /// A dip within this factor of a natural frequency is that mode's.
 const NEAR: f64 = 1.15;
 
-#[derive(Clone, Debug, Serialize)]
-struct ModeSummary {
-    frequency_hz: Option<f64>,
-    damping_ratio: Option<f64>,
+/// The statements of figure 9 for one controller at one speed: a record of `tool_plane.<controller>`. `flexible_hz` are
+/// the natural frequencies of the free rotor.
+pub(crate) fn tool_plane_topic(prediction: &Prediction, flexible_hz: &[f64], top_speed_hz: f64) -> Value {
+    let [x, y] = prediction.stiffness.each_ref().map(|curve| {
+        CurveFigures::of(&curve.frequency_hz, &curve.magnitude_n_per_m, flexible_hz, top_speed_hz).topic()
+    });
+    let mode = |m: &LoopMode| json!({ "frequency_hz": m.frequency_hz, "damping_ratio": m.damping_ratio });
+    let modes = &prediction.modes;
+    json!({
+        "speed_rpm": prediction.speed_rpm,
+        "tool_stiffness": { "x": x, "y": y },
+        "flexible_modes": modes.flexible.iter().map(|m| m.as_ref().map(mode)).collect::<Vec<_>>(),
+        "rigid_body_modes": modes.rigid.iter().map(mode).collect::<Vec<_>>(),
+    })
 }
 
-/// A local minimum of the tool stiffness.
-#[derive(Clone, Debug, Serialize)]
-struct DipSummary {
-    frequency_hz: Option<f64>,
-    stiffness_n_per_m: Option<f64>,
-    depth_db: Option<f64>,
-}
-
-/// A lightly damped resonance of a measured record.
-#[derive(Clone, Debug, Serialize)]
-struct ResonanceSummary {
-    frequency_hz: Option<f64>,
-    standard_deviation_hz: Option<f64>,
-    damping_ratio: Option<f64>,
+/// The same statements for a measured record, as far as it shows them: `tool_plane.measured_<record>`. The figures
+/// leave out `lines_left_out` that do not tell the response.
+pub(crate) fn measured_topic(
+    measured: &Measured,
+    lines_left_out: usize,
+    resonances: &[Resonance],
+    flexible_hz: &[f64],
+    top_speed_hz: f64,
+) -> Value {
+    let mode = |r: &Resonance| {
+        json!({
+            "frequency_hz": r.frequency_hz,
+            "standard_deviation_hz": r.standard_deviation_hz,
+            "damping_ratio": r.damping_ratio,
+        })
+    };
+    json!({
+        "speed_rpm": measured.speed_rpm,
+        "tool_stiffness": CurveFigures::of_record(measured, flexible_hz, top_speed_hz).topic(),
+        "lines_left_out": lines_left_out,
+        "modes": resonances.iter().map(mode).collect::<Vec<_>>(),
+    })
 }
 
 /// A curve of the tool stiffness in figures.
-#[derive(Clone, Debug, Serialize)]
-struct CurveSummary {
-    from_hz: Option<f64>,
-    at_lowest_line_n_per_m: Option<f64>,
-    at_10_hz_n_per_m: Option<f64>,
-    at_max_speed_n_per_m: Option<f64>,
-    minimum_n_per_m: Option<f64>,
-    minimum_frequency_hz: Option<f64>,
-    flexible_mode_dips: Vec<Option<DipSummary>>,
-    deepest_rigid_body_dip: Option<DipSummary>,
+struct CurveFigures {
+    from_hz: f64,
+    at_lowest_line_n_per_m: f64,
+    at_10_hz_n_per_m: f64,
+    at_max_speed_n_per_m: f64,
+    minimum_n_per_m: f64,
+    minimum_frequency_hz: f64,
+    flexible_mode_dips: Vec<Option<Dip>>,
+    deepest_rigid_body_dip: Option<Dip>,
 }
 
-#[derive(Clone, Debug, Serialize)]
-struct AxesSummary {
-    x: CurveSummary,
-    y: CurveSummary,
-}
-
-/// The statements of figure 9 for one controller at one speed: a record of `tool_plane.<controller>`.
-#[derive(Clone, Debug, Serialize)]
-pub(crate) struct ToolPlaneSummary {
-    speed_rpm: Option<f64>,
-    tool_stiffness: AxesSummary,
-    flexible_modes: Vec<Option<ModeSummary>>,
-    rigid_body_modes: Vec<ModeSummary>,
-}
-
-/// The same statements for a measured record, as far as it shows them: `tool_plane.measured_<record>`.
-#[derive(Clone, Debug, Serialize)]
-pub(crate) struct MeasuredSummary {
-    speed_rpm: Option<f64>,
-    tool_stiffness: CurveSummary,
-    /// Lines that do not tell the response: the figures leave them out.
-    lines_left_out: usize,
-    modes: Vec<ResonanceSummary>,
-}
-
-/// Ratios of the first controller's stiffness to that of another at the same speed: `stiffness_ratio.<a>_over_<b>`.
-#[derive(Clone, Debug, Serialize)]
-pub(crate) struct RatioSummary {
-    speed_rpm: Option<f64>,
-    at_10_hz: Option<f64>,
-    at_max_speed: Option<f64>,
-    minimum: Option<f64>,
-}
-
-/// A row of `statements`: a controller at a speed on an axis, or a measured record.
-#[derive(Clone, Debug, Serialize)]
-pub(crate) struct StatementRow {
-    controller: String,
-    speed_rpm: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    axis: Option<&'static str>,
-    at_10_hz_n_per_m: Option<f64>,
-    at_top_speed_n_per_m: Option<f64>,
-    smallest_n_per_m: Option<f64>,
-    where_hz: Option<f64>,
-    #[serde(flatten)]
-    predicted: Option<PredictedColumns>,
-}
-
-/// What only a prediction has.
-#[derive(Clone, Debug, Serialize)]
-struct PredictedColumns {
-    worst_n_per_m: Option<f64>,
-    /// `damping_mode_<number>_percent`.
-    #[serde(flatten)]
-    damping_percent: Named<Option<f64>>,
-    rigid_body_modes: String,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    unstable_growth_rate_per_s: Option<Option<f64>>,
-}
-
-impl From<&LoopMode> for ModeSummary {
-    fn from(mode: &LoopMode) -> Self {
-        Self { frequency_hz: finite(mode.frequency_hz), damping_ratio: finite(mode.damping_ratio) }
-    }
-}
-
-impl From<&Dip> for DipSummary {
-    fn from(dip: &Dip) -> Self {
-        Self {
-            frequency_hz: finite(dip.frequency_hz),
-            stiffness_n_per_m: finite(dip.stiffness_n_per_m),
-            depth_db: finite(20.0 * dip.prominence.log10()),
-        }
-    }
-}
-
-impl From<&Resonance> for ResonanceSummary {
-    fn from(r: &Resonance) -> Self {
-        Self {
-            frequency_hz: finite(r.frequency_hz),
-            standard_deviation_hz: finite(r.standard_deviation_hz),
-            damping_ratio: finite(r.damping_ratio),
-        }
-    }
-}
-
-impl ToolPlaneSummary {
-    /// `flexible_hz` are the natural frequencies of the free rotor.
-    pub(crate) fn of(prediction: &Prediction, flexible_hz: &[f64], top_speed_hz: f64) -> Self {
-        let curves = prediction.stiffness.each_ref().map(|curve| {
-            let (f, k) = (&curve.frequency_hz, &curve.magnitude_n_per_m);
-            CurveSummary::of(f, k, flexible_hz, top_speed_hz)
-        });
-        let [x, y] = curves;
-        let modes = &prediction.modes;
-        let flexible = modes.flexible.iter();
-        Self {
-            speed_rpm: finite(prediction.speed_rpm),
-            tool_stiffness: AxesSummary { x, y },
-            flexible_modes: flexible.map(|m| m.as_ref().map(ModeSummary::from)).collect(),
-            rigid_body_modes: modes.rigid.iter().map(ModeSummary::from).collect(),
-        }
-    }
-}
-
-impl MeasuredSummary {
-    pub(crate) fn of(
-        measured: &Measured,
-        lines_left_out: usize,
-        resonances: &[Resonance],
-        flexible_hz: &[f64],
-        top_speed_hz: f64,
-    ) -> Self {
-        Self {
-            speed_rpm: finite(measured.speed_rpm),
-            tool_stiffness: CurveSummary::of(
-                &measured.frequency_hz,
-                &measured.stiffness_n_per_m,
-                flexible_hz,
-                top_speed_hz,
-            ),
-            lines_left_out,
-            modes: resonances.iter().map(ResonanceSummary::from).collect(),
-        }
-    }
-}
-
-impl CurveSummary {
+impl CurveFigures {
     fn of(f: &[f64], k: &[f64], flexible_hz: &[f64], top_speed_hz: f64) -> Self {
         let lowest = f.iter().zip(k).min_by(|a, b| a.1.total_cmp(b.1)).map_or((f64::NAN, f64::NAN), |(f, k)| (*f, *k));
         let (first, last) = (f.first().copied().unwrap_or(f64::NAN), f.last().copied().unwrap_or(f64::NAN));
@@ -204,17 +93,40 @@ impl CurveSummary {
             let near = found.iter().filter(near);
             near.max_by(|a, b| a.prominence.total_cmp(&b.prominence))
         };
-        let flexible = flexible_hz.iter().take(FLEXIBLE);
         Self {
-            from_hz: finite(first),
-            at_lowest_line_n_per_m: finite(at(f, k, first)),
-            at_10_hz_n_per_m: finite(at(f, k, LOW_HZ)),
-            at_max_speed_n_per_m: finite(at(f, k, top_speed_hz)),
-            minimum_n_per_m: finite(lowest.1),
-            minimum_frequency_hz: finite(lowest.0),
-            flexible_mode_dips: flexible.map(|natural| deepest(natural).map(DipSummary::from)).collect(),
-            deepest_rigid_body_dip: rigid.map(DipSummary::from),
+            from_hz: first,
+            at_lowest_line_n_per_m: at(f, k, first),
+            at_10_hz_n_per_m: at(f, k, LOW_HZ),
+            at_max_speed_n_per_m: at(f, k, top_speed_hz),
+            minimum_n_per_m: lowest.1,
+            minimum_frequency_hz: lowest.0,
+            flexible_mode_dips: flexible_hz.iter().take(FLEXIBLE).map(|hz| deepest(hz).copied()).collect(),
+            deepest_rigid_body_dip: rigid.copied(),
         }
+    }
+
+    fn of_record(measured: &Measured, flexible_hz: &[f64], top_speed_hz: f64) -> Self {
+        Self::of(&measured.frequency_hz, &measured.stiffness_n_per_m, flexible_hz, top_speed_hz)
+    }
+
+    fn topic(&self) -> Value {
+        let dip = |dip: &Dip| {
+            json!({
+                "frequency_hz": dip.frequency_hz,
+                "stiffness_n_per_m": dip.stiffness_n_per_m,
+                "depth_db": 20.0 * dip.prominence.log10(),
+            })
+        };
+        json!({
+            "from_hz": self.from_hz,
+            "at_lowest_line_n_per_m": self.at_lowest_line_n_per_m,
+            "at_10_hz_n_per_m": self.at_10_hz_n_per_m,
+            "at_max_speed_n_per_m": self.at_max_speed_n_per_m,
+            "minimum_n_per_m": self.minimum_n_per_m,
+            "minimum_frequency_hz": self.minimum_frequency_hz,
+            "flexible_mode_dips": self.flexible_mode_dips.iter().map(|d| d.as_ref().map(dip)).collect::<Vec<_>>(),
+            "deepest_rigid_body_dip": self.deepest_rigid_body_dip.as_ref().map(dip),
+        })
     }
 }
 
@@ -237,16 +149,14 @@ fn at(f: &[f64], k: &[f64], hz: f64) -> f64 {
     }
 }
 
-impl RatioSummary {
-    /// Of two controllers at one speed.
-    pub(crate) fn of(first: &Prediction, other: &Prediction) -> Self {
-        Self {
-            speed_rpm: finite(first.speed_rpm),
-            at_10_hz: finite(first.at_10_hz_n_per_m / other.at_10_hz_n_per_m),
-            at_max_speed: finite(first.at_max_speed_n_per_m / other.at_max_speed_n_per_m),
-            minimum: finite(first.minimum.0 / other.minimum.0),
-        }
-    }
+/// Ratios of the first controller's stiffness to that of another at the same speed: `stiffness_ratio.<a>_over_<b>`.
+pub(crate) fn ratio_topic(first: &Prediction, other: &Prediction) -> Value {
+    json!({
+        "speed_rpm": first.speed_rpm,
+        "at_10_hz": first.at_10_hz_n_per_m / other.at_10_hz_n_per_m,
+        "at_max_speed": first.at_max_speed_n_per_m / other.at_max_speed_n_per_m,
+        "minimum": first.minimum.0 / other.minimum.0,
+    })
 }
 
 /// The statements of figure 9 as one table: a record per controller, speed and axis. Axes that agree share one.
@@ -255,7 +165,7 @@ pub(crate) fn statements_table(
     worst: &[NamedWorst],
     flexible_hz: &[f64],
     top_speed_hz: f64,
-) -> Vec<StatementRow> {
+) -> Vec<Value> {
     let mut rows = vec![];
     for run in runs {
         let same_speed = |w: &&WorstPrediction| w.speed_rpm == run.speed_rpm;
@@ -270,47 +180,42 @@ pub(crate) fn statements_table(
         let axes = if alike { 1 } else { 2 };
         for (axis, curve) in run.stiffness.iter().enumerate().take(axes) {
             let (f, k) = (&curve.frequency_hz, &curve.magnitude_n_per_m);
-            let figures = CurveSummary::of(f, k, flexible_hz, top_speed_hz);
+            let figures = CurveFigures::of(f, k, flexible_hz, top_speed_hz);
             let peak = at_speed.and_then(|w| w.worst.compliance[axis].peak());
-            let damping = run.modes.flexible.iter().enumerate().map(|(n, mode)| {
-                let percent = mode.and_then(|m| finite(100.0 * m.damping_ratio));
-                (format!("damping_mode_{}_percent", n + 1), percent)
-            });
-            let unstable = (!run.is_stable()).then(|| finite(run.growth_rate_per_s));
             let name = if alike { "x and y" } else { ["x", "y"][axis] };
-            let mut row = StatementRow::of(&run.name, run.speed_rpm, Some(name), &figures);
-            row.predicted = Some(PredictedColumns {
-                worst_n_per_m: peak.and_then(|(_, e)| finite(1.0 / e.upper)),
-                damping_percent: damping.collect(),
-                rigid_body_modes: rigid_words(run),
-                unstable_growth_rate_per_s: unstable,
-            });
+            let mut row = statement_row(&run.name, run.speed_rpm, Some(name), &figures);
+            row["worst_n_per_m"] = json!(peak.map(|(_, e)| 1.0 / e.upper));
+            for (n, mode) in run.modes.flexible.iter().enumerate() {
+                row[format!("damping_mode_{}_percent", n + 1)] = json!(mode.map(|m| 100.0 * m.damping_ratio));
+            }
+            row["rigid_body_modes"] = json!(rigid_words(run));
+            if !run.is_stable() {
+                row["unstable_growth_rate_per_s"] = json!(run.growth_rate_per_s);
+            }
             rows.push(row);
         }
     }
     rows
 }
 
-impl StatementRow {
-    fn of(name: &str, speed_rpm: f64, axis: Option<&'static str>, figures: &CurveSummary) -> Self {
-        Self {
-            controller: name.to_owned(),
-            speed_rpm: finite(speed_rpm),
-            axis,
-            at_10_hz_n_per_m: figures.at_10_hz_n_per_m,
-            at_top_speed_n_per_m: figures.at_max_speed_n_per_m,
-            smallest_n_per_m: figures.minimum_n_per_m,
-            where_hz: figures.minimum_frequency_hz,
-            predicted: None,
-        }
-    }
+/// A row of `statements`: a controller at a speed on an axis, or a measured record.
+fn statement_row(name: &str, speed_rpm: f64, axis: Option<&str>, figures: &CurveFigures) -> Value {
+    let row = json!({
+        "controller": name,
+        "speed_rpm": speed_rpm,
+        "axis": axis,
+        "at_10_hz_n_per_m": figures.at_10_hz_n_per_m,
+        "at_top_speed_n_per_m": figures.at_max_speed_n_per_m,
+        "smallest_n_per_m": figures.minimum_n_per_m,
+        "where_hz": figures.minimum_frequency_hz,
+    });
+    omit_absent(row, &["axis"])
+}
 
-    /// A measured record as a row of the same table.
-    pub(crate) fn measured_row(measured: &Measured, flexible_hz: &[f64], top_speed_hz: f64) -> Self {
-        let (f, k) = (&measured.frequency_hz, &measured.stiffness_n_per_m);
-        let figures = CurveSummary::of(f, k, flexible_hz, top_speed_hz);
-        Self::of(&measured.name, measured.speed_rpm, None, &figures)
-    }
+/// A measured record as a row of the same table.
+pub(crate) fn measured_row(measured: &Measured, flexible_hz: &[f64], top_speed_hz: f64) -> Value {
+    let figures = CurveFigures::of_record(measured, flexible_hz, top_speed_hz);
+    statement_row(&measured.name, measured.speed_rpm, None, &figures)
 }
 
 fn rigid_words(prediction: &Prediction) -> String {

@@ -1,12 +1,13 @@
 //! Faults of records as topic of the summary, and the corrected records as a measurement folder (formats.md,
 //! section 4).
 
-use super::identification::RecordFaultSummary;
+use super::identification::{fault_topic, polluted_lines_topic};
 use super::records::{hammer_csv, sweep_csv};
 use super::results::{ResultsError, ResultsFolder};
 use crate::diagnose::data::measurement::RecordId;
 use crate::diagnose::{Diagnosis, FoundFault};
 use crate::identify::plausibility::RecordFault;
+use serde_json::Value;
 use std::fmt::Write as _;
 
 const FOLDER: &str = "measurement";
@@ -31,15 +32,10 @@ impl RecordNames {
 }
 
 /// `diagnosis.record_faults`.
-pub(crate) fn record_faults(d: &Diagnosis, names: &RecordNames) -> Vec<RecordFaultSummary> {
-    let each = |f: &FoundFault| {
-        let record = names.of(f.record);
-        RecordFaultSummary::of(record, &f.fault).naming(f.name.clone())
-    };
-    let polluted = d.polluted_lines.iter().map(|lines| {
-        let record = names.of(RecordId::Sweep(lines.sweep));
-        RecordFaultSummary::of_polluted_lines(record, lines)
-    });
+pub(crate) fn record_faults(d: &Diagnosis, names: &RecordNames) -> Vec<Value> {
+    let each = |f: &FoundFault| fault_topic(names.of(f.record), &f.fault, f.name.as_deref());
+    let polluted = d.polluted_lines.iter();
+    let polluted = polluted.map(|lines| polluted_lines_topic(names.of(RecordId::Sweep(lines.sweep)), lines));
     d.record_faults.iter().map(each).chain(polluted).collect()
 }
 

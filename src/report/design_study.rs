@@ -1,13 +1,13 @@
 //! The report of a design with what was asked beside it.
 
-use super::design_summary::DesignSummary;
-use super::order_curve::{OrderCurveSummary, order_figure};
+use super::design_summary::design_topic;
+use super::order_curve::{order_curve_topic, order_figure};
 use super::pictures::Picture;
 use super::plot::Role;
 use super::run::UNPOLISHED;
 use super::run_figures::{Measured, predictions, robustness};
 use super::unstable::add_instability;
-use super::variant_summary::{LimitSummary, TighteningSummary, VariantSummary};
+use super::variant_summary::{limit_topic, routes_topic, tightening_topic};
 use super::whole::{Report, ReportError};
 use crate::augment::plane::Route;
 use crate::pipeline::study::Study;
@@ -19,23 +19,21 @@ pub(crate) fn design_report(machine: &Machine, study: &Study, route: Route) -> R
     let [rest, speed] = study.delivered.each_ref();
     let mut report = Report::of("design", machine);
     report.summary.set("weights", study.weights.name.as_str());
-    report.summary.set("design", DesignSummary::from(found));
+    report.summary.set("design", design_topic(found));
     if add_instability(&mut report, found) {
         report.controller(machine, found, None)?;
         return Ok(report);
     }
     if let Some(curve) = &study.orders {
-        report.summary.set("design.order_curve", OrderCurveSummary::of(curve));
+        report.summary.set("design.order_curve", order_curve_topic(curve));
         report.figures([(Picture::OrderCurve, order_figure(curve))])?;
     }
     report.arithmetic(found, &study.arithmetic);
     if let Some(written) = &study.written {
-        let beside = TighteningSummary::of(written, found, rest);
-        report.summary.set("tightening", beside);
+        report.summary.set("tightening", tightening_topic(written, found, rest));
     }
     if let Some(other) = &study.other_route {
-        let designs = VariantSummary::of_routes((route, found, rest), other);
-        report.summary.set("routes.designs", designs);
+        report.summary.set("routes.designs", routes_topic(route, found, rest, other));
     }
     report.predictions("mu", [rest, speed]);
     let mut runs = vec![(Role::Mu, rest), (Role::Mu, speed)];
@@ -45,8 +43,7 @@ pub(crate) fn design_report(machine: &Machine, study: &Study, route: Route) -> R
     }
     let mut limits = vec![];
     if let Some(limit) = &study.limit {
-        let figures = LimitSummary::of(limit, rest.minimum.0);
-        report.summary.set("design.stiffness_limit", figures);
+        report.summary.set("design.stiffness_limit", limit_topic(limit, rest.minimum.0));
         limits.push(Measured::limit(limit, machine.spindle.stiffness_band_hz));
     }
     let top_rpm = machine.spindle.max_rpm;

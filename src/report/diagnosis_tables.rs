@@ -1,8 +1,144 @@
 //! Tables of a diagnosis in the report: the gap, the parameters with their intervals, the hypotheses, the places, the
 //! smallest sizes that the data could show.
 
-use super::diagnosis_summary::DiagnosisSummary;
 use super::readable::{Grid, figure, four_digits, words};
+use serde::Deserialize;
+use serde_json::{Map, Value};
+use std::collections::BTreeMap;
+
+/// `diagnosis`, as far as the page shows it.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(default)]
+pub(crate) struct DiagnosisTopic {
+    pub(crate) verdict: Option<String>,
+    pub(crate) sentence: Option<String>,
+    pub(crate) effects: Vec<EffectTopic>,
+    tie: Vec<RivalTopic>,
+    pub(crate) gap_before: Option<f64>,
+    pub(crate) gap_after: Option<f64>,
+    #[serde(flatten)]
+    pub(crate) parts: GapsOfParts,
+    held_out: String,
+    localisation: Vec<PortTopic>,
+    menu: Vec<ProposalTopic>,
+    detectable: Vec<DetectableTopic>,
+    ranking: Vec<RankedTopic>,
+    correction: Option<CorrectionTopic>,
+}
+
+/// Gaps before and after of the records that were used and of those that were held out.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(default)]
+pub(crate) struct GapsOfParts {
+    gap_before_used: Option<f64>,
+    gap_after_used: Option<f64>,
+    gap_before_held_out: Option<f64>,
+    pub(crate) gap_after_held_out: Option<f64>,
+}
+
+/// Where an effect sits.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(default)]
+struct PlaceTopic {
+    bearing: Option<String>,
+    axis: Option<String>,
+    from: Option<String>,
+    to: Option<String>,
+    position_m: Option<f64>,
+    mode: Option<usize>,
+    region: Option<String>,
+}
+
+impl PlaceTopic {
+    /// The place in words; empty for an effect without one.
+    fn words(&self) -> String {
+        let position = self.position_m.map(|z| figure("position_m", z));
+        let mode = self.mode.map(|m| m.to_string());
+        let named = [&self.bearing, &self.axis, &self.from, &self.to, &self.region].map(Option::clone);
+        let all = named.into_iter().chain([position, mode]).flatten();
+        all.collect::<Vec<String>>().join(", ")
+    }
+}
+
+/// An effect with its parameters and their intervals.
+#[derive(Clone, Debug, Deserialize)]
+pub(crate) struct EffectTopic {
+    pub(crate) effect: String,
+    #[serde(default, rename = "where")]
+    place: PlaceTopic,
+    #[serde(default)]
+    parameters: Map<String, Value>,
+    #[serde(default)]
+    standard_deviations: BTreeMap<String, Option<f64>>,
+    #[serde(default)]
+    intervals_90: BTreeMap<String, [Option<f64>; 2]>,
+}
+
+/// A member of a tie: one effect stands for itself; several are a list.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(untagged)]
+enum RivalTopic {
+    Several { effects: Vec<EffectTopic> },
+    One(EffectTopic),
+}
+
+/// What a free law at a place explains.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(default)]
+struct PortTopic {
+    port: String,
+    chi2_after: Option<f64>,
+    score_above_best: Option<f64>,
+    words: String,
+}
+
+/// A measurement that would separate the members of a tie.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(default)]
+struct ProposalTopic {
+    measurement: String,
+    separation_chi2: Option<f64>,
+}
+
+/// The smallest size of an effect that the data would show.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(default)]
+struct DetectableTopic {
+    effect: String,
+    #[serde(rename = "where")]
+    place: PlaceTopic,
+    words: String,
+}
+
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(default)]
+struct RankedTopic {
+    effect: String,
+    #[serde(rename = "where")]
+    place: PlaceTopic,
+    score_above_best: Option<f64>,
+}
+
+/// What stands in for a name when the verdict is unexplained.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(default)]
+struct CorrectionTopic {
+    port: String,
+    #[serde(flatten)]
+    gaps: GapsOfParts,
+}
+
+impl DiagnosisTopic {
+    /// The effects whose parameters are shown: all members of a tie, or what was named.
+    fn shown_effects(&self) -> Vec<&EffectTopic> {
+        let members = self.tie.iter().flat_map(|rival| match rival {
+            RivalTopic::One(effect) => std::slice::from_ref(effect),
+            RivalTopic::Several { effects } => effects.as_slice(),
+        });
+        let tied: Vec<&EffectTopic> = members.collect();
+        if tied.is_empty() { self.effects.iter().collect() } else { tied }
+    }
+}
 
 /// Keys below `diagnosis` that the tables show.
 pub(crate) const SHOWN: [&str; 17] = [
@@ -26,7 +162,7 @@ pub(crate) const SHOWN: [&str; 17] = [
 ];
 
 /// All tables that the summary has figures for.
-pub(crate) fn tables(diagnosis: &DiagnosisSummary) -> Vec<Grid> {
+pub(crate) fn tables(diagnosis: &DiagnosisTopic) -> Vec<Grid> {
     let parts = [
         gap(diagnosis),
         parameters(diagnosis),
@@ -51,7 +187,7 @@ fn show_known(value: Option<f64>, shown: impl Fn(f64) -> String) -> String {
     value.map_or_else(|| "–".to_owned(), shown)
 }
 
-fn gap(d: &DiagnosisSummary) -> Option<Grid> {
+fn gap(d: &DiagnosisTopic) -> Option<Grid> {
     let held = &d.held_out;
     let row = |name: String, before: Option<f64>, after: Option<f64>| -> Option<Vec<String>> {
         let (b, a) = (before?, after?);
@@ -61,7 +197,7 @@ fn gap(d: &DiagnosisSummary) -> Option<Grid> {
     let mut rows = vec![
         row("used".to_owned(), d.parts.gap_before_used, d.parts.gap_after_used),
         row(format!("held out: {held}"), d.parts.gap_before_held_out, d.parts.gap_after_held_out),
-        row("all records, fitted to all".to_owned(), d.all.gap_before, d.all.gap_after),
+        row("all records, fitted to all".to_owned(), d.gap_before, d.gap_after),
     ];
     if let Some(c) = &d.correction {
         let port = &c.port;
@@ -79,10 +215,10 @@ fn gap(d: &DiagnosisSummary) -> Option<Grid> {
     )
 }
 
-fn parameters(d: &DiagnosisSummary) -> Option<Grid> {
+fn parameters(d: &DiagnosisTopic) -> Option<Grid> {
     let mut rows = vec![];
     for effect in d.shown_effects() {
-        for (name, value) in &effect.parameters.0 {
+        for (name, value) in &effect.parameters {
             let shown = |v: Option<f64>| show_known(v, |x| figure(name, x));
             let deviation = effect.standard_deviations.get(name).copied().flatten();
             let interval = effect.intervals_90.get(name);
@@ -90,7 +226,7 @@ fn parameters(d: &DiagnosisSummary) -> Option<Grid> {
                 words(&effect.effect),
                 effect.place.words(),
                 words(name),
-                shown(*value),
+                shown(value.as_f64()),
                 shown(deviation),
                 interval.map_or_else(|| "–".to_owned(), |ends| ends.map(shown).join(" … ")),
             ]);
@@ -103,7 +239,7 @@ fn parameters(d: &DiagnosisSummary) -> Option<Grid> {
     )
 }
 
-fn menu(d: &DiagnosisSummary) -> Option<Grid> {
+fn menu(d: &DiagnosisTopic) -> Option<Grid> {
     let row = d.menu.iter().map(|m| vec![m.measurement.clone(), show_known(m.separation_chi2, four_digits)]);
     grid(
         "Measurements that would separate the members of the tie",
@@ -112,13 +248,13 @@ fn menu(d: &DiagnosisSummary) -> Option<Grid> {
     )
 }
 
-fn ranking(d: &DiagnosisSummary) -> Option<Grid> {
+fn ranking(d: &DiagnosisTopic) -> Option<Grid> {
     let row =
         d.ranking.iter().map(|r| vec![words(&r.effect), r.place.words(), show_known(r.score_above_best, four_digits)]);
     grid("Hypotheses, best first", &["effect", "where", "score above the best"], row.collect())
 }
 
-fn places(d: &DiagnosisSummary) -> Option<Grid> {
+fn places(d: &DiagnosisTopic) -> Option<Grid> {
     let row = d.localisation.iter().map(|p| {
         vec![
             p.port.clone(),
@@ -134,7 +270,7 @@ fn places(d: &DiagnosisSummary) -> Option<Grid> {
     )
 }
 
-fn detectable(d: &DiagnosisSummary) -> Option<Grid> {
+fn detectable(d: &DiagnosisTopic) -> Option<Grid> {
     let row = d.detectable.iter().map(|c| vec![words(&c.effect), c.place.words(), c.words.clone()]);
     grid("Smallest sizes that these data would show", &["effect", "where", "smallest size"], row.collect())
 }

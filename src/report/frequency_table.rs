@@ -1,10 +1,30 @@
 //! The table of Table 1 of the paper: every resonance and antiresonance measured, before and after updating.
 
 use super::readable::{Grid, four_digits};
-use super::updating::{PeakLists, UpdatingSummary};
+use serde::Deserialize;
+use std::collections::BTreeMap;
+
+/// `updating`, as far as the table shows it.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(default)]
+pub(crate) struct UpdatingTopic {
+    errors_hz: PeakLists,
+    errors_percent: PeakLists,
+    model_hz: PeakLists,
+    model_before_hz: PeakLists,
+    measured_hz: PeakLists,
+}
 
 /// Keys below `updating` that the table shows.
 pub(crate) const SHOWN: [&str; 5] = ["measured_hz", "model_before_hz", "model_hz", "errors_hz", "errors_percent"];
+
+/// One figure per measured peak; antiresonances by the name of the FRF.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(default)]
+struct PeakLists {
+    resonances: Vec<Option<f64>>,
+    antiresonances: BTreeMap<String, Vec<Option<f64>>>,
+}
 
 /// A list of figures of one kind of peak.
 type Pick = fn(&PeakLists) -> &[Option<f64>];
@@ -22,7 +42,7 @@ fn antiresonances<'a>(lists: &'a PeakLists, frf: &str) -> &'a [Option<f64>] {
 }
 
 /// The table, or `None` if the summary has no measured and updated frequencies that belong together.
-pub(crate) fn frequencies(updating: &UpdatingSummary) -> Option<Grid> {
+pub(crate) fn frequencies(updating: &UpdatingTopic) -> Option<Grid> {
     let cell = |values: &[Option<f64>], k: usize, shown: fn(f64) -> String| {
         let value = values.get(k).copied().flatten();
         value.map_or_else(|| "–".to_owned(), shown)

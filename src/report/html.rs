@@ -1,7 +1,7 @@
 //! `report.html`: one self-contained page from the summary and the pictures of a run.
 //!
 //! Everything comes from `summary.json` and `plots/*.svg`, so that the page can be rebuilt from a results folder: the
-//! summary is read back into the structs that wrote it.
+//! summary is read back as far as tables and sentences show it.
 //! Verdict first, then plain words, key figures, a section a stage (absent stages are left out), certificates, all
 //! figures.
 //! No script, no font, no style from elsewhere; the own script shows values at the pointer and zooms, and the page is
@@ -10,9 +10,8 @@
 use super::content_policy::with_policy;
 use super::diagnosis_tables;
 use super::frequency_table;
-use super::page_summary::{PageSummary, TopicError};
+use super::page_summary::{PageSummary, SensitivityTopic, StiffnessTopic, TopicError};
 use super::pictures::PictureName;
-use super::prediction_summary::{SensitivitySummary, StiffnessSummary};
 use super::readable::{self, Grid, ReadableFigure, figure, words};
 use super::sections::PageSection as Stage;
 use crate::input::quote::without_direction_marks;
@@ -203,11 +202,11 @@ fn tiles(read: &PageSummary) -> Vec<ReadableFigure> {
     }
     let design = read.design.as_ref();
     let number = |x: Option<f64>| x.map(readable::four_digits);
-    let softest = |s: &Option<StiffnessSummary>| {
+    let softest = |s: &Option<StiffnessTopic>| {
         let least = s.as_ref().and_then(|s| s.minimum_n_per_m);
         least.map(|k| figure("minimum_n_per_m", k))
     };
-    let zone = |s: &Option<SensitivitySummary>| s.as_ref().and_then(|s| s.zone.clone());
+    let zone = |s: &Option<SensitivityTopic>| s.as_ref().and_then(|s| s.zone.clone());
     let gap = read.diagnosis.as_ref().and_then(|d| d.parts.gap_after_held_out);
     let wanted = [
         ("largest µ at 25 speeds from rest to 1.2 × top speed", number(design.and_then(|d| d.largest_mu))),

@@ -1,7 +1,7 @@
 //! Plausibility of records, identified resonances and antiresonances as topics of the summary; measured FRFs with their
 //! covariance as CSV.
 
-use super::summary::finite;
+use super::summary::omit_absent;
 use super::uff::{UffRecord, universal_file};
 use crate::identify::frf::AXIS_NAMES;
 use crate::identify::peaks::Resonance;
@@ -10,186 +10,88 @@ use crate::identify::polluted::PollutedLines;
 use crate::identify::{Identification, MeasuredFrf, PoleDrift, Reading};
 use crate::input::measurement::Hammer;
 use serde::Serialize;
+use serde_json::{Value, json};
 use std::fmt::Write as _;
 
 /// `plausibility`: all checks of all records, and the mistakes found.
-#[derive(Clone, Debug, Serialize)]
-pub(crate) struct PlausibilitySummary {
-    plausible: bool,
-    statements: Vec<String>,
-    checks: Vec<CheckSummary>,
-    record_faults: Vec<RecordFaultSummary>,
-}
-
-#[derive(Clone, Debug, Serialize)]
-struct CheckSummary {
-    record: String,
-    name: &'static str,
-    value: Option<f64>,
-    expected: String,
-    ok: bool,
-    words: String,
-}
-
-/// A mistake of a record: what it is, its fields, and words.
-#[derive(Clone, Debug, Serialize)]
-pub(crate) struct RecordFaultSummary {
-    record: String,
-    fault: &'static str,
-    #[serde(flatten)]
-    fields: FaultFields,
-    words: String,
-    /// Name of the tool or controller that fits.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    name: Option<String>,
-}
-
-/// Fields of a mistake.
-#[derive(Clone, Debug, Serialize)]
-#[serde(untagged)]
-enum FaultFields {
-    ChannelsSwapped {
-        a: &'static str,
-        b: &'static str,
-        signal: &'static str,
-    },
-    PlanesSwapped {
-        signal: &'static str,
-    },
-    Sign {
-        #[serde(skip_serializing_if = "Option::is_none")]
-        channel: Option<&'static str>,
-        signal: &'static str,
-    },
-    Unit {
-        signal: &'static str,
-        factor: f64,
-        #[serde(skip_serializing_if = "Option::is_none")]
-        channel: Option<&'static str>,
-    },
-    Factor {
-        factor: f64,
-    },
-    HammerDelay {
-        delay_s: f64,
-    },
-    HammerMass {
-        mass_kg: f64,
-    },
-    SpeedLabel {
-        speed_rpm: f64,
-    },
-    Drift {
-        signal: &'static str,
-        relative_change: f64,
-    },
-    Clipping {
-        limit: f64,
-        signal: &'static str,
-    },
-    Alias {
-        sample_rate_hz: f64,
-    },
-    Quantity {
-        signal: &'static str,
-        quantity: &'static str,
-    },
-    PollutedLines {
-        hz: Vec<f64>,
-        source: &'static str,
-        factor: f64,
-    },
-    None {},
-}
-
-impl PlausibilitySummary {
-    /// Of the reports on all records.
-    pub(crate) fn of(reports: &[Plausibility]) -> Self {
-        let checks = reports.iter().flat_map(|report| {
-            let record = file_name(&report.record);
-            report.checks.iter().map(|c| CheckSummary {
-                record: record.to_owned(),
-                name: c.name,
-                value: finite(c.value),
-                expected: c.expected.clone(),
-                ok: c.ok,
-                words: c.words.clone(),
+pub(crate) fn plausibility_topic(reports: &[Plausibility]) -> Value {
+    let checks = reports.iter().flat_map(|report| {
+        let record = file_name(&report.record);
+        report.checks.iter().map(move |c| {
+            json!({
+                "record": record,
+                "name": c.name,
+                "value": c.value,
+                "expected": c.expected,
+                "ok": c.ok,
+                "words": c.words,
             })
-        });
-        let faults = reports.iter().flat_map(|report| {
-            let record = file_name(&report.record);
-            let each = report.faults.iter();
-            each.map(|fault| RecordFaultSummary::of(record, fault))
-        });
-        Self {
-            plausible: reports.iter().all(Plausibility::plausible),
-            statements: reports.iter().filter_map(Plausibility::statement).collect(),
-            checks: checks.collect(),
-            record_faults: faults.collect(),
-        }
-    }
+        })
+    });
+    let faults = reports.iter().flat_map(|report| {
+        let record = file_name(&report.record);
+        report.faults.iter().map(move |fault| fault_topic(record, fault, None))
+    });
+    json!({
+        "plausible": reports.iter().all(Plausibility::plausible),
+        "statements": reports.iter().filter_map(Plausibility::statement).collect::<Vec<_>>(),
+        "checks": checks.collect::<Vec<_>>(),
+        "record_faults": faults.collect::<Vec<_>>(),
+    })
 }
 
-impl RecordFaultSummary {
-    /// A mistake of a record.
-    pub(crate) fn of(record: &str, fault: &RecordFault) -> Self {
-        Self {
-            record: record.to_owned(),
-            fault: fault.name(),
-            fields: FaultFields::from(fault),
-            words: fault.words(),
-            name: None,
-        }
+/// A mistake of a record: what it is, its fields, words, and the name of the tool or controller that fits.
+pub(crate) fn fault_topic(record: &str, fault: &RecordFault, name: Option<&str>) -> Value {
+    let mut topic = with_fields(record, fault.name(), fault_fields(fault), &fault.words());
+    if let Some(name) = name {
+        topic["name"] = json!(name);
     }
-
-    /// Lines of a record that something outside the loop disturbs.
-    pub(crate) fn of_polluted_lines(record: &str, lines: &PollutedLines) -> Self {
-        let (hz, source, factor) = (lines.hz.clone(), lines.source.name(), lines.factor);
-        Self {
-            record: record.to_owned(),
-            fault: "polluted_lines",
-            fields: FaultFields::PollutedLines { hz, source, factor },
-            words: lines.words(),
-            name: None,
-        }
-    }
-
-    /// With the name of the tool or controller that fits.
-    pub(crate) fn naming(self, name: Option<String>) -> Self {
-        Self { name, ..self }
-    }
+    topic
 }
 
-impl From<&RecordFault> for FaultFields {
-    fn from(fault: &RecordFault) -> Self {
-        match *fault {
-            RecordFault::ChannelsSwapped { a, b, signal } => {
-                Self::ChannelsSwapped { a: AXIS_NAMES[a], b: AXIS_NAMES[b], signal: signal.name() }
-            }
-            RecordFault::PlanesSwapped { signal } => Self::PlanesSwapped { signal: signal.name() },
-            RecordFault::Sign { channel, signal } => {
-                Self::Sign { channel: channel.map(|k| AXIS_NAMES[k]), signal: signal.name() }
-            }
-            RecordFault::Unit { signal, decades, channel } => Self::Unit {
-                signal: signal.name(),
-                factor: 10f64.powi(decades),
-                channel: channel.map(|k| AXIS_NAMES[k]),
-            },
-            RecordFault::Clock { factor } | RecordFault::HammerCalibration { factor } => Self::Factor { factor },
-            RecordFault::HammerDelay { delay_s } => Self::HammerDelay { delay_s },
-            RecordFault::HammerMass { mass_kg } => Self::HammerMass { mass_kg },
-            RecordFault::SpeedLabel { speed_rpm } => Self::SpeedLabel { speed_rpm },
-            RecordFault::Drift { signal, relative_change } => Self::Drift { signal: signal.name(), relative_change },
-            RecordFault::Clipping { limit, signal } => Self::Clipping { limit, signal: signal.name() },
-            RecordFault::Alias { sample_rate_hz } => Self::Alias { sample_rate_hz },
-            RecordFault::Quantity(quantity) => {
-                Self::Quantity { signal: Signal::Compliance.name(), quantity: quantity.name() }
-            }
-            RecordFault::Conjugate | RecordFault::Tool | RecordFault::Controller | RecordFault::Disagrees => {
-                Self::None {}
-            }
-        }
+/// Lines of a record that something outside the loop disturbs.
+pub(crate) fn polluted_lines_topic(record: &str, lines: &PollutedLines) -> Value {
+    let fields = json!({ "hz": lines.hz, "source": lines.source.name(), "factor": lines.factor });
+    with_fields(record, "polluted_lines", fields, &lines.words())
+}
+
+fn with_fields(record: &str, fault: &str, fields: Value, words: &str) -> Value {
+    let mut topic = json!({ "record": record, "fault": fault });
+    for (key, value) in fields.as_object().into_iter().flatten() {
+        topic[key] = value.clone();
     }
+    topic["words"] = json!(words);
+    topic
+}
+
+fn fault_fields(fault: &RecordFault) -> Value {
+    let fields = match *fault {
+        RecordFault::ChannelsSwapped { a, b, signal } => {
+            json!({ "a": AXIS_NAMES[a], "b": AXIS_NAMES[b], "signal": signal.name() })
+        }
+        RecordFault::PlanesSwapped { signal } => json!({ "signal": signal.name() }),
+        RecordFault::Sign { channel, signal } => {
+            json!({ "channel": channel.map(|k| AXIS_NAMES[k]), "signal": signal.name() })
+        }
+        RecordFault::Unit { signal, decades, channel } => {
+            let (factor, channel) = (10f64.powi(decades), channel.map(|k| AXIS_NAMES[k]));
+            json!({ "signal": signal.name(), "factor": factor, "channel": channel })
+        }
+        RecordFault::Clock { factor } | RecordFault::HammerCalibration { factor } => json!({ "factor": factor }),
+        RecordFault::HammerDelay { delay_s } => json!({ "delay_s": delay_s }),
+        RecordFault::HammerMass { mass_kg } => json!({ "mass_kg": mass_kg }),
+        RecordFault::SpeedLabel { speed_rpm } => json!({ "speed_rpm": speed_rpm }),
+        RecordFault::Drift { signal, relative_change } => {
+            json!({ "signal": signal.name(), "relative_change": relative_change })
+        }
+        RecordFault::Clipping { limit, signal } => json!({ "limit": limit, "signal": signal.name() }),
+        RecordFault::Alias { sample_rate_hz } => json!({ "sample_rate_hz": sample_rate_hz }),
+        RecordFault::Quantity(quantity) => {
+            json!({ "signal": Signal::Compliance.name(), "quantity": quantity.name() })
+        }
+        RecordFault::Conjugate | RecordFault::Tool | RecordFault::Controller | RecordFault::Disagrees => json!({}),
+    };
+    omit_absent(fields, &["channel"])
 }
 
 /// The file without its folder, as `measurement.yaml` names it.
@@ -197,89 +99,40 @@ pub(crate) fn file_name(record: &str) -> &str {
     record.rsplit(['/', '\\']).next().unwrap_or(record)
 }
 
-#[derive(Clone, Debug, Serialize)]
-pub(crate) struct IdentificationSummary {
-    resonances_hz: Frequencies,
-    resonances_standard_deviation_hz: Frequencies,
-    damping_ratio: Vec<f64>,
-    damping_ratio_standard_deviation: Vec<f64>,
-    antiresonances_hz: FrontRear<Frequencies>,
-    antiresonances_standard_deviation_hz: FrontRear<Frequencies>,
-    cross_antiresonances_hz: Crossed,
-    cross_antiresonances_standard_deviation_hz: Crossed,
-    not_identified: FrontRear<Vec<Option<String>>>,
-    magnet_shift_removed_hz: MagnetShift,
-    refers_to: &'static str,
-}
-
-/// One value a reading; none where the peak was not identified.
-type Frequencies = Vec<Option<f64>>;
-
-#[derive(Clone, Debug, Serialize)]
-struct FrontRear<T> {
-    front: T,
-    rear: T,
-}
-
-/// Antiresonances between the bearings, by output and input axis.
-#[derive(Clone, Debug, Serialize)]
-struct Crossed {
-    #[serde(rename = "13")]
-    front_over_rear: Frequencies,
-    #[serde(rename = "31")]
-    rear_over_front: Frequencies,
-}
-
-#[derive(Clone, Debug, Serialize)]
-struct MagnetShift {
-    resonances: Frequencies,
-    front: Frequencies,
-    rear: Frequencies,
-}
-
-impl From<&Identification> for IdentificationSummary {
-    fn from(found: &Identification) -> Self {
-        let each = |readings: &[Reading], of: fn(&Reading) -> Option<f64>| -> Frequencies {
-            readings.iter().map(of).collect()
-        };
-        let shift = |readings: &[Reading]| {
-            each(readings, |r| match r {
-                Reading::Found { magnet_shift_hz, .. } => Some(*magnet_shift_hz),
-                Reading::NotIdentified { .. } => None,
-            })
-        };
-        let why = |readings: &[Reading]| -> Vec<Option<String>> {
-            let reason = |r: &Reading| match r {
-                Reading::Found { .. } => None,
-                Reading::NotIdentified { reason } => Some(reason.to_string()),
-            };
-            readings.iter().map(reason).collect()
-        };
-        let both =
-            |of: fn(&Reading) -> Option<f64>| FrontRear { front: each(&found.front, of), rear: each(&found.rear, of) };
-        let crossed = |of: fn(&Reading) -> Option<f64>| Crossed {
-            front_over_rear: each(&found.front_over_rear, of),
-            rear_over_front: each(&found.rear_over_front, of),
-        };
-        Self {
-            resonances_hz: each(&found.resonances, Reading::frequency_hz),
-            resonances_standard_deviation_hz: each(&found.resonances, Reading::standard_deviation_hz),
-            damping_ratio: found.damping_ratio.clone(),
-            damping_ratio_standard_deviation: found.damping_standard_deviation.clone(),
-            antiresonances_hz: both(Reading::frequency_hz),
-            antiresonances_standard_deviation_hz: both(Reading::standard_deviation_hz),
-            cross_antiresonances_hz: crossed(Reading::frequency_hz),
-            cross_antiresonances_standard_deviation_hz: crossed(Reading::standard_deviation_hz),
-            not_identified: FrontRear { front: why(&found.front), rear: why(&found.rear) },
-            magnet_shift_removed_hz: MagnetShift {
-                resonances: shift(&found.resonances),
-                front: shift(&found.front),
-                rear: shift(&found.rear),
-            },
-            refers_to: "free-free rotor at rest: levitation loop, amplifier, delay, sensor and negative stiffness \
-                        removed",
-        }
-    }
+/// `identification`: one value a reading, none where the peak was not identified.
+pub(crate) fn identification_topic(found: &Identification) -> Value {
+    let hz = |readings: &[Reading]| json!(readings.iter().map(Reading::frequency_hz).collect::<Vec<_>>());
+    let sd_hz = |readings: &[Reading]| json!(readings.iter().map(Reading::standard_deviation_hz).collect::<Vec<_>>());
+    let shift = |r: &Reading| match r {
+        Reading::Found { magnet_shift_hz, .. } => Some(*magnet_shift_hz),
+        Reading::NotIdentified { .. } => None,
+    };
+    let shifts = |readings: &[Reading]| json!(readings.iter().map(shift).collect::<Vec<_>>());
+    let reason = |r: &Reading| match r {
+        Reading::Found { .. } => None,
+        Reading::NotIdentified { reason } => Some(reason.to_string()),
+    };
+    let reasons = |readings: &[Reading]| json!(readings.iter().map(reason).collect::<Vec<_>>());
+    // Antiresonances between the bearings, by output and input axis.
+    let (front_over_rear, rear_over_front) = (&found.front_over_rear, &found.rear_over_front);
+    json!({
+        "resonances_hz": hz(&found.resonances),
+        "resonances_standard_deviation_hz": sd_hz(&found.resonances),
+        "damping_ratio": found.damping_ratio,
+        "damping_ratio_standard_deviation": found.damping_standard_deviation,
+        "antiresonances_hz": { "front": hz(&found.front), "rear": hz(&found.rear) },
+        "antiresonances_standard_deviation_hz": { "front": sd_hz(&found.front), "rear": sd_hz(&found.rear) },
+        "cross_antiresonances_hz": { "13": hz(front_over_rear), "31": hz(rear_over_front) },
+        "cross_antiresonances_standard_deviation_hz": { "13": sd_hz(front_over_rear), "31": sd_hz(rear_over_front) },
+        "not_identified": { "front": reasons(&found.front), "rear": reasons(&found.rear) },
+        "magnet_shift_removed_hz": {
+            "resonances": shifts(&found.resonances),
+            "front": shifts(&found.front),
+            "rear": shifts(&found.rear),
+        },
+        "refers_to": "free-free rotor at rest: levitation loop, amplifier, delay, sensor and negative stiffness \
+                      removed",
+    })
 }
 
 /// One of `hammers`: the resonances that a hammer test shows by itself.

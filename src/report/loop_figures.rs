@@ -6,14 +6,13 @@ use super::plot::figure::{Axis, Figure, Level, Mark, Panel, Series};
 use super::plot::loops::{ResponseCurve, bode, dynamic_stiffness, nyquist};
 use super::plot::shaft::{CampbellLine, campbell};
 use super::plot::{Color, Curve, Dash, Look, Marker, Role};
-use super::summary::finite;
 use crate::export::json::AXIS_NAMES;
 use crate::pipeline::comparison::Prediction;
 use crate::pipeline::loop_curves::{DrawnPlants, LoopCurves, StableLoop, UnbalanceCurve, WhirlLine};
 use crate::predict::loop_gain::LoopGain;
 use crate::predict::loop_shape::LoopShape;
 use crate::predict::tool_step::{SETTLED, ToolStep};
-use serde::Serialize;
+use serde_json::{Value, json};
 use std::f64::consts::TAU;
 
 /// 1 g mm in kg m.
@@ -100,51 +99,29 @@ fn loci(shape: &LoopShape) -> Figure {
     nyquist("Characteristic loci of the loop at rest", &loci, shape.peak_sensitivity.0)
 }
 
-#[derive(Clone, Debug, Serialize)]
-pub(crate) struct MarginSummary {
-    disc_radius: Option<f64>,
-    frequency_hz: Option<f64>,
-    smallest_gain_factor: Option<f64>,
-    largest_gain_factor: Option<f64>,
-    phase_deg: Option<f64>,
-    channels: Vec<ChannelSummary>,
-}
-
-/// Margins of one channel, the others as they are.
-#[derive(Clone, Debug, Serialize)]
-struct ChannelSummary {
-    channel: &'static str,
-    smallest_gain_factor: Option<f64>,
-    largest_gain_factor: Option<f64>,
-    phase_margin_deg: Option<f64>,
-    at_hz: Option<f64>,
-    highest_crossover_hz: Option<f64>,
-}
-
-impl From<&StableLoop> for MarginSummary {
-    fn from(stable: &StableLoop) -> Self {
-        let margin = stable.shape.disc_margin();
-        let [low, high] = margin.gain();
-        let channels = AXIS_NAMES.into_iter().enumerate().map(|(k, channel)| {
-            let own = stable.gain.margin(k);
-            ChannelSummary {
-                channel,
-                smallest_gain_factor: finite(own.smallest_gain_factor),
-                largest_gain_factor: finite(own.largest_gain_factor),
-                phase_margin_deg: finite(own.phase_deg),
-                at_hz: finite(own.phase_hz),
-                highest_crossover_hz: finite(own.crossover_hz),
-            }
-        });
-        Self {
-            disc_radius: finite(margin.radius),
-            frequency_hz: finite(margin.frequency_hz),
-            smallest_gain_factor: finite(low),
-            largest_gain_factor: finite(high),
-            phase_deg: finite(margin.phase_deg()),
-            channels: channels.collect(),
-        }
-    }
+/// `margins.<controller>`: those of all channels at once, and of one channel with the others as they are.
+pub(crate) fn margin_topic(stable: &StableLoop) -> Value {
+    let margin = stable.shape.disc_margin();
+    let [low, high] = margin.gain();
+    let channels = AXIS_NAMES.into_iter().enumerate().map(|(k, channel)| {
+        let own = stable.gain.margin(k);
+        json!({
+            "channel": channel,
+            "smallest_gain_factor": own.smallest_gain_factor,
+            "largest_gain_factor": own.largest_gain_factor,
+            "phase_margin_deg": own.phase_deg,
+            "at_hz": own.phase_hz,
+            "highest_crossover_hz": own.crossover_hz,
+        })
+    });
+    json!({
+        "disc_radius": margin.radius,
+        "frequency_hz": margin.frequency_hz,
+        "smallest_gain_factor": low,
+        "largest_gain_factor": high,
+        "phase_deg": margin.phase_deg(),
+        "channels": channels.collect::<Vec<_>>(),
+    })
 }
 
 /// The curve of the model in front of those of the sampled plants.
@@ -172,23 +149,13 @@ fn sampled_stiffness(sampled: &DrawnPlants, rest: &Prediction) -> Figure {
 }
 
 /// `simulation.step`: displacement of the tool after a step of force.
-#[derive(Clone, Debug, Serialize)]
-pub(crate) struct ToolStepSummary {
-    final_m_per_n: Option<f64>,
-    overshoot_percent: Option<f64>,
-    settling_s: Option<f64>,
-    settled_within_percent: f64,
-}
-
-impl From<&ToolStep> for ToolStepSummary {
-    fn from(step: &ToolStep) -> Self {
-        Self {
-            final_m_per_n: finite(step.final_m_per_n),
-            overshoot_percent: finite(100.0 * step.overshoot),
-            settling_s: finite(step.settling_s),
-            settled_within_percent: 100.0 * SETTLED,
-        }
-    }
+pub(crate) fn tool_step_topic(step: &ToolStep) -> Value {
+    json!({
+        "final_m_per_n": step.final_m_per_n,
+        "overshoot_percent": 100.0 * step.overshoot,
+        "settling_s": step.settling_s,
+        "settled_within_percent": 100.0 * SETTLED,
+    })
 }
 
 /// Most points of the step that are drawn.
@@ -219,54 +186,36 @@ fn tool_step(step: &ToolStep) -> Figure {
     )
 }
 
-/// `simulation.unbalance`: maxima of the unbalance response and their amplification factors (API 617).
-#[derive(Clone, Debug, Serialize)]
-pub(crate) struct UnbalanceSummary {
-    sentence: String,
-    maxima: Vec<MaximumSummary>,
-}
-
-#[derive(Clone, Debug, Serialize)]
-struct MaximumSummary {
-    at: &'static str,
-    speed_rpm: Option<f64>,
-    amplification_factor: Option<f64>,
-    half_power_from_rpm: Option<f64>,
-    half_power_to_rpm: Option<f64>,
-    separation_asked_percent: Option<f64>,
-    acceptable: bool,
-}
-
 const PLACES: [&str; 3] = ["tool", "front bearing", "rear bearing"];
 
-impl UnbalanceSummary {
-    pub(crate) fn of(curve: &UnbalanceCurve, top_rpm: f64) -> Self {
-        let all = PLACES.into_iter().zip(&curve.maxima).flat_map(|(at, own)| own.iter().map(move |m| (at, m)));
-        let maxima: Vec<MaximumSummary> = all
-            .map(|(at, maximum)| MaximumSummary {
-                at,
-                speed_rpm: finite(maximum.speed_rpm),
-                amplification_factor: finite(maximum.amplification),
-                half_power_from_rpm: finite(maximum.half_power_rpm[0]),
-                half_power_to_rpm: finite(maximum.half_power_rpm[1]),
-                separation_asked_percent: finite(100.0 * maximum.separation_asked()),
-                acceptable: maximum.is_acceptable(top_rpm),
-            })
-            .collect();
-        let largest = curve.maxima.iter().flatten().map(|m| m.amplification).fold(0.0, f64::max);
-        let to_rpm = curve.speed_rpm.last().copied().unwrap_or_default();
-        let found = match maxima.iter().filter(|m| !m.acceptable).count() {
-            _ if maxima.is_empty() => "the response has no maximum and so no amplification factor".to_owned(),
-            0 => format!("largest amplification factor {largest:.1}; every maximum is well damped or far enough away"),
-            close => format!(
-                "largest amplification factor {largest:.1}; {close} maxima are neither well damped nor far enough from \
-                 the speeds of operation"
-            ),
-        };
-        let sentence =
-            format!("Unbalance at the tool, amplification factors of API 617 from rest to {to_rpm:.0} rpm: {found}.");
-        Self { sentence, maxima }
-    }
+/// `simulation.unbalance`: maxima of the unbalance response and their amplification factors (API 617).
+pub(crate) fn unbalance_topic(curve: &UnbalanceCurve, top_rpm: f64) -> Value {
+    let maxima = || curve.maxima.iter().flatten();
+    let largest = maxima().map(|m| m.amplification).fold(0.0, f64::max);
+    let to_rpm = curve.speed_rpm.last().copied().unwrap_or_default();
+    let found = match maxima().filter(|m| !m.is_acceptable(top_rpm)).count() {
+        _ if maxima().count() == 0 => "the response has no maximum and so no amplification factor".to_owned(),
+        0 => format!("largest amplification factor {largest:.1}; every maximum is well damped or far enough away"),
+        close => format!(
+            "largest amplification factor {largest:.1}; {close} maxima are neither well damped nor far enough from \
+             the speeds of operation"
+        ),
+    };
+    let sentence =
+        format!("Unbalance at the tool, amplification factors of API 617 from rest to {to_rpm:.0} rpm: {found}.");
+    let each = PLACES.into_iter().zip(&curve.maxima).flat_map(|(at, own)| own.iter().map(move |m| (at, m)));
+    let each = each.map(|(at, maximum)| {
+        json!({
+            "at": at,
+            "speed_rpm": maximum.speed_rpm,
+            "amplification_factor": maximum.amplification,
+            "half_power_from_rpm": maximum.half_power_rpm[0],
+            "half_power_to_rpm": maximum.half_power_rpm[1],
+            "separation_asked_percent": 100.0 * maximum.separation_asked(),
+            "acceptable": maximum.is_acceptable(top_rpm),
+        })
+    });
+    json!({ "sentence": sentence, "maxima": each.collect::<Vec<_>>() })
 }
 
 fn poles(runs: [&Prediction; 2]) -> Figure {

@@ -2,79 +2,51 @@
 
 use super::plot::figure::{Axis, Figure, Panel, Series};
 use super::plot::{Color, Look, Marker};
-use super::summary::finite;
 use crate::pipeline::order_curve::{OrderCurve, OrderPoint};
 use crate::predict::sensitivity::Zone;
-use serde::Serialize;
+use serde_json::{Value, json};
 
 /// N/m in N/µm.
 const PER_MICROMETRE: f64 = 1e-6;
 
-#[derive(Serialize)]
-pub(crate) struct OrderCurveSummary {
-    /// Orders from that of the polished controller down.
-    points: Vec<OrderRow>,
-    /// The lowest order that keeps the stiffness and the goals; it is delivered.
-    lowest_order: Option<usize>,
-    /// Part of the smallest tool stiffness that counts as kept.
-    kept_part: f64,
-    sentence: String,
+/// Orders from that of the polished controller down, both planes together; the lowest that keeps the stiffness and the
+/// goals is delivered.
+pub(crate) fn order_curve_topic(curve: &OrderCurve) -> Value {
+    let lowest = curve.lowest();
+    let full = curve.points.first().map_or(0, |p| p.order);
+    let percent = 100.0 * curve.kept_part;
+    json!({
+        "points": curve.points.iter().map(point_topic).collect::<Vec<_>>(),
+        "lowest_order": lowest.map(|p| p.order),
+        "kept_part": curve.kept_part,
+        "sentence": match lowest {
+            Some(lowest) if lowest.order < full => format!(
+                "A controller of order {} keeps {percent:.0} % of the smallest tool stiffness and every goal of the \
+                 one of order {full}; it is delivered.",
+                lowest.order
+            ),
+            _ => format!(
+                "No controller of lower order than {full} keeps {percent:.0} % of the smallest tool stiffness and \
+                 every goal."
+            ),
+        },
+    })
 }
 
-/// A controller of one order, both planes together.
-#[derive(Serialize)]
-struct OrderRow {
-    order: usize,
-    keeps: bool,
-    minimum_n_per_m_at_rest: Option<f64>,
-    minimum_n_per_m_at_top_speed: Option<f64>,
-    mu: Option<f64>,
-    zone_at_rest: Option<String>,
-    zone_at_top_speed: Option<String>,
-    failure: Option<String>,
-}
-
-impl OrderCurveSummary {
-    pub(crate) fn of(curve: &OrderCurve) -> Self {
-        let lowest = curve.lowest();
-        let full = curve.points.first().map_or(0, |p| p.order);
-        Self {
-            points: curve.points.iter().map(OrderRow::of).collect(),
-            lowest_order: lowest.map(|p| p.order),
-            kept_part: curve.kept_part,
-            sentence: match lowest {
-                Some(lowest) if lowest.order < full => format!(
-                    "A controller of order {} keeps {:.0} % of the smallest tool stiffness and every goal of the one \
-                     of order {full}; it is delivered.",
-                    lowest.order,
-                    100.0 * curve.kept_part
-                ),
-                _ => format!(
-                    "No controller of lower order than {full} keeps {:.0} % of the smallest tool stiffness and every \
-                     goal.",
-                    100.0 * curve.kept_part
-                ),
-            },
-        }
-    }
-}
-
-impl OrderRow {
-    fn of(point: &OrderPoint) -> Self {
-        let zone = |z: Option<Zone>| z.map(|z| z.letter().to_owned());
-        let judged = point.judged.as_ref();
-        let stiffness = |k: usize| judged.and_then(|j| finite(j.stiffness_n_per_m[k]));
-        Self {
-            order: point.order,
-            keeps: point.keeps,
-            minimum_n_per_m_at_rest: stiffness(0),
-            minimum_n_per_m_at_top_speed: stiffness(1),
-            mu: judged.and_then(|j| finite(j.mu)),
-            zone_at_rest: judged.and_then(|j| zone(j.zones[0])),
-            zone_at_top_speed: judged.and_then(|j| zone(j.zones[1])),
-            failure: point.failure.clone(),
-        }
-    }
+fn point_topic(point: &OrderPoint) -> Value {
+    let judged = point.judged.as_ref();
+    let [rest_n_per_m, speed_n_per_m] = [0, 1].map(|k| judged.map(|j| j.stiffness_n_per_m[k]));
+    let [zone_at_rest, zone_at_top_speed] = [0, 1].map(|k| judged.and_then(|j| j.zones[k]).map(Zone::letter));
+    json!({
+        "order": point.order,
+        "keeps": point.keeps,
+        "minimum_n_per_m_at_rest": rest_n_per_m,
+        "minimum_n_per_m_at_top_speed": speed_n_per_m,
+        "mu": judged.map(|j| j.mu),
+        "zone_at_rest": zone_at_rest,
+        "zone_at_top_speed": zone_at_top_speed,
+        "failure": point.failure,
+    })
 }
 
 /// The curve as a picture, with the level that counts as kept.

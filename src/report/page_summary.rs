@@ -1,11 +1,8 @@
-//! What the page reads of a summary: the structs that wrote it, any of which may be absent. Title, verdict and
-//! sentences.
+//! What the page reads of a summary, any topic of which may be absent. Title, verdict and sentences.
 
-use super::design_summary::DesignSummary;
-use super::diagnosis_summary::DiagnosisSummary;
-use super::prediction_summary::{SensitivitySummary, StiffnessSummary};
+use super::diagnosis_tables::DiagnosisTopic;
+use super::frequency_table::UpdatingTopic;
 use super::readable::{self, words};
-use super::updating::UpdatingSummary;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -36,9 +33,53 @@ pub(crate) struct RivalTopic<T> {
     pub(crate) pid: Option<T>,
 }
 
-/// `tightening`, as far as the page quotes it.
-#[derive(Clone, Debug, Deserialize)]
-struct Quoted {
+/// `design`, as far as the page shows it beside its tables.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(default)]
+pub(crate) struct DesignTopic {
+    mu_peak: Option<f64>,
+    pub(crate) controller_order: Option<usize>,
+    mu_peak_reduced: Option<f64>,
+    mu_peak_discrete: Option<f64>,
+    stable: Option<bool>,
+    speed_proof: QuotedTopic,
+    controller_stability: Option<String>,
+    pub(crate) table_as_written: WrittenTopic,
+    pub(crate) largest_mu: Option<f64>,
+}
+
+impl DesignTopic {
+    /// µ of what is delivered: of the sampled controller if there is one.
+    fn final_mu(&self) -> Option<f64> {
+        self.largest_mu.or(self.mu_peak_discrete).or(self.mu_peak_reduced).or(self.mu_peak)
+    }
+}
+
+/// `design.table_as_written`.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(default)]
+pub(crate) struct WrittenTopic {
+    pub(crate) mu_peak_discrete: Option<f64>,
+}
+
+/// `stiffness.<controller>`.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(default)]
+pub(crate) struct StiffnessTopic {
+    pub(crate) minimum_n_per_m: Option<f64>,
+}
+
+/// `sensitivity.<controller>`.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(default)]
+pub(crate) struct SensitivityTopic {
+    pub(crate) zone: Option<String>,
+}
+
+/// A topic of which the page quotes the sentence.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(default)]
+struct QuotedTopic {
     sentence: Option<String>,
 }
 
@@ -58,12 +99,12 @@ pub(crate) struct PageSummary {
     tool: Option<String>,
     verdict: Option<VerdictLine>,
     plain_words: Option<PlainWords>,
-    pub(crate) updating: Option<UpdatingSummary>,
-    pub(crate) design: Option<DesignSummary>,
-    tightening: Option<Quoted>,
-    pub(crate) stiffness: RivalTopic<StiffnessSummary>,
-    pub(crate) sensitivity: RivalTopic<SensitivitySummary>,
-    pub(crate) diagnosis: Option<DiagnosisSummary>,
+    pub(crate) updating: Option<UpdatingTopic>,
+    pub(crate) design: Option<DesignTopic>,
+    tightening: Option<QuotedTopic>,
+    pub(crate) stiffness: RivalTopic<StiffnessTopic>,
+    pub(crate) sensitivity: RivalTopic<SensitivityTopic>,
+    pub(crate) diagnosis: Option<DiagnosisTopic>,
     /// The design is unstable: its figures are not shown at the top.
     pub(crate) is_unstable: bool,
 }
@@ -105,7 +146,7 @@ impl PageSummary {
     }
 
     fn final_mu(&self) -> Option<f64> {
-        self.design.as_ref().and_then(DesignSummary::final_mu)
+        self.design.as_ref().and_then(DesignTopic::final_mu)
     }
 
     /// The verdict that the run states, or the one that its figures imply.
@@ -126,7 +167,7 @@ impl PageSummary {
             let text = if stable { "stable over the whole speed range" } else { "not stable at every speed" };
             note(stable, text.to_owned());
         }
-        if let Some((good, words)) = self.diagnosis.as_ref().and_then(diagnosis_verdict) {
+        if let Some((good, words)) = self.diagnosis.as_ref().and_then(stated_verdict) {
             note(good, words);
         }
         let sentence = parts.join("; ");
@@ -166,7 +207,7 @@ impl PageSummary {
             };
             sentences.push(format!("The delivered controller has {order} states and µ = {mu:.3}: {meaning}."));
         }
-        let minimum = |s: &Option<StiffnessSummary>| s.as_ref().and_then(|s| s.minimum_n_per_m);
+        let minimum = |s: &Option<StiffnessTopic>| s.as_ref().and_then(|s| s.minimum_n_per_m);
         let (mu, pid) = (minimum(&self.stiffness.mu), minimum(&self.stiffness.pid));
         if let (Some(mu), Some(pid)) = (mu, pid) {
             let (softest, rival) = (readable::four_digits(mu * 1e-6), readable::four_digits(pid * 1e-6));
@@ -176,7 +217,7 @@ impl PageSummary {
                 mu / pid
             ));
         }
-        let zone = |s: &Option<SensitivitySummary>| s.as_ref().and_then(|s| s.zone.clone());
+        let zone = |s: &Option<SensitivityTopic>| s.as_ref().and_then(|s| s.zone.clone());
         let (mu, pid) = (zone(&self.sensitivity.mu), zone(&self.sensitivity.pid));
         if let (Some(mu), Some(pid)) = (mu, pid) {
             sentences.push(format!("ISO 14839-3 zone {mu} with the µ controller, zone {pid} with the PID."));
@@ -189,26 +230,27 @@ impl PageSummary {
             return vec![];
         };
         let mut sentences: Vec<String> = found.sentence.iter().cloned().collect();
-        if let (Some(before), Some(after)) = (found.all.gap_before, found.all.gap_after) {
+        if let (Some(before), Some(after)) = (found.gap_before, found.gap_after) {
             sentences.push(format!("The gap between model and measurement goes from {before:.2} σ to {after:.2} σ."));
         }
         sentences
     }
 }
 
-/// Whether a diagnosis explains the measurement, in words; `None` where it has no verdict.
-pub(crate) fn diagnosis_verdict(found: &DiagnosisSummary) -> Option<(bool, String)> {
-    Some(match found.verdict.as_deref()? {
+fn stated_verdict(found: &DiagnosisTopic) -> Option<(bool, String)> {
+    let names: Vec<&str> = found.effects.iter().map(|e| e.effect.as_str()).collect();
+    diagnosis_verdict(found.verdict.as_deref()?, &names)
+}
+
+/// Whether a diagnosis of these effects explains the measurement, in words; `None` for an unknown verdict.
+pub(crate) fn diagnosis_verdict(verdict: &str, effects: &[&str]) -> Option<(bool, String)> {
+    let effects = effects.iter().map(|name| words(name)).collect::<Vec<String>>().join(", ");
+    Some(match verdict {
         "adequate" => (true, "the model agrees with the measurement".to_owned()),
-        "named" => (true, format!("missing effect found: {}", effects(found))),
-        "probable" => (true, format!("probable, on a model to be updated first: {}", effects(found))),
+        "named" => (true, format!("missing effect found: {effects}")),
+        "probable" => (true, format!("probable, on a model to be updated first: {effects}")),
         "tie" => (true, "missing effects found that these data cannot tell apart".to_owned()),
         "unexplained" => (false, "a discrepancy remains that no known effect explains".to_owned()),
         _ => return None,
     })
-}
-
-fn effects(found: &DiagnosisSummary) -> String {
-    let names = found.effects.iter().map(|e| words(&e.effect));
-    names.collect::<Vec<String>>().join(", ")
 }

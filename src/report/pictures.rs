@@ -6,140 +6,68 @@
 
 use super::sections::PageSection;
 
-/// A kind of picture, in the order in which a section shows them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-#[allow(missing_docs)]
-pub enum Picture {
-    Campbell,
-    BodeFront,
-    BodeRear,
-    ModeShapes,
-    ModulusFactors,
-    Determinability,
-    FrequencyErrors,
-    Mu,
-    MuIterations,
-    MuOrder,
-    OrderCurve,
-    MuSpeed,
-    SpeedStability,
-    DScales,
-    ControllerBode,
-    Tools,
-    ToolsStiffness,
-    Stiffness,
-    StiffnessWorst,
-    StiffnessSampled,
-    Sensitivity,
-    SensitivityWorst,
-    LoopGain,
-    Nyquist,
-    Poles,
-    ToolStep,
-    Animation,
-    Response,
-    Orbits,
-    UnbalanceSpeed,
-    Contact,
-    Chatter,
-    Localisation,
-    LocalisationPlaces,
-    Impedance,
-    Ranking,
-    Residual,
-    Hammer,
-    Channel,
+/// The kinds in the order in which a section shows them: variant, stem, section.
+macro_rules! kinds {
+    ($($kind:ident $stem:literal $section:ident,)*) => {
+        /// A kind of picture, in the order in which a section shows them.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+        #[allow(missing_docs)]
+        pub enum Picture { $($kind,)* }
+
+        impl Picture {
+            /// All kinds.
+            pub const ALL: [Self; [$($stem,)*].len()] = [$(Self::$kind,)*];
+
+            fn entry(self) -> (&'static str, PageSection) {
+                match self { $(Self::$kind => ($stem, PageSection::$section),)* }
+            }
+        }
+    };
+}
+
+kinds! {
+    Campbell "campbell" Model,
+    BodeFront "bode_front" Updating,
+    BodeRear "bode_rear" Updating,
+    ModeShapes "mode_shapes" Updating,
+    ModulusFactors "modulus_factors" Updating,
+    Determinability "determinability" Updating,
+    FrequencyErrors "frequency_errors" Updating,
+    Mu "mu" Design,
+    MuIterations "mu_iterations" Design,
+    MuOrder "mu_order" Design,
+    OrderCurve "order_curve" Design,
+    MuSpeed "mu_speed" Design,
+    SpeedStability "speed_stability" Design,
+    DScales "d_scales" Design,
+    ControllerBode "controller_bode" Design,
+    Tools "tools" Table,
+    ToolsStiffness "tools_stiffness" Table,
+    Stiffness "stiffness" Stiffness,
+    StiffnessWorst "stiffness_worst" Stiffness,
+    StiffnessSampled "stiffness_sampled" Stiffness,
+    Sensitivity "sensitivity" Sensitivity,
+    SensitivityWorst "sensitivity_worst" Sensitivity,
+    LoopGain "loop_gain" Margins,
+    Nyquist "nyquist" Sensitivity,
+    Poles "poles" Sensitivity,
+    ToolStep "tool_step" Simulation,
+    Animation "animation" Simulation,
+    Response "response" Simulation,
+    Orbits "orbits" Simulation,
+    UnbalanceSpeed "unbalance_speed" Simulation,
+    Contact "contact" Simulation,
+    Chatter "chatter" Machining,
+    Localisation "localisation" Diagnosis,
+    LocalisationPlaces "localisation_places" Diagnosis,
+    Impedance "impedance" Diagnosis,
+    Ranking "ranking" Diagnosis,
+    Residual "residual" Diagnosis,
+    Hammer "hammer" Diagnosis,
+    Channel "channel" Diagnosis,
 }
 
 impl Picture {
-    /// All kinds.
-    pub const ALL: [Self; 39] = [
-        Self::Campbell,
-        Self::BodeFront,
-        Self::BodeRear,
-        Self::ModeShapes,
-        Self::ModulusFactors,
-        Self::Determinability,
-        Self::FrequencyErrors,
-        Self::Mu,
-        Self::MuIterations,
-        Self::MuOrder,
-        Self::OrderCurve,
-        Self::MuSpeed,
-        Self::SpeedStability,
-        Self::DScales,
-        Self::ControllerBode,
-        Self::Tools,
-        Self::ToolsStiffness,
-        Self::Stiffness,
-        Self::StiffnessWorst,
-        Self::StiffnessSampled,
-        Self::Sensitivity,
-        Self::SensitivityWorst,
-        Self::LoopGain,
-        Self::Nyquist,
-        Self::Poles,
-        Self::ToolStep,
-        Self::Animation,
-        Self::Response,
-        Self::Orbits,
-        Self::UnbalanceSpeed,
-        Self::Contact,
-        Self::Chatter,
-        Self::Localisation,
-        Self::LocalisationPlaces,
-        Self::Impedance,
-        Self::Ranking,
-        Self::Residual,
-        Self::Hammer,
-        Self::Channel,
-    ];
-
-    /// Stem and section.
-    fn entry(self) -> (&'static str, PageSection) {
-        match self {
-            Self::Campbell => ("campbell", PageSection::Model),
-            Self::BodeFront => ("bode_front", PageSection::Updating),
-            Self::BodeRear => ("bode_rear", PageSection::Updating),
-            Self::ModeShapes => ("mode_shapes", PageSection::Updating),
-            Self::ModulusFactors => ("modulus_factors", PageSection::Updating),
-            Self::Determinability => ("determinability", PageSection::Updating),
-            Self::FrequencyErrors => ("frequency_errors", PageSection::Updating),
-            Self::Mu => ("mu", PageSection::Design),
-            Self::MuIterations => ("mu_iterations", PageSection::Design),
-            Self::MuOrder => ("mu_order", PageSection::Design),
-            Self::OrderCurve => ("order_curve", PageSection::Design),
-            Self::MuSpeed => ("mu_speed", PageSection::Design),
-            Self::SpeedStability => ("speed_stability", PageSection::Design),
-            Self::DScales => ("d_scales", PageSection::Design),
-            Self::ControllerBode => ("controller_bode", PageSection::Design),
-            Self::Tools => ("tools", PageSection::Table),
-            Self::ToolsStiffness => ("tools_stiffness", PageSection::Table),
-            Self::Stiffness => ("stiffness", PageSection::Stiffness),
-            Self::StiffnessWorst => ("stiffness_worst", PageSection::Stiffness),
-            Self::StiffnessSampled => ("stiffness_sampled", PageSection::Stiffness),
-            Self::Sensitivity => ("sensitivity", PageSection::Sensitivity),
-            Self::SensitivityWorst => ("sensitivity_worst", PageSection::Sensitivity),
-            Self::LoopGain => ("loop_gain", PageSection::Margins),
-            Self::Nyquist => ("nyquist", PageSection::Sensitivity),
-            Self::Poles => ("poles", PageSection::Sensitivity),
-            Self::ToolStep => ("tool_step", PageSection::Simulation),
-            Self::Animation => ("animation", PageSection::Simulation),
-            Self::Response => ("response", PageSection::Simulation),
-            Self::Orbits => ("orbits", PageSection::Simulation),
-            Self::UnbalanceSpeed => ("unbalance_speed", PageSection::Simulation),
-            Self::Contact => ("contact", PageSection::Simulation),
-            Self::Chatter => ("chatter", PageSection::Machining),
-            Self::Localisation => ("localisation", PageSection::Diagnosis),
-            Self::LocalisationPlaces => ("localisation_places", PageSection::Diagnosis),
-            Self::Impedance => ("impedance", PageSection::Diagnosis),
-            Self::Ranking => ("ranking", PageSection::Diagnosis),
-            Self::Residual => ("residual", PageSection::Diagnosis),
-            Self::Hammer => ("hammer", PageSection::Diagnosis),
-            Self::Channel => ("channel", PageSection::Diagnosis),
-        }
-    }
-
     /// The picture of its kind that a detail tells apart from the others.
     pub fn with_detail(self, detail: impl Into<String>) -> PictureName {
         PictureName { kind: self, detail: detail.into() }

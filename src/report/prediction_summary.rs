@@ -1,104 +1,59 @@
 //! Stiffness, sensitivity and damping of a loop as topics of the summary.
 
-use super::summary::finite;
 use crate::pipeline::comparison::Prediction;
 use crate::pipeline::loop_stability::unstable_words;
 use crate::predict::sensitivity::Zone;
-use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
 
-/// Why an unstable loop has no figures.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
-#[serde(default)]
-pub(crate) struct Unstable {
-    #[serde(skip_serializing_if = "Option::is_none")]
-    growth_rate_per_s: Option<Option<f64>>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    reason: Option<String>,
+/// `stiffness.<controller>`: tool stiffness at rest and at top speed; null with the reason for an unstable loop.
+pub(crate) fn stiffness_topic([rest, speed]: [&Prediction; 2]) -> Value {
+    let mut topic = stiffness_at_speed(rest);
+    topic["at_top_speed"] = stiffness_at_speed(speed);
+    topic
 }
 
-impl Unstable {
-    fn of(prediction: &Prediction) -> Self {
-        if prediction.is_stable() {
-            return Self::default();
-        }
-        let (growth, rpm) = (prediction.growth_rate_per_s, prediction.speed_rpm);
-        Self { growth_rate_per_s: Some(finite(growth)), reason: Some(unstable_words(growth, rpm)) }
-    }
+fn stiffness_at_speed(prediction: &Prediction) -> Value {
+    let figures = json!({
+        "minimum_n_per_m": prediction.minimum.0,
+        "minimum_frequency_hz": prediction.minimum.1,
+        "at_10_hz_n_per_m": prediction.at_10_hz_n_per_m,
+        "at_max_speed_n_per_m": prediction.at_max_speed_n_per_m,
+    });
+    with_instability(figures, prediction)
 }
 
-/// `stiffness.<controller>`: tool stiffness; null with the reason for an unstable loop.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
-#[serde(default)]
-pub(crate) struct StiffnessSummary {
-    pub(crate) minimum_n_per_m: Option<f64>,
-    pub(crate) minimum_frequency_hz: Option<f64>,
-    pub(crate) at_10_hz_n_per_m: Option<f64>,
-    pub(crate) at_max_speed_n_per_m: Option<f64>,
-    #[serde(flatten)]
-    unstable: Unstable,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    at_top_speed: Option<Box<StiffnessSummary>>,
+/// `sensitivity.<controller>` (ISO 14839-3) at rest and at top speed; null with the reason for an unstable loop.
+pub(crate) fn sensitivity_topic([rest, speed]: [&Prediction; 2]) -> Value {
+    let mut topic = sensitivity_at_speed(rest);
+    topic["at_top_speed"] = sensitivity_at_speed(speed);
+    topic
 }
 
-impl StiffnessSummary {
-    /// At one speed.
-    pub(crate) fn of(prediction: &Prediction) -> Self {
-        Self {
-            minimum_n_per_m: finite(prediction.minimum.0),
-            minimum_frequency_hz: finite(prediction.minimum.1),
-            at_10_hz_n_per_m: finite(prediction.at_10_hz_n_per_m),
-            at_max_speed_n_per_m: finite(prediction.at_max_speed_n_per_m),
-            unstable: Unstable::of(prediction),
-            at_top_speed: None,
-        }
-    }
-
-    /// At rest, with the figures at top speed.
-    pub(crate) fn of_both([rest, speed]: [&Prediction; 2]) -> Self {
-        Self { at_top_speed: Some(Box::new(Self::of(speed))), ..Self::of(rest) }
-    }
+/// Largest sensitivity of each axis, dB; not a number for an unstable loop.
+pub(crate) fn axes_db(prediction: &Prediction) -> [f64; 4] {
+    let db = |axis: usize| 20.0 * prediction.sensitivity.peak(axis).0.log10();
+    std::array::from_fn(|axis| if prediction.is_stable() { db(axis) } else { f64::NAN })
 }
 
-/// `sensitivity.<controller>` (ISO 14839-3); null with the reason for an unstable loop.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
-#[serde(default)]
-pub(crate) struct SensitivitySummary {
-    pub(crate) front_db: Option<f64>,
-    pub(crate) rear_db: Option<f64>,
-    axes_db: [Option<f64>; 4],
-    pub(crate) zone: Option<String>,
-    #[serde(flatten)]
-    unstable: Unstable,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    at_top_speed: Option<Box<SensitivitySummary>>,
+fn sensitivity_at_speed(prediction: &Prediction) -> Value {
+    let axes_db = axes_db(prediction);
+    let zone = prediction.zone().map(Zone::letter);
+    let figures = json!({ "front_db": axes_db[0], "rear_db": axes_db[2], "axes_db": axes_db, "zone": zone });
+    with_instability(figures, prediction)
 }
 
-impl SensitivitySummary {
-    /// At one speed.
-    pub(crate) fn of(prediction: &Prediction) -> Self {
-        let axes_db = std::array::from_fn(|axis| {
-            let peak = prediction.sensitivity.peak(axis).0;
-            finite(20.0 * peak.log10()).filter(|_| prediction.is_stable())
-        });
-        Self {
-            front_db: axes_db[0],
-            rear_db: axes_db[2],
-            axes_db,
-            zone: prediction.zone().map(Zone::letter).map(str::to_owned),
-            unstable: Unstable::of(prediction),
-            at_top_speed: None,
-        }
+/// Adds why an unstable loop has no figures.
+fn with_instability(mut figures: Value, prediction: &Prediction) -> Value {
+    if !prediction.is_stable() {
+        figures["growth_rate_per_s"] = json!(prediction.growth_rate_per_s);
+        figures["reason"] = json!(unstable_words(prediction.growth_rate_per_s, prediction.speed_rpm));
     }
-
-    /// At rest, with the figures at top speed.
-    pub(crate) fn of_both([rest, speed]: [&Prediction; 2]) -> Self {
-        Self { at_top_speed: Some(Box::new(Self::of(speed))), ..Self::of(rest) }
-    }
+    figures
 }
 
 /// `damping_ratio.<controller>`: closed-loop damping ratio of each flexible mode, that of the least damped pole among
 /// those that show in the mode.
 pub(crate) fn damping_ratios(prediction: &Prediction, modes: usize) -> Vec<Option<f64>> {
     let shown = prediction.modes.flexible.iter().take(modes);
-    shown.map(|mode| mode.and_then(|m| finite(m.damping_ratio))).collect()
+    shown.map(|mode| mode.map(|m| m.damping_ratio)).collect()
 }

@@ -1,17 +1,16 @@
 //! Summary, pictures and files of a whole run.
 
 use super::contact::add_contact;
-use super::design_summary::DesignSummary;
-use super::identification::IdentificationSummary;
+use super::design_summary::design_topic;
+use super::identification::identification_topic;
 use super::pictures::Picture;
-use super::pid_summary::{NoPid, OF_DELIVERED, PidSummary};
+use super::pid_summary::{OF_DELIVERED, no_pid_topic, pid_topic};
 use super::plot::Role;
 use super::plot::loops::{MarkedFrequency, MarkedPeak};
 use super::prediction_summary::damping_ratios;
 use super::run_figures::{open_loop, predictions, robustness, shapes};
-use super::summary::finite_all;
 use super::unstable::add_instability;
-use super::updating::{UpdatingSummary, figures as update_figures};
+use super::updating::{figures as update_figures, updating_topic};
 use super::whole::{Report, ReportError};
 use crate::identify::Identification;
 use crate::pipeline::certificates::mu_words;
@@ -24,7 +23,7 @@ use crate::pipeline::run::{CriticalCut, Curves, Rival, Rivals, Run};
 use crate::predict::stiffness::stiffness_words;
 use crate::spindle::Machine;
 use crate::update::Targets;
-use serde::Serialize;
+use serde_json::{Value, json};
 
 /// Look of the controller of the D-K iteration beside the polished one.
 pub(crate) const UNPOLISHED: Role = Role::Other(2);
@@ -42,7 +41,7 @@ pub(crate) fn run_report(
     let mut report = Report::of("run", &run.machine);
     report.summary.set("weights", weights);
     add_models(&mut report, run, identification);
-    report.summary.set("design", DesignSummary::from(&run.design));
+    report.summary.set("design", design_topic(&run.design));
     if add_instability(&mut report, &run.design) {
         if let Some(curves) = &run.curves {
             add_model_pictures(&mut report, run, curves)?;
@@ -59,7 +58,7 @@ pub(crate) fn run_report(
     if let Some(contact) = &run.contact {
         sentences.push(add_contact(&mut report, &run.machine, contact)?);
     }
-    report.summary.set("outcome", OutcomeRow::all(run));
+    report.summary.set("outcome", outcome_topic(run));
     report.summary.set("plain_words", sentences);
     Ok((report, words))
 }
@@ -67,47 +66,25 @@ pub(crate) fn run_report(
 /// Frequencies of the models, what was identified, and what updating did.
 fn add_models(report: &mut Report, run: &Run, identification: Option<&Identification>) {
     let [nominal, used] = &run.rotors;
-    let models =
-        ModelsSummary { nominal: ModelSummary::of(&run.nominal, nominal), used: ModelSummary::of(&run.machine, used) };
     let summary = &mut report.summary;
-    summary.set("model", models);
+    summary.set("model.nominal", model_topic(&run.nominal, nominal));
+    summary.set("model.used", model_topic(&run.machine, used));
     if let Some(found) = identification {
-        summary.set("identification", IdentificationSummary::from(found));
+        summary.set("identification", identification_topic(found));
     }
     if let Some(updating) = &run.updating {
-        let search = updating.nelder_mead.as_ref();
-        let search = search.map(|s| Box::new(UpdatingSummary::from(&s.fit)));
-        let mut own = UpdatingSummary::from(&updating.gauss_newton.fit);
-        own.nelder_mead = search;
-        summary.set("updating", own);
+        summary.set("updating", updating_topic(&updating.gauss_newton.fit));
+        if let Some(search) = &updating.nelder_mead {
+            summary.set("updating.nelder_mead", updating_topic(&search.fit));
+        }
     }
-}
-
-/// `model`: the machine as drawn and as used.
-#[derive(Clone, Debug, Serialize)]
-struct ModelsSummary {
-    nominal: ModelSummary,
-    used: ModelSummary,
 }
 
 /// Names of the machine, and natural frequencies of its free rotor at rest.
-#[derive(Clone, Debug, Serialize)]
-struct ModelSummary {
-    spindle: String,
-    tool: String,
-    flexible_frequencies_hz: Vec<Option<f64>>,
-}
-
-impl ModelSummary {
-    fn of(machine: &Machine, rotor: &FreeRotor) -> Self {
-        let mut listed = rotor.modes.flexible_hz();
-        listed.truncate(LISTED_FREQUENCIES);
-        Self {
-            spindle: machine.spindle.name.clone(),
-            tool: machine.tool.name.clone(),
-            flexible_frequencies_hz: finite_all(&listed),
-        }
-    }
+fn model_topic(machine: &Machine, rotor: &FreeRotor) -> Value {
+    let mut listed = rotor.modes.flexible_hz();
+    listed.truncate(LISTED_FREQUENCIES);
+    json!({ "spindle": machine.spindle.name, "tool": machine.tool.name, "flexible_frequencies_hz": listed })
 }
 
 /// Controllers that are compared: key, look, predictions at rest and at top speed.
@@ -138,12 +115,10 @@ fn add_loops(report: &mut Report, run: &Run) {
     if let Some(rivals) = &run.rivals {
         match &rivals.tuned {
             Ok((found, _)) => {
-                let pid = PidSummary::of(found, &rivals.effort, OF_DELIVERED);
-                report.summary.set("pid", pid);
+                report.summary.set("pid", pid_topic(found, &rivals.effort, OF_DELIVERED));
             }
             Err(reason) => {
-                let none = NoPid::because(not_found_words(reason));
-                report.summary.set("pid", none);
+                report.summary.set("pid", no_pid_topic(&not_found_words(reason)));
             }
         }
         if let Ok((plain, _)) = &rivals.textbook {
@@ -206,69 +181,60 @@ fn not_found_words(reason: &str) -> String {
 }
 
 /// A line of `outcome`: a figure with what was asked of it, or what the tuned PID reaches.
-#[derive(Clone, Debug, Serialize)]
-struct OutcomeRow {
-    figure: String,
-    reached: String,
-    target: String,
+fn outcome_row(figure: impl Into<String>, reached: impl Into<String>, target: impl Into<String>) -> Value {
+    json!({ "figure": figure.into(), "reached": reached.into(), "target": target.into() })
 }
 
-impl OutcomeRow {
-    fn new(figure: impl Into<String>, reached: impl Into<String>, target: impl Into<String>) -> Self {
-        Self { figure: figure.into(), reached: reached.into(), target: target.into() }
-    }
+fn cut_row(cut: &CriticalCut) -> Value {
+    let words = |depth: Option<f64>| match depth {
+        None => "unstable without a cut".to_owned(),
+        Some(m) if m.is_finite() => format!("{:.3} mm", 1e3 * m),
+        Some(_) => "no chatter".to_owned(),
+    };
+    let figure = format!(
+        "critical depth of cut, {} teeth, aluminium, down milling over half the diameter, at top speed",
+        cut.teeth
+    );
+    outcome_row(figure, words(cut.delivered_m), format!("tuned PID: {}", words(cut.pid_m)))
+}
 
-    fn cut(cut: &CriticalCut) -> Self {
-        let words = |depth: Option<f64>| match depth {
-            None => "unstable without a cut".to_owned(),
-            Some(m) if m.is_finite() => format!("{:.3} mm", 1e3 * m),
-            Some(_) => "no chatter".to_owned(),
-        };
-        let figure = format!(
-            "critical depth of cut, {} teeth, aluminium, down milling over half the diameter, at top speed",
-            cut.teeth
-        );
-        Self::new(figure, words(cut.delivered_m), format!("tuned PID: {}", words(cut.pid_m)))
-    }
-
-    /// The figures that a run is judged by: five, and the depth of cut of a tool with teeth.
-    fn all(run: &Run) -> Vec<Self> {
-        let (design, [rest, _]) = (&run.design, &run.delivered);
-        let delivery = &design.delivery;
-        let over_rpm = OVERSPEED * run.machine.spindle.max_rpm;
-        let stiffness = |p: &Prediction| {
-            if p.is_stable() {
-                format!("{} at {:.0} Hz", stiffness_words(p.minimum.0), p.minimum.1)
-            } else {
-                unstable_words(p.growth_rate_per_s, p.speed_rpm)
-            }
-        };
-        let pid = run.rivals.as_ref().and_then(|rivals| rivals.tuned.as_ref().ok());
-        let beside = |words: &dyn Fn(&Prediction) -> String| {
-            pid.map_or("no tuned PID".to_owned(), |(_, [pid, _])| format!("tuned PID: {}", words(pid)))
-        };
-        let mut rows = vec![
-            Self::new("µ of the specification at rest", delivery.rounded.specification.words(), "at most 1"),
-            Self::new(
-                format!("µ of the specification, largest at 25 speeds from rest to {over_rpm:.0} rpm"),
-                mu_words(design.largest_mu()),
-                "at most 1",
-            ),
-            Self::new(
-                "stability proven from rest to",
-                format!("{:.0} rpm", delivery.speed_proof.proven_to_rpm()),
-                format!("{over_rpm:.0} rpm"),
-            ),
-            Self::new(
-                "zone of ISO 14839-3 at rest",
-                rest.zone_word(),
-                format!("A to C; {}", beside(&|pid| pid.zone_word().to_owned())),
-            ),
-            Self::new("smallest tool stiffness at rest", stiffness(rest), beside(&stiffness)),
-        ];
-        rows.extend(run.cut.as_ref().map(Self::cut));
-        rows
-    }
+/// The figures that a run is judged by: five, and the depth of cut of a tool with teeth.
+fn outcome_topic(run: &Run) -> Vec<Value> {
+    let (design, [rest, _]) = (&run.design, &run.delivered);
+    let delivery = &design.delivery;
+    let over_rpm = OVERSPEED * run.machine.spindle.max_rpm;
+    let stiffness = |p: &Prediction| {
+        if p.is_stable() {
+            format!("{} at {:.0} Hz", stiffness_words(p.minimum.0), p.minimum.1)
+        } else {
+            unstable_words(p.growth_rate_per_s, p.speed_rpm)
+        }
+    };
+    let pid = run.rivals.as_ref().and_then(|rivals| rivals.tuned.as_ref().ok());
+    let beside = |words: &dyn Fn(&Prediction) -> String| {
+        pid.map_or("no tuned PID".to_owned(), |(_, [pid, _])| format!("tuned PID: {}", words(pid)))
+    };
+    let mut rows = vec![
+        outcome_row("µ of the specification at rest", delivery.rounded.specification.words(), "at most 1"),
+        outcome_row(
+            format!("µ of the specification, largest at 25 speeds from rest to {over_rpm:.0} rpm"),
+            mu_words(design.largest_mu()),
+            "at most 1",
+        ),
+        outcome_row(
+            "stability proven from rest to",
+            format!("{:.0} rpm", delivery.speed_proof.proven_to_rpm()),
+            format!("{over_rpm:.0} rpm"),
+        ),
+        outcome_row(
+            "zone of ISO 14839-3 at rest",
+            rest.zone_word(),
+            format!("A to C; {}", beside(&|pid| pid.zone_word().to_owned())),
+        ),
+        outcome_row("smallest tool stiffness at rest", stiffness(rest), beside(&stiffness)),
+    ];
+    rows.extend(run.cut.as_ref().map(cut_row));
+    rows
 }
 
 /// The outcome in one sentence, and what stands in the way of a firmware or a met specification.

@@ -4,7 +4,7 @@ use super::plot::animation::{AnimatedMotion, OrbitPlane};
 use super::plot::figure::Figure;
 use super::plot::motion::{TimePanel, time_responses};
 use super::plot::{Curve, Role};
-use super::summary::finite;
+use super::summary::omit_absent;
 use crate::controller::anti_windup::AntiWindup;
 use crate::pipeline::simulation::{Simulated, SimulationLimits};
 use crate::predict::recovery::Recovery;
@@ -12,7 +12,7 @@ use crate::predict::shaft_line::ShaftLine;
 use crate::predict::time::{TimeResponse, TimeSample};
 use crate::predict::time_cases::Quantisation;
 use crate::spindle::{Machine, SpindleError};
-use serde::Serialize;
+use serde_json::{Value, json};
 use std::f64::consts::TAU;
 
 /// Frames of an animation at most, and stations along its shaft.
@@ -23,177 +23,92 @@ const TURNS: usize = 2;
 /// A response is shown until what follows stays below this part of its largest displacement.
 const QUIET: f64 = 0.05;
 
-/// A value at each bearing.
-#[derive(Clone, Debug, Serialize)]
-struct Sides {
-    front: Option<f64>,
-    rear: Option<f64>,
+/// Values at each bearing.
+fn at_bearings([front, rear]: [f64; 2]) -> Value {
+    json!({ "front": front, "rear": rear })
 }
 
-impl From<[f64; 2]> for Sides {
-    fn from(values: [f64; 2]) -> Self {
-        let [front, rear] = values.map(finite);
-        Self { front, rear }
-    }
+/// Values at the tool and at each bearing.
+fn at_places([tool, front, rear]: [f64; 3]) -> Value {
+    json!({ "tool": tool, "front": front, "rear": rear })
 }
 
-/// A value at the tool and at each bearing.
-#[derive(Clone, Debug, Serialize)]
-struct Places {
-    tool: Option<f64>,
-    front: Option<f64>,
-    rear: Option<f64>,
+/// `simulation.quantisation`.
+pub(crate) fn quantisation_topic(found: &Quantisation) -> Value {
+    json!({
+        "quantum_m": found.quantum_m,
+        "displacement_m": at_places(found.displacement_m),
+        "part_of_settled_displacement": found.part,
+        "dominates": found.dominates(),
+    })
 }
 
-impl From<[f64; 3]> for Places {
-    fn from(values: [f64; 3]) -> Self {
-        let [tool, front, rear] = values.map(finite);
-        Self { tool, front, rear }
-    }
-}
-
-#[derive(Clone, Debug, Serialize)]
-pub(crate) struct QuantisationSummary {
-    quantum_m: Option<f64>,
-    displacement_m: Places,
-    part_of_settled_displacement: Option<f64>,
-    dominates: bool,
-}
-
-impl From<&Quantisation> for QuantisationSummary {
-    fn from(found: &Quantisation) -> Self {
-        Self {
-            quantum_m: finite(found.quantum_m),
-            displacement_m: Places::from(found.displacement_m),
-            part_of_settled_displacement: finite(found.part),
-            dominates: found.dominates(),
-        }
-    }
-}
-
-#[derive(Clone, Debug, Serialize)]
-pub(crate) struct SimulationSummary {
-    peak_displacement_m: Places,
-    settled_displacement_m: Places,
-    backup_clearance_m: f64,
-    clearance_ratio: Option<f64>,
-    /// None of a loop that is unstable: what it does in a moment tells no zone.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    vibration_zone_iso_14839_2: Option<&'static str>,
-    peak_current_a: Sides,
-    current_limit_a: Option<f64>,
-    peak_voltage_v: Sides,
-    voltage_limit_v: Option<f64>,
-    peak_force_n: Sides,
-    force_limit_n: Sides,
-    margin: MarginSummary,
-    peak_contact_force_n: Option<f64>,
-    share_current_limited: Option<f64>,
-    share_voltage_limited: Option<f64>,
-    share_in_contact: Option<f64>,
-    diverged: bool,
-    anti_windup: AntiWindupSummary,
-    backup_bearings: RecoverySummary,
-    quantisation: QuantisationSummary,
-}
-
-/// What is left of each limit: one is all, zero is the limit itself.
-#[derive(Clone, Debug, Serialize)]
-struct MarginSummary {
-    displacement: Sides,
-    current: Sides,
-    voltage: Sides,
-    force: Sides,
-}
-
-impl SimulationSummary {
-    /// Of a simulation of a machine, with the anti-windup of the controller.
-    pub(crate) fn of(machine: &Machine, simulated: &Simulated, anti_windup: &AntiWindup) -> Self {
-        let (response, found) = (&simulated.response, &simulated.figures);
-        let limits = &simulated.limits;
-        let (front, rear) = (&machine.spindle.front, &machine.spindle.rear);
-        let clearance = machine.spindle.backup_clearance_m;
-        let capacity = [front.max_force_n, rear.max_force_n];
-        let margin =
-            |peak: [f64; 2], limit: [f64; 2]| Sides::from([1.0 - peak[0] / limit[0], 1.0 - peak[1] / limit[1]]);
-        let [_, front, rear] = found.displacement_m;
-        Self {
-            peak_displacement_m: Places::from(found.displacement_m),
-            settled_displacement_m: Places::from(found.settled_displacement_m),
-            backup_clearance_m: clearance,
-            clearance_ratio: finite(found.clearance_ratio),
-            vibration_zone_iso_14839_2: simulated.stable.then(|| vibration_zone(found.clearance_ratio)),
-            peak_current_a: Sides::from(found.current_a),
-            current_limit_a: finite(limits.current_a),
-            peak_voltage_v: Sides::from(found.voltage_v),
-            voltage_limit_v: finite(limits.voltage_v),
-            peak_force_n: Sides::from(found.force_n),
-            force_limit_n: Sides::from(capacity),
-            margin: MarginSummary {
-                displacement: margin([front, rear], [clearance; 2]),
-                current: margin(found.current_a, [limits.current_a; 2]),
-                voltage: margin(found.voltage_v, [limits.voltage_v; 2]),
-                force: margin(found.force_n, capacity),
-            },
-            peak_contact_force_n: finite(found.contact_force_n),
-            share_current_limited: finite(response.current_limited),
-            share_voltage_limited: finite(response.voltage_limited),
-            share_in_contact: finite(response.in_contact),
-            diverged: response.diverged,
-            anti_windup: AntiWindupSummary::from(anti_windup),
-            backup_bearings: RecoverySummary::from(simulated.recovery),
-            quantisation: QuantisationSummary::from(&simulated.steps),
-        }
-    }
+/// `simulation`: a simulation of a machine, with the anti-windup of the controller.
+pub(crate) fn simulation_topic(machine: &Machine, simulated: &Simulated, anti_windup: &AntiWindup) -> Value {
+    let (response, found) = (&simulated.response, &simulated.figures);
+    let limits = &simulated.limits;
+    let (front, rear) = (&machine.spindle.front, &machine.spindle.rear);
+    let clearance = machine.spindle.backup_clearance_m;
+    let capacity = [front.max_force_n, rear.max_force_n];
+    // What is left of each limit: one is all, zero is the limit itself.
+    let margin = |peak: [f64; 2], limit: [f64; 2]| at_bearings([1.0 - peak[0] / limit[0], 1.0 - peak[1] / limit[1]]);
+    let [_, front, rear] = found.displacement_m;
+    let topic = json!({
+        "peak_displacement_m": at_places(found.displacement_m),
+        "settled_displacement_m": at_places(found.settled_displacement_m),
+        "backup_clearance_m": clearance,
+        "clearance_ratio": found.clearance_ratio,
+        // None of a loop that is unstable: what it does in a moment tells no zone.
+        "vibration_zone_iso_14839_2": simulated.stable.then(|| vibration_zone(found.clearance_ratio)),
+        "peak_current_a": at_bearings(found.current_a),
+        "current_limit_a": limits.current_a,
+        "peak_voltage_v": at_bearings(found.voltage_v),
+        "voltage_limit_v": limits.voltage_v,
+        "peak_force_n": at_bearings(found.force_n),
+        "force_limit_n": at_bearings(capacity),
+        "margin": {
+            "displacement": margin([front, rear], [clearance; 2]),
+            "current": margin(found.current_a, [limits.current_a; 2]),
+            "voltage": margin(found.voltage_v, [limits.voltage_v; 2]),
+            "force": margin(found.force_n, capacity),
+        },
+        "peak_contact_force_n": found.contact_force_n,
+        "share_current_limited": response.current_limited,
+        "share_voltage_limited": response.voltage_limited,
+        "share_in_contact": response.in_contact,
+        "diverged": response.diverged,
+        "anti_windup": anti_windup_topic(anti_windup),
+        "backup_bearings": recovery_topic(simulated.recovery),
+        "quantisation": quantisation_topic(&simulated.steps),
+    });
+    omit_absent(topic, &["vibration_zone_iso_14839_2"])
 }
 
 /// What became of the rotor: whether it touches the backup bearings, whether it comes free again, and how soon.
-#[derive(Clone, Debug, Serialize)]
-pub(crate) struct RecoverySummary {
-    touches: bool,
-    recovers: bool,
-    recovery_s: Option<f64>,
-    sentence: String,
-}
-
-impl From<Recovery> for RecoverySummary {
-    fn from(recovery: Recovery) -> Self {
-        Self {
-            touches: recovery != Recovery::Clear,
-            recovers: recovery != Recovery::Lost,
-            recovery_s: match recovery {
-                Recovery::Recovered { after_s } => finite(after_s),
-                _ => None,
-            },
-            sentence: recovery.sentence(),
-        }
-    }
+pub(crate) fn recovery_topic(recovery: Recovery) -> Value {
+    json!({
+        "touches": recovery != Recovery::Clear,
+        "recovers": recovery != Recovery::Lost,
+        "recovery_s": match recovery {
+            Recovery::Recovered { after_s } => Some(after_s),
+            _ => None,
+        },
+        "sentence": recovery.sentence(),
+    })
 }
 
 /// The anti-windup of a controller: its rate, and the smallest gains of a saturation that its loop stands.
-#[derive(Clone, Debug, Serialize)]
-pub(crate) struct AntiWindupSummary {
-    conditioned_states: usize,
-    rate_1_s: Option<f64>,
-    forgetting_1_s: Option<f64>,
-    smallest_gain_with_margin: Option<f64>,
-    smallest_gain_with_margin_without: Option<f64>,
-    smallest_gain_circle_criterion: Option<f64>,
-}
-
-impl From<&AntiWindup> for AntiWindupSummary {
-    fn from(found: &AntiWindup) -> Self {
-        let conditioned =
-            (0..found.gain.nrows()).filter(|i| (0..found.gain.ncols()).any(|j| found.gain[(*i, j)] != 0.0)).count();
-        Self {
-            conditioned_states: conditioned,
-            rate_1_s: finite(found.rate_1_s),
-            forgetting_1_s: finite(found.forgetting_1_s),
-            smallest_gain_with_margin: finite(found.smallest_gain),
-            smallest_gain_with_margin_without: finite(found.smallest_gain_without),
-            smallest_gain_circle_criterion: finite(found.circle_gain),
-        }
-    }
+pub(crate) fn anti_windup_topic(found: &AntiWindup) -> Value {
+    let conditioned =
+        (0..found.gain.nrows()).filter(|i| (0..found.gain.ncols()).any(|j| found.gain[(*i, j)] != 0.0)).count();
+    json!({
+        "conditioned_states": conditioned,
+        "rate_1_s": found.rate_1_s,
+        "forgetting_1_s": found.forgetting_1_s,
+        "smallest_gain_with_margin": found.smallest_gain,
+        "smallest_gain_with_margin_without": found.smallest_gain_without,
+        "smallest_gain_circle_criterion": found.circle_gain,
+    })
 }
 
 /// The same push with several controllers: displacement of both bearings in x, and the current of the front one.

@@ -1,13 +1,11 @@
 //! `summary.json`: figures under dotted keys, in the order they are added, numbers in shortest round-trip form.
 //!
 //! A number that is not finite is written as `null`: JSON has no other word for it. Integers stay integers.
-//! A topic is a struct whose fields are the keys; pages and tables read the struct, not the keys.
+//! A topic is one `json!` literal of the domain's results, in the order of the file; page and tables read what they
+//! show of it into a struct.
 
-use serde::de::{Deserialize, Deserializer, MapAccess, Visitor};
-use serde::ser::{Serialize, Serializer};
+use serde::Serialize;
 use serde_json::{Map, Value};
-use std::fmt;
-use std::marker::PhantomData;
 
 /// A summary under construction.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -70,67 +68,12 @@ pub fn json(value: impl Serialize) -> Value {
     serde_json::to_value(value).unwrap_or_default()
 }
 
-/// A number of a topic; `None`, hence `null` in the file, if it is not finite.
-pub(crate) fn finite(value: f64) -> Option<f64> {
-    value.is_finite().then_some(value)
-}
-
-/// Numbers of a topic.
-pub(crate) fn finite_all(values: &[f64]) -> Vec<Option<f64>> {
-    values.iter().copied().map(finite).collect()
-}
-
-/// Values under names that are data, not fields; an object in the order given.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Named<T>(pub(crate) Vec<(String, T)>);
-
-impl<T> Default for Named<T> {
-    fn default() -> Self {
-        Self(vec![])
+/// The topic without those of `keys` whose value is `null`.
+pub(crate) fn omit_absent(mut topic: Value, keys: &[&str]) -> Value {
+    if let Value::Object(map) = &mut topic {
+        map.retain(|key, value| !(value.is_null() && keys.contains(&key.as_str())));
     }
-}
-
-impl<T> FromIterator<(String, T)> for Named<T> {
-    fn from_iter<I: IntoIterator<Item = (String, T)>>(all: I) -> Self {
-        Self(all.into_iter().collect())
-    }
-}
-
-impl<T> Named<T> {
-    pub(crate) fn get(&self, name: &str) -> Option<&T> {
-        let found = self.0.iter().find(|(known, _)| known == name);
-        found.map(|(_, value)| value)
-    }
-}
-
-impl<T: Serialize> Serialize for Named<T> {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_map(self.0.iter().map(|(name, value)| (name, value)))
-    }
-}
-
-impl<'de, T: Deserialize<'de>> Deserialize<'de> for Named<T> {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_map(NamedVisitor(PhantomData))
-    }
-}
-
-struct NamedVisitor<T>(PhantomData<T>);
-
-impl<'de, T: Deserialize<'de>> Visitor<'de> for NamedVisitor<T> {
-    type Value = Named<T>;
-
-    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("an object")
-    }
-
-    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
-        let mut all = vec![];
-        while let Some(entry) = map.next_entry()? {
-            all.push(entry);
-        }
-        Ok(Named(all))
-    }
+    topic
 }
 
 /// Indented JSON with a final line end; lists of plain values stay on one line.

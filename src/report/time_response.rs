@@ -4,8 +4,7 @@ use super::pictures::Picture;
 use super::plot::animation::animate;
 use super::plot::motion::{TimePanel, orbits, time_responses};
 use super::plot::{Curve, Role};
-use super::simulation::{SimulationSummary, motion};
-use super::summary::finite;
+use super::simulation::{motion, simulation_topic};
 use super::tables::Table;
 use super::whole::{Report, ReportError};
 use crate::pipeline::simulation::{SimulatedController, SimulationLimits};
@@ -30,17 +29,17 @@ pub(crate) fn simulation_report(
     let summary = &mut report.summary;
     summary.set("controller", controller);
     summary.set("case", case);
-    summary.set("speed_rpm", finite(scenario.speed_rpm));
-    summary.set("duration_s", finite(scenario.duration_s));
+    summary.set("speed_rpm", scenario.speed_rpm);
+    summary.set("duration_s", scenario.duration_s);
     summary.set("stability.stable", found.stable);
-    summary.set("stability.growth_rate_per_s", finite(*growth_rate_per_s));
+    summary.set("stability.growth_rate_per_s", growth_rate_per_s);
     if let StandardCase::Impulse { force_n, .. } | StandardCase::Step { force_n } = scenario.case {
-        summary.set("force_n", finite(force_n));
+        summary.set("force_n", force_n);
     }
     if let StandardCase::Impulse { length_s, .. } = scenario.case {
-        summary.set("push_s", finite(length_s));
+        summary.set("push_s", length_s);
     }
-    summary.set("simulation", SimulationSummary::of(machine, found, anti_windup));
+    summary.set("simulation", simulation_topic(machine, found, anti_windup));
     report.verdict(found.met, &found.end);
     add_response(&mut report, machine, &found.response, case, &found.limits)?;
     let title = format!("Shaft in motion, {case}");

@@ -4,177 +4,77 @@ use super::pictures::Picture;
 use super::plot::shaft::{OutlinePiece, ShapeCurve, Station, StationKind, mode_shapes};
 use super::plot::updating::{determinability, frequency_errors, modulus_factors};
 use super::plot::{Figure, Role};
-use super::summary::{Named, finite};
 use super::tables::Table;
 use crate::spindle::Machine;
 use crate::update::{PeakError, PeakKind, ShapeComparison, Updated};
-use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value, json};
 
 /// `updating`. Lists stand in the order of the measured lists; none where a peak was not measured or has no counterpart
 /// in the model.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
-#[serde(default)]
-pub(crate) struct UpdatingSummary {
-    method: String,
-    evaluations: usize,
-    iterations: usize,
-    modulus_factors: Named<Option<f64>>,
-    modulus_factors_standard_deviation_ln: Named<Option<f64>>,
-    pub(crate) errors_hz: PeakLists,
-    pub(crate) errors_percent: PeakLists,
-    pub(crate) model_hz: PeakLists,
-    pub(crate) model_before_hz: PeakLists,
-    pub(crate) measured_hz: PeakLists,
-    measured_relative_standard_deviation: PeakLists,
-    held_out: Vec<String>,
-    noise_estimated: bool,
-    largest_error_percent: Option<f64>,
-    mac: Vec<Option<f64>>,
-    mode_shapes: Vec<ShapeSummary>,
-    singular_values: Vec<Option<f64>>,
-    determined_combinations: Vec<CombinationSummary>,
-    explained: bool,
-    statement: String,
-    chi_squared: Option<f64>,
-    chi_squared_limit: Option<f64>,
-    /// The search of the reference method beside the fit.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) nelder_mead: Option<Box<UpdatingSummary>>,
-    /// Whether antiresonances were left out.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) resonances_only: Option<bool>,
-    /// The fit with antiresonances, where the delivered one goes without them.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) full_update: Option<Box<UpdatingSummary>>,
-    /// Hammer records that no fit has used.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub(crate) held_out_tool_frf: Vec<HammerError>,
+pub(crate) fn updating_topic(fit: &Updated) -> Value {
+    let combinations = &fit.determined.combinations;
+    let deviations = fit.factors.iter().filter_map(|f| Some((f.region.clone(), json!(f.standard_deviation_ln?))));
+    // Combinations of factors that the data determine.
+    let determined = combinations.iter().filter(|c| c.singular_value > 1.0).map(|c| {
+        let weights = by_region(fit, c.weights.iter().copied());
+        json!({ "singular_value": c.singular_value, "shrinkage": c.shrinkage, "weights": weights })
+    });
+    let shapes = fit.shapes.iter();
+    let shapes = shapes.map(|s| json!({ "mode": s.mode, "model_mode": s.model_mode, "mac": s.mac }));
+    json!({
+        "method": fit.method.name(),
+        "evaluations": fit.evaluations,
+        "iterations": fit.iterations,
+        "modulus_factors": by_region(fit, fit.factors.iter().map(|f| f.factor)),
+        "modulus_factors_standard_deviation_ln": deviations.collect::<Value>(),
+        "errors_hz": peak_lists(fit, PeakError::error_hz),
+        "errors_percent": peak_lists(fit, PeakError::error_percent),
+        "model_hz": peak_lists(fit, |e| e.after_hz),
+        "model_before_hz": peak_lists(fit, |e| e.before_hz),
+        "measured_hz": peak_lists(fit, |e| Some(e.measured_hz)),
+        "measured_relative_standard_deviation": peak_lists(fit, |e| Some(e.relative_sd)),
+        "held_out": held_out(fit),
+        "noise_estimated": fit.noise_estimated,
+        "largest_error_percent": fit.largest_error_percent(),
+        "mac": fit.shapes.iter().map(|s| s.mac).collect::<Vec<_>>(),
+        "mode_shapes": shapes.collect::<Vec<_>>(),
+        "singular_values": combinations.iter().map(|c| c.singular_value).collect::<Vec<_>>(),
+        "determined_combinations": determined.collect::<Vec<_>>(),
+        "explained": fit.explanation.explained,
+        "statement": fit.explanation.statement,
+        "chi_squared": fit.explanation.statistic,
+        "chi_squared_limit": fit.explanation.limit,
+    })
 }
 
-/// One figure per measured peak.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
-#[serde(default)]
-pub(crate) struct PeakLists {
-    pub(crate) resonances: Vec<Option<f64>>,
-    /// By the name of the FRF.
-    pub(crate) antiresonances: Named<Vec<Option<f64>>>,
+/// Values under the names of the regions.
+fn by_region(fit: &Updated, values: impl Iterator<Item = f64>) -> Value {
+    fit.factors.iter().zip(values).map(|(f, value)| (f.region.clone(), json!(value))).collect()
 }
 
-/// A measured mode shape beside that of the model.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
-#[serde(default)]
-struct ShapeSummary {
-    mode: usize,
-    model_mode: usize,
-    mac: Option<f64>,
-}
-
-/// A combination of factors that the data determine.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
-#[serde(default)]
-struct CombinationSummary {
-    singular_value: Option<f64>,
-    shrinkage: Option<f64>,
-    weights: Named<Option<f64>>,
-}
-
-/// How well the compliance of a hammer record is predicted before and after; no error where the loop of the model is
-/// unstable.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
-#[serde(default)]
-pub(crate) struct HammerError {
-    pub(crate) file: String,
-    pub(crate) before_db_rms: Option<f64>,
-    pub(crate) after_db_rms: Option<f64>,
-    pub(crate) before_growth_rate_per_s: Option<f64>,
-    pub(crate) after_growth_rate_per_s: Option<f64>,
-}
-
-impl UpdatingSummary {
-    /// Of the delivered fit, with the full one where that is to resonances only, and the errors at the tool.
-    pub(crate) fn beside(fit: &Updated, full: Option<&Updated>, tool: Vec<HammerError>) -> Self {
-        Self {
-            resonances_only: Some(full.is_some()),
-            full_update: full.map(|full| Box::new(Self::from(full))),
-            held_out_tool_frf: tool,
-            ..Self::from(fit)
-        }
-    }
-}
-
-impl From<&Updated> for UpdatingSummary {
-    fn from(fit: &Updated) -> Self {
-        let combinations = &fit.determined.combinations;
-        let regions = || fit.factors.iter().map(|f| f.region.clone());
-        let deviations = fit.factors.iter();
-        let deviations = deviations.filter_map(|f| Some((f.region.clone(), finite(f.standard_deviation_ln?))));
-        let determined = combinations.iter().filter(|c| c.singular_value > 1.0);
-        let determined = determined.map(|c| CombinationSummary {
-            singular_value: finite(c.singular_value),
-            shrinkage: finite(c.shrinkage),
-            weights: regions().zip(c.weights.iter().map(|w| finite(*w))).collect(),
-        });
-        let shapes =
-            fit.shapes.iter().map(|s| ShapeSummary { mode: s.mode, model_mode: s.model_mode, mac: finite(s.mac) });
-        let factors = fit.factors.iter().map(|f| finite(f.factor));
-        Self {
-            method: fit.method.name().to_owned(),
-            evaluations: fit.evaluations,
-            iterations: fit.iterations,
-            modulus_factors: regions().zip(factors).collect(),
-            modulus_factors_standard_deviation_ln: deviations.collect(),
-            errors_hz: PeakLists::of(fit, PeakError::error_hz),
-            errors_percent: PeakLists::of(fit, PeakError::error_percent),
-            model_hz: PeakLists::of(fit, |e| e.after_hz),
-            model_before_hz: PeakLists::of(fit, |e| e.before_hz),
-            measured_hz: PeakLists::of(fit, |e| Some(e.measured_hz)),
-            measured_relative_standard_deviation: PeakLists::of(fit, |e| Some(e.relative_sd)),
-            held_out: held_out(fit),
-            noise_estimated: fit.noise_estimated,
-            largest_error_percent: finite(fit.largest_error_percent()),
-            mac: fit.shapes.iter().map(|s| finite(s.mac)).collect(),
-            mode_shapes: shapes.collect(),
-            singular_values: combinations.iter().map(|c| finite(c.singular_value)).collect(),
-            determined_combinations: determined.collect(),
-            explained: fit.explanation.explained,
-            statement: fit.explanation.statement.clone(),
-            chi_squared: finite(fit.explanation.statistic),
-            chi_squared_limit: finite(fit.explanation.limit),
-            nelder_mead: None,
-            resonances_only: None,
-            full_update: None,
-            held_out_tool_frf: vec![],
-        }
-    }
-}
-
-impl PeakLists {
-    fn of(fit: &Updated, value: impl Fn(&PeakError) -> Option<f64>) -> Self {
-        let place = |list: &mut Vec<Option<f64>>, e: &PeakError| {
-            if list.len() < e.number {
-                list.resize(e.number, None);
-            }
-            if let Some(slot) = list.get_mut(e.number - 1) {
-                *slot = value(e).and_then(finite);
-            }
-        };
-        let mut lists = Self::default();
-        for e in &fit.errors {
-            match e.kind {
-                PeakKind::Resonance => place(&mut lists.resonances, e),
-                PeakKind::Antiresonance => {
-                    let zeros = &mut lists.antiresonances.0;
-                    let known = zeros.iter().position(|(name, _)| name == &e.frf);
-                    let k = known.unwrap_or_else(|| {
-                        zeros.push((e.frf.clone(), vec![]));
-                        zeros.len() - 1
-                    });
-                    place(&mut zeros[k].1, e);
+/// One figure per measured peak: `resonances`, and `antiresonances` by the name of the FRF.
+fn peak_lists(fit: &Updated, value: impl Fn(&PeakError) -> Option<f64>) -> Value {
+    let (mut resonances, mut antiresonances) = (vec![], Map::new());
+    for e in &fit.errors {
+        let figure = json!(value(e));
+        match e.kind {
+            PeakKind::Resonance => place(&mut resonances, e.number, figure),
+            PeakKind::Antiresonance => {
+                if let Value::Array(list) = antiresonances.entry(&e.frf).or_insert_with(|| json!([])) {
+                    place(list, e.number, figure);
                 }
             }
         }
-        lists
     }
+    json!({ "resonances": resonances, "antiresonances": antiresonances })
+}
+
+/// Sets the figure of the peak of that number, from 1; those before it that have none are `null`.
+fn place(list: &mut Vec<Value>, number: usize, figure: Value) {
+    if list.len() < number {
+        list.resize(number, Value::Null);
+    }
+    list[number - 1] = figure;
 }
 
 /// Names of the FRFs that the fit did not use.

@@ -1,14 +1,14 @@
 //! A report under construction: the results folder with its summary, page and controller files.
 
 use super::html::{self, HtmlError};
-use super::loop_figures::{MarginSummary, ToolStepSummary, UnbalanceSummary, loop_figures};
+use super::loop_figures::{loop_figures, margin_topic, tool_step_topic, unbalance_topic};
 use super::page_summary::VerdictLine;
 use super::pictures::PictureName;
 use super::plot::figure::Figure;
-use super::prediction_summary::{SensitivitySummary, StiffnessSummary};
+use super::prediction_summary::{sensitivity_topic, stiffness_topic};
 use super::results::{ResultsError, ResultsFolder};
 use super::summary::Summary;
-use super::variant_summary::ArithmeticSummary;
+use super::variant_summary::arithmetic_topic;
 use crate::controller::{Controller, MachineTag};
 use crate::export::c::c_identifier;
 use crate::export::error::FirmwareError;
@@ -80,19 +80,15 @@ impl Report {
     }
 
     /// Adds stiffness and sensitivity of a controller at rest and at top speed.
-    pub(crate) fn predictions(&mut self, name: &str, [rest, speed]: [&Prediction; 2]) {
+    pub(crate) fn predictions(&mut self, name: &str, both: [&Prediction; 2]) {
         let summary = &mut self.summary;
-        let both = [rest, speed];
-        let stiffness = StiffnessSummary::of_both(both);
-        summary.set(&format!("stiffness.{name}"), stiffness);
-        let sensitivity = SensitivitySummary::of_both(both);
-        summary.set(&format!("sensitivity.{name}"), sensitivity);
+        summary.set(&format!("stiffness.{name}"), stiffness_topic(both));
+        summary.set(&format!("sensitivity.{name}"), sensitivity_topic(both));
     }
 
     /// Adds µ and tool stiffness at rest with the coefficients of each arithmetic.
     pub(crate) fn arithmetic(&mut self, design: &Design, predictions: &[Prediction]) {
-        let rows = ArithmeticSummary::all(design, predictions);
-        self.summary.set("design.arithmetic", rows);
+        self.summary.set("design.arithmetic", arithmetic_topic(design, predictions));
     }
 
     /// Adds the pictures of the loop of a controller and its margins at rest.
@@ -105,9 +101,9 @@ impl Report {
     ) -> Result<(), ReportError> {
         self.figures(loop_figures(curves, runs, top_rpm))?;
         if let Some(stable) = &curves.stable {
-            self.summary.set(&format!("margins.{name}"), MarginSummary::from(stable));
-            self.summary.set("simulation.step", ToolStepSummary::from(&stable.step));
-            self.summary.set("simulation.unbalance", UnbalanceSummary::of(&stable.unbalance, top_rpm));
+            self.summary.set(&format!("margins.{name}"), margin_topic(stable));
+            self.summary.set("simulation.step", tool_step_topic(&stable.step));
+            self.summary.set("simulation.unbalance", unbalance_topic(&stable.unbalance, top_rpm));
         }
         Ok(())
     }

@@ -1,121 +1,31 @@
 //! Worst cases as topic of the summary and in words: both bounds per speed, and the least over the speeds.
 
 use super::comparison_figures::NamedWorst;
-use super::summary::{finite, finite_all};
 use crate::controller::verification::growth_words;
 use crate::pipeline::comparison::LOW_HZ;
 use crate::pipeline::worst::WorstPrediction;
-use crate::predict::worst_case::WorstCurve;
-use serde::Serialize;
+use crate::predict::worst_case::{Extreme, WorstCurve};
+use serde_json::{Value, json};
 
-/// A record of `worst_case.<controller>`.
-#[derive(Clone, Debug, Serialize)]
-#[serde(untagged)]
-pub(crate) enum WorstSummary {
-    Speed(Box<WorstAtSpeed>),
-    /// Over every speed.
-    Over(WorstOverSpeed),
-}
-
-#[derive(Clone, Debug, Serialize)]
-pub(crate) struct WorstAtSpeed {
-    speed_rpm: Option<f64>,
-    covers: &'static str,
-    reason: Option<String>,
-    natural_frequency_uncertainty: Vec<Option<f64>>,
-    stable_at_corners: bool,
-    corner_growth_rate_per_s: Option<f64>,
-    stiffness: WorstStiffness,
-    sensitivity: WorstSensitivity,
-}
-
-#[derive(Clone, Debug, Serialize)]
-struct WorstStiffness {
-    x: AxisStiffness,
-    y: AxisStiffness,
-}
-
-#[derive(Clone, Debug, Serialize)]
-struct AxisStiffness {
-    minimum: Option<LeastOfCurve>,
-    at_10_hz: Option<StiffnessBounds>,
-    at_max_speed: Option<StiffnessBounds>,
-}
-
-#[derive(Clone, Debug, Serialize)]
-struct LeastOfCurve {
-    frequency_hz: Option<f64>,
-    not_below_n_per_m: Option<f64>,
-    attained_n_per_m: Option<f64>,
-    attained_with_frequency_factors: Vec<Option<f64>>,
-}
-
-#[derive(Clone, Debug, Serialize)]
-struct StiffnessBounds {
-    nominal_n_per_m: Option<f64>,
-    not_below_n_per_m: Option<f64>,
-    attained_n_per_m: Option<f64>,
-}
-
-#[derive(Clone, Debug, Serialize)]
-struct WorstSensitivity {
-    front_x: Option<SensitivityBounds>,
-    front_y: Option<SensitivityBounds>,
-    rear_x: Option<SensitivityBounds>,
-    rear_y: Option<SensitivityBounds>,
-}
-
-#[derive(Clone, Debug, Serialize)]
-struct SensitivityBounds {
-    frequency_hz: Option<f64>,
-    not_above_db: Option<f64>,
-    attained_db: Option<f64>,
+/// `worst_case.<controller>`: a record per speed, and one over all of them.
+pub(crate) fn worst_records(worst: &[WorstPrediction]) -> Vec<Value> {
+    worst.iter().map(worst_at_speed).chain([worst_over_speed(worst)]).collect()
 }
 
 /// What no rotor within the uncertainty falls below at any of the speeds.
-#[derive(Clone, Debug, Serialize)]
-pub(crate) struct WorstOverSpeed {
-    covers: &'static str,
-    speeds_rpm: Vec<Option<f64>>,
-    least_stiffness: LeastSummary,
-}
-
-#[derive(Clone, Debug, Default, Serialize)]
-struct LeastSummary {
-    not_below_n_per_m: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    frequency_hz: Option<Option<f64>>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    speed_rpm: Option<Option<f64>>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    reason: Option<String>,
-}
-
-/// Worst cases of one controller: a record per speed, and one over all of them.
-pub(crate) fn worst_records(worst: &[WorstPrediction]) -> Vec<WorstSummary> {
-    let each = worst.iter().map(WorstAtSpeed::from);
-    let each = each.map(|w| WorstSummary::Speed(Box::new(w)));
-    let over = WorstSummary::Over(WorstOverSpeed::of(worst));
-    each.chain([over]).collect()
-}
-
-impl WorstOverSpeed {
-    fn of(worst: &[WorstPrediction]) -> Self {
-        let speeds: Vec<f64> = worst.iter().map(|w| w.speed_rpm).collect();
-        Self {
-            covers: "the speeds computed, gyroscopic moments exact",
-            speeds_rpm: finite_all(&speeds),
-            least_stiffness: match least_over_speed(worst) {
-                Ok(least) => LeastSummary {
-                    not_below_n_per_m: finite(least.n_per_m),
-                    frequency_hz: Some(finite(least.frequency_hz)),
-                    speed_rpm: Some(finite(least.speed_rpm)),
-                    reason: None,
-                },
-                Err(reason) => LeastSummary { reason: Some(reason), ..LeastSummary::default() },
-            },
-        }
-    }
+fn worst_over_speed(worst: &[WorstPrediction]) -> Value {
+    json!({
+        "covers": "the speeds computed, gyroscopic moments exact",
+        "speeds_rpm": worst.iter().map(|w| w.speed_rpm).collect::<Vec<_>>(),
+        "least_stiffness": match least_over_speed(worst) {
+            Ok(least) => json!({
+                "not_below_n_per_m": least.n_per_m,
+                "frequency_hz": least.frequency_hz,
+                "speed_rpm": least.speed_rpm,
+            }),
+            Err(reason) => json!({ "not_below_n_per_m": null, "reason": reason }),
+        },
+    })
 }
 
 /// The smallest stiffness over speeds and uncertainty, and where.
@@ -144,62 +54,51 @@ fn unstable_within(worst: &WorstPrediction) -> String {
     format!("unstable within the uncertainty: a loop {}", growth_words(worst.corner_growth_rate_per_s, worst.speed_rpm))
 }
 
-impl From<&WorstPrediction> for WorstAtSpeed {
-    fn from(worst: &WorstPrediction) -> Self {
-        let axes = &worst.worst.compliance;
-        let [x, y] = axes.each_ref().map(|c| AxisStiffness {
-            minimum: LeastOfCurve::of(c),
-            at_10_hz: StiffnessBounds::near(c, LOW_HZ),
-            at_max_speed: StiffnessBounds::near(c, worst.top_speed_hz),
-        });
-        let axes = worst.worst.sensitivity.each_ref();
-        let [front_x, front_y, rear_x, rear_y] = axes.map(SensitivityBounds::of);
-        Self {
-            speed_rpm: finite(worst.speed_rpm),
-            covers: "this speed",
-            reason: (!worst.is_stable()).then(|| unstable_within(worst)),
-            natural_frequency_uncertainty: finite_all(&worst.uncertainty.relative),
-            stable_at_corners: worst.is_stable(),
-            corner_growth_rate_per_s: finite(worst.corner_growth_rate_per_s),
-            stiffness: WorstStiffness { x, y },
-            sensitivity: WorstSensitivity { front_x, front_y, rear_x, rear_y },
-        }
-    }
-}
-
-// Stiffness is the inverse of compliance: its lower bound is the inverse of the upper one.
-impl StiffnessBounds {
-    fn near(curve: &WorstCurve, hz: f64) -> Option<Self> {
-        let e = curve.near(hz)?;
-        Some(Self {
-            nominal_n_per_m: finite(1.0 / e.nominal),
-            not_below_n_per_m: finite(1.0 / e.upper),
-            attained_n_per_m: finite(1.0 / e.lower),
+fn worst_at_speed(worst: &WorstPrediction) -> Value {
+    // Stiffness is the inverse of compliance: its lower bound is the inverse of the upper one.
+    let bounds = |e: &Extreme| {
+        json!({
+            "nominal_n_per_m": 1.0 / e.nominal,
+            "not_below_n_per_m": 1.0 / e.upper,
+            "attained_n_per_m": 1.0 / e.lower,
         })
-    }
-}
-
-impl LeastOfCurve {
-    fn of(curve: &WorstCurve) -> Option<Self> {
-        let (hz, e) = curve.peak()?;
-        Some(Self {
-            frequency_hz: finite(hz),
-            not_below_n_per_m: finite(1.0 / e.upper),
-            attained_n_per_m: finite(1.0 / e.lower),
-            attained_with_frequency_factors: finite_all(&e.factors),
+    };
+    let least = |(hz, e): (f64, &Extreme)| {
+        json!({
+            "frequency_hz": hz,
+            "not_below_n_per_m": 1.0 / e.upper,
+            "attained_n_per_m": 1.0 / e.lower,
+            "attained_with_frequency_factors": e.factors,
         })
-    }
-}
-
-impl SensitivityBounds {
-    fn of(curve: &WorstCurve) -> Option<Self> {
-        let (hz, e) = curve.peak()?;
-        Some(Self {
-            frequency_hz: finite(hz),
-            not_above_db: finite(20.0 * e.upper.log10()),
-            attained_db: finite(20.0 * e.lower.log10()),
+    };
+    let stiffness = |c: &WorstCurve| {
+        json!({
+            "minimum": c.peak().map(least),
+            "at_10_hz": c.near(LOW_HZ).map(bounds),
+            "at_max_speed": c.near(worst.top_speed_hz).map(bounds),
         })
-    }
+    };
+    let peak = |(hz, e): (f64, &Extreme)| {
+        let db = |ratio: f64| 20.0 * ratio.log10();
+        json!({ "frequency_hz": hz, "not_above_db": db(e.upper), "attained_db": db(e.lower) })
+    };
+    let [x, y] = worst.worst.compliance.each_ref().map(stiffness);
+    let sensitivity = worst.worst.sensitivity.each_ref().map(|c| c.peak().map(peak));
+    json!({
+        "speed_rpm": worst.speed_rpm,
+        "covers": "this speed",
+        "reason": (!worst.is_stable()).then(|| unstable_within(worst)),
+        "natural_frequency_uncertainty": worst.uncertainty.relative,
+        "stable_at_corners": worst.is_stable(),
+        "corner_growth_rate_per_s": worst.corner_growth_rate_per_s,
+        "stiffness": { "x": x, "y": y },
+        "sensitivity": {
+            "front_x": sensitivity[0],
+            "front_y": sensitivity[1],
+            "rear_x": sensitivity[2],
+            "rear_y": sensitivity[3],
+        },
+    })
 }
 
 /// What no rotor within the uncertainty falls below, for which speeds.

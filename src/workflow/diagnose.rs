@@ -10,8 +10,8 @@ use crate::input::{Measurement, spindle_yaml, tool_yaml};
 use crate::pipeline::loop_stability::{growth_rate_at, unstable_words};
 use crate::report::corrected_records::record_faults;
 use crate::report::diagnosis::stage;
-use crate::report::diagnosis_summary::DiagnosisSummary;
-use crate::report::identification::{PlausibilitySummary, file_name};
+use crate::report::diagnosis_summary::diagnosis_topic;
+use crate::report::identification::{file_name, plausibility_topic};
 use crate::report::page_summary::diagnosis_verdict;
 use crate::report::whole::Report;
 use crate::spindle::Machine;
@@ -50,13 +50,13 @@ impl DiagnosedRecords {
     ) -> Result<Report, Failure> {
         let found = &self.found;
         let mut report = Report::of("diagnose", &found.corrected);
-        let topic = DiagnosisSummary::from(found);
-        let words = diagnosis_verdict(&topic).into_iter().map(|(_, words)| words);
+        let names: Vec<&str> = found.effects.iter().map(|e| e.effect.kind.name()).collect();
+        let words = diagnosis_verdict(found.verdict.name(), &names).into_iter().map(|(_, words)| words);
         let words: Vec<String> = words.chain(self.unstable.iter().cloned()).collect();
         report.verdict(self.is_explained(), &words.join("; "));
         let summary = &mut report.summary;
-        summary.set("plausibility", PlausibilitySummary::of(&records.reports));
-        summary.set("diagnosis", topic);
+        summary.set("plausibility", plausibility_topic(&records.reports));
+        summary.set("diagnosis", diagnosis_topic(found));
         summary.set("diagnosis.record_faults", record_faults(found, &known.names));
         if !left_out.is_empty() {
             summary.set("diagnosis.left_out", left_out);

@@ -5,27 +5,31 @@ use super::plausibility::{Records, name_record};
 use crate::identify::{Identification, IdentifyError, identify, pole_drift};
 use crate::input::Measurement;
 use crate::report::identification::{
-    DriftSummary, HammerSummary, IdentificationSummary, PlausibilitySummary, response_files,
+    DriftSummary, HammerSummary, identification_topic, plausibility_topic, response_files,
 };
 use crate::report::results::ResultsFolder;
-use crate::report::summary::json;
+use crate::report::summary::omit_absent;
 use crate::spindle::Machine;
-use serde::Serialize;
+use serde_json::{Value, json};
 
 /// What a measurement says of the free rotor, and its responses.
 pub(crate) struct IdentifiedRecords {
-    pub(crate) answer: Answer,
+    /// Plausibility, peaks, drift, hammer tests, files of the responses.
+    pub(crate) answer: Value,
     /// Plausibility and responses with their covariance as CSV.
     pub(crate) folder: ResultsFolder,
     /// Resonances and antiresonances, from a sweep at rest.
     pub(crate) peaks: Option<Identification>,
+    /// What the resonances did over the repeats.
+    pub(crate) drift: Option<DriftSummary>,
+    pub(crate) hammers: Vec<HammerSummary>,
     plausible: bool,
 }
 
 impl IdentifiedRecords {
     /// Number of resonances in the hammer tests.
     pub(crate) fn of_hammers(&self) -> usize {
-        self.answer.hammers.iter().map(|h| h.resonances_hz.len()).sum()
+        self.hammers.iter().map(|h| h.resonances_hz.len()).sum()
     }
 
     /// Whether no record contradicts the machine, and the sentence about it.
@@ -59,7 +63,7 @@ pub(crate) fn identify_records(
             update`",
         ));
     }
-    let plausibility = PlausibilitySummary::of(&records.reports);
+    let plausibility = plausibility_topic(&records.reports);
     let (mut peaks, mut drift) = (None, None);
     if let (Some((frf, report)), Some(machine)) = (records.standstill(), machine) {
         // Units and order of channels decide what the magnets' stiffness shifts: no peaks from an implausible record.
@@ -77,33 +81,23 @@ pub(crate) fn identify_records(
         return Err(IdentifyError::NotAtRest { speed_rpm: frf.speed_rpm }.into());
     }
     let mut folder = ResultsFolder::new();
-    folder.add("plausibility.json", format!("{:#}\n", json(&plausibility)))?;
+    folder.add("plausibility.json", format!("{:#}\n", plausibility))?;
     let mut names = vec![];
     for (name, text) in response_files(frfs, &measurement.hammers) {
         folder.add(&name, text)?;
         names.push(name);
     }
-    let answer = Answer {
-        plausibility,
-        identification: peaks.as_ref().map(IdentificationSummary::from),
-        drift: drift.as_ref().map(DriftSummary::from),
-        hammers: measurement.hammers.iter().map(HammerSummary::of).collect(),
-        records: names,
-    };
-    Ok(IdentifiedRecords { answer, folder, peaks, plausible: records.plausible() })
-}
-
-#[derive(Clone, Debug, Serialize)]
-pub(crate) struct Answer {
-    plausibility: PlausibilitySummary,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    identification: Option<IdentificationSummary>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) drift: Option<DriftSummary>,
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub(crate) hammers: Vec<HammerSummary>,
-    /// Files of the responses.
-    records: Vec<String>,
+    let hammers: Vec<HammerSummary> = measurement.hammers.iter().map(HammerSummary::of).collect();
+    let drift = drift.as_ref().map(DriftSummary::from);
+    let answer = json!({
+        "plausibility": plausibility,
+        "identification": peaks.as_ref().map(identification_topic),
+        "drift": drift,
+        "hammers": (!hammers.is_empty()).then_some(&hammers),
+        "records": names,
+    });
+    let answer = omit_absent(answer, &["identification", "drift", "hammers"]);
+    Ok(IdentifiedRecords { answer, folder, peaks, drift, hammers, plausible: records.plausible() })
 }
 
 /// File of the first sweep at standstill.
