@@ -262,10 +262,10 @@ impl Rotor {
             }
         };
         for disc in &self.added {
-            let slope = self.read_element(disc.position_m, element::hermite_slope);
+            let [rotation, _] = self.rotation_at_unchecked(disc.position_m);
             carry(&mut mass, &self.shape_at_unchecked(disc.position_m), disc.mass_kg);
-            carry(&mut mass, &slope, disc.diametral_inertia_kg_m2);
-            carry(&mut gyroscopic, &slope, disc.polar_inertia_kg_m2);
+            carry(&mut mass, &rotation, disc.diametral_inertia_kg_m2);
+            carry(&mut gyroscopic, &rotation, disc.polar_inertia_kg_m2);
         }
         let spring = |m: &mut Mat<f64>, a: usize, b: usize, k: f64| {
             m[(a, a)] += k;
@@ -338,13 +338,17 @@ impl Rotor {
         Ok(self.read_element(position_m, element::hermite_slope))
     }
 
-    /// Row that reads the curvature of the deflection at a position.
-    ///
-    /// # Errors
-    /// [`RotorError::OffShaft`] beyond the ends.
-    pub(crate) fn curvature_at(&self, what: &str, position_m: f64) -> Result<Vec<(usize, f64)>, RotorError> {
+    /// Rows that read the rotation of the section at a position and its derivative along the shaft; transposed, the
+    /// first puts a moment there.
+    pub(crate) fn rotation_at(&self, what: &str, position_m: f64) -> Result<[Vec<(usize, f64)>; 2], RotorError> {
         self.check_position(what, position_m)?;
-        Ok(self.read_element(position_m, element::hermite_curvature))
+        Ok(self.rotation_at_unchecked(position_m))
+    }
+
+    fn rotation_at_unchecked(&self, position_m: f64) -> [Vec<(usize, f64)>; 2] {
+        let (element, s) = self.element_at_unchecked(position_m);
+        let dofs = self.element_dofs(element);
+        element::rotation(&self.sections[element], s).map(|row| dofs.into_iter().zip(row).collect())
     }
 
     fn shape_at_unchecked(&self, position_m: f64) -> Vec<(usize, f64)> {

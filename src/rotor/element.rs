@@ -117,6 +117,12 @@ pub(crate) fn hermite_curvature(s: f64, length_m: f64) -> [f64; 4] {
     [-across, turning(4.0), across, turning(2.0)]
 }
 
+/// Rotation ψ of the section at s = z/L, and its derivative d/dz: coefficients of (w₁, ψ₁, w₂, ψ₂) each.
+pub(crate) fn rotation(section: &Section, s: f64) -> [[f64; 4]; 2] {
+    let (_, rotation, along) = shapes(s, section.length_m, shear_parameter(section));
+    [rotation.into(), along.into()]
+}
+
 /// Deflection and rotation functions and the derivative of the latter, dN_ψ/dz.
 fn shapes(s: f64, l: f64, phi: f64) -> (Vector4<f64>, Vector4<f64>, Vector4<f64>) {
     let (s2, s3) = (s * s, s * s * s);

@@ -23,6 +23,10 @@ const STRONG: [EffectKind; 4] =
     [EffectKind::TiltingStiffness, EffectKind::ToolMass, EffectKind::AddedMass, EffectKind::ToolJoint];
 /// Places of the whole shaft that are fitted at the next model error, and down to the final one.
 const PLACES: [usize; 2] = [8, 2];
+/// Part of the distance between the magnets within which a mass stands for a disc, and model errors at which its places
+/// are compared.
+const DISC_REACH_M_PER_M: f64 = 0.2;
+const DISC_STAGES: usize = 3;
 /// Fits of a finalist at other places: thinned lines first.
 const FINAL_STAGES: [Stage; 3] = [(0.01, 2), (0.003, 3), (FINAL_MODEL_ERROR, 3)];
 
@@ -164,10 +168,13 @@ impl Case<'_> {
         // The nose face of the spindle is at zero.
         let on_tool = |e: &Effect| e.location.position_m().is_some_and(|z| z < 0.0);
         let tip = finalists.iter().find(|c| mass(c).as_ref().is_some_and(on_tool));
-        let tip = tip.and_then(|c| self.like_mass(c, EffectKind::ToolMass, top));
+        let tip = tip.and_then(|c| {
+            let (effects, at) = self.like_mass(c, EffectKind::ToolMass)?;
+            self.finish(&effects, &at, top, Subset::ALL).ok()
+        });
         let heavier = |e: Effect| e.values.first().is_some_and(|mass_kg| *mass_kg > 0.0);
         let unexplained = finalists.iter().filter(|c| mass(c).is_some_and(heavier) && !explains(c));
-        let discs = unexplained.filter_map(|c| self.like_mass(c, EffectKind::AddedDisc, top));
+        let discs = unexplained.filter_map(|c| self.disc_like(c, top));
         let found: Vec<Candidate> = tip.into_iter().chain(discs).filter(matters).collect();
         for found in found {
             let rank = |c: &Candidate| (c.model_error, c.score());
@@ -184,9 +191,29 @@ impl Case<'_> {
         }
     }
 
+    /// A set with a disc in place of its newest effect, a mass. A mass alone stands beside the place of the disc, from
+    /// which a fit does not come to it: of the places of a tilting stiffness near the mass that with the smallest χ².
+    fn disc_like(&self, c: &Candidate, top: f64) -> Option<Candidate> {
+        let (effects, mut at) = self.like_mass(c, EffectKind::AddedDisc)?;
+        // Nuisance parameters that stand in for the inertia keep the mass where it is.
+        at.p.fill(0.0);
+        let problem = self.problem(&effects, self.thin());
+        let reach = DISC_REACH_M_PER_M * self.model.reduced.machine.spindle.planes.bearing_span_m();
+        let z = effects.last()?.effect(at.theta.last()?).location.position_m()?;
+        let near = self.catalogue.par_iter().filter(|o| {
+            let apart = o.place.position_m().map_or(f64::INFINITY, |own| (own - z).abs());
+            o.kind == EffectKind::TiltingStiffness && apart < reach
+        });
+        let stages: Vec<Stage> =
+            MODEL_ERRORS.into_iter().filter(|e| *e <= top).take(DISC_STAGES).map(|e| (e, 3)).collect();
+        let fits = near.filter_map(|place| problem.fit(&at.with_newest_at(place)?, &stages).ok());
+        let best = lowest(fits.collect(), |fit: &Fit| fit.chi2, 1).pop()?;
+        self.finish(&effects, &best.at, stages.last()?.0, Subset::ALL).ok()
+    }
+
     /// A set with an effect of another kind in place of its newest one, a mass, of the same mass at the same place;
     /// none where the set has that effect already.
-    fn like_mass(&self, c: &Candidate, kind: EffectKind, top: f64) -> Option<Candidate> {
+    fn like_mass(&self, c: &Candidate, kind: EffectKind) -> Option<(Vec<Hypothesis>, Point)> {
         let (h, theta) = (c.effects.last()?, c.fit.at.theta.last()?);
         let other = self.catalogue.iter().find(|other| other.kind == kind)?;
         if c.effects.iter().any(|e| e.same_name(other)) {
@@ -200,7 +227,7 @@ impl Case<'_> {
         }
         *effects.last_mut()? = other.clone();
         *at.theta.last_mut()? = start;
-        self.finish(&effects, &at, top, Subset::ALL).ok()
+        Some((effects, at))
     }
 
     /// Where the best finalist is a tilting stiffness or a disc at the final model error: the same at the place that

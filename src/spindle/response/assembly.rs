@@ -184,7 +184,7 @@ fn with_discs<'a>(shaft: &'a ReducedShaft, effects: &[Effect]) -> Result<Cow<'a,
     let mut matrix = Cow::Borrowed(&shaft.gyroscopic);
     for effect in effects.iter().filter(|e| e.kind == EffectKind::AddedDisc) {
         if let (Location::Position(z), Some(polar)) = (&effect.location, effect.values.get(1)) {
-            let row = shaft.slope_row(*z)?;
+            let [row, _] = shaft.rotation_rows(*z)?;
             let sum = Mat::from_fn(shaft.len(), shaft.len(), |i, j| matrix[(i, j)] + polar * row[i] * row[j]);
             matrix = Cow::Owned(sum);
         }

@@ -87,17 +87,18 @@ impl ReducedMachine {
             }
             (EffectKind::AddedMass, Location::Position(z)) => placed(&mut probe, across(*z), FeedbackLaw::Mass),
             (EffectKind::AddedDisc, Location::Position(z)) => {
-                let [at, slope, curvature] = [Probe::Station(*z), Probe::Slope(*z), Probe::Curvature(*z)].map(probe);
+                let [at, slope] = across(*z).map(&mut probe);
+                let [turned, along] = [Probe::Rotation(*z), Probe::RotationAlong(*z)].map(probe);
                 let of = |i: usize| effect.values.get(i).copied().unwrap_or_default();
                 let (mass, turning) = (FeedbackLaw::Mass, FeedbackLaw::Gyroscopic);
                 vec![
                     vec![(1.0, Term::Bond(at, mass))],
-                    vec![(1.0, Term::Bond(slope, turning))],
-                    vec![(1.0, Term::Bond(slope, mass))],
+                    vec![(1.0, Term::Bond(turned, turning))],
+                    vec![(1.0, Term::Bond(turned, mass))],
                     vec![
                         (value, Term::Shift(at, slope, mass)),
-                        (of(1), Term::Shift(slope, curvature, turning)),
-                        (of(2), Term::Shift(slope, curvature, mass)),
+                        (of(1), Term::Shift(turned, along, turning)),
+                        (of(2), Term::Shift(turned, along, mass)),
                     ],
                 ]
             }

@@ -105,7 +105,7 @@ impl MovedShaft {
         let finer = FinerMesh::new(shaft, &mut k, by.mesh)?;
         let mut masses = vec![];
         for (z, along, mass) in by.masses(shaft) {
-            let mut row = [if along { shaft.slope_row(z)? } else { shaft.row(z)? }];
+            let mut row = [if along { shaft.rotation_rows(z)?[0].clone() } else { shaft.row(z)? }];
             if let Some(finer) = &finer {
                 finer.move_ports(shaft, &mut row)?;
             }

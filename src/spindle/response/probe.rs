@@ -10,8 +10,10 @@ pub enum Probe {
     Station(f64),
     /// Slope of the shaft at a position.
     Slope(f64),
-    /// Curvature of the shaft at a position, 1/m.
-    Curvature(f64),
+    /// Rotation of the section at a position.
+    Rotation(f64),
+    /// The derivative of [`Self::Rotation`] to the position.
+    RotationAlong(f64),
     /// What a moment at a position acts on.
     Tilt(f64),
     /// The derivative of [`Self::Tilt`] to the position.
@@ -36,7 +38,8 @@ impl Probe {
             Self::JointAcross => joint(0),
             Self::JointTurning => joint(1),
             Self::Slope(z) => shaft.slope_row(z)?,
-            Self::Curvature(z) => shaft.curvature_row(z)?,
+            Self::Rotation(z) => shaft.rotation_rows(z)?[0].clone(),
+            Self::RotationAlong(z) => shaft.rotation_rows(z)?[1].clone(),
             Self::Tilt(z) => shaft.tilt_row(z)?,
             Self::TiltAlong(z) => shaft.tilt_along_row(z)?,
         })

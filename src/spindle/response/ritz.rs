@@ -163,12 +163,9 @@ impl ReducedShaft {
         Ok(self.reduce_row(&self.rotor.slope_at("port", position_m)?))
     }
 
-    /// What reads the curvature of the shaft at a position, of the coordinates.
-    ///
-    /// # Errors
-    /// [`SpindleError`] for a position off the shaft.
-    pub(crate) fn curvature_row(&self, position_m: f64) -> Result<Vec<f64>, SpindleError> {
-        Ok(self.reduce_row(&self.rotor.curvature_at("port", position_m)?))
+    /// What reads the rotation of the section at a position, of the coordinates, and its derivative along the shaft.
+    pub(crate) fn rotation_rows(&self, position_m: f64) -> Result<[Vec<f64>; 2], SpindleError> {
+        Ok(self.rotor.rotation_at("port", position_m)?.map(|row| self.reduce_row(&row)))
     }
 
     /// What a moment at a position acts on, with the flexibility that the coordinates do not show.

@@ -172,6 +172,13 @@ pub fn simulate(
         let both = ahead.iter().zip(&behind);
         both.map(|(a, b)| (a - b) / 2e-4).collect()
     };
+    // Rotation of the section, linear between the nodes of this mesh.
+    let turned = |p: f64| -> Vec<f64> {
+        let (left, l, ..) = spans.iter().rev().find(|(a, ..)| z[*a] <= p + 1e-9).unwrap_or(&spans[0]);
+        let mut r = vec![0.0; n];
+        (r[2 * left + 1], r[2 * left + 3]) = (1.0 - (p - z[*left]) / l, (p - z[*left]) / l);
+        r
+    };
     for e in effects {
         let p = match (e.kind, &e.location) {
             (EffectKind::ToolMass, _) => z[0],
@@ -264,7 +271,7 @@ pub fn simulate(
                 let (polar, diametral) = (e.values[1], e.values[2]);
                 ports.push(amplitude(&row(*p)));
                 extra.push(Box::new(move |w| c64::new(w * w * value, 0.0)));
-                ports.push(amplitude(&slope(*p)));
+                ports.push(amplitude(&turned(*p)));
                 extra.push(Box::new(move |w| c64::new(w * w * diametral - w * speed_rad_s * gyro * polar, 0.0)));
             }
             (EffectKind::AddedStiffness | EffectKind::AddedDamper, Location::InPlane(p, plane)) => {
