@@ -12,6 +12,7 @@ use crate::pipeline::comparison::Prediction;
 use crate::pipeline::worst::WorstPrediction;
 use crate::predict::stiffness::stiffness_words;
 use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
 
 /// File of a row in the folder of its tool.
 pub(crate) const ROW_FILE: &str = "row.json";
@@ -270,47 +271,27 @@ pub(crate) fn sentences(rows: &[BatchRow]) -> Vec<String> {
     words
 }
 
-/// A record of `table`.
-#[derive(Clone, Debug, Serialize)]
-pub(crate) struct OverviewRow {
-    tool: String,
-    page: String,
-    mu_as_specified: Option<f64>,
-    largest_mu: Option<f64>,
-    order: Option<usize>,
-    minimum_stiffness_mu_n_per_m: Option<f64>,
-    minimum_stiffness_pid_n_per_m: Option<f64>,
-    worst_stiffness_mu_n_per_m: Option<f64>,
-    worst_stiffness_pid_n_per_m: Option<f64>,
-    zone_mu: String,
-    zone_pid: String,
-    stable_to_rpm: Option<f64>,
-    meets_specification: bool,
-    largest_tool_tightening: Option<f64>,
-    failure: Option<String>,
-}
-
-/// The table of the report: one record a tool.
-pub(crate) fn overview(rows: &[BatchRow]) -> Vec<OverviewRow> {
+/// `table`: one record a tool.
+pub(crate) fn overview(rows: &[BatchRow]) -> Vec<Value> {
     let record = |r: &BatchRow| {
         let figures = r.figures.as_ref();
-        OverviewRow {
-            tool: r.tool.clone(),
-            page: format!("{}/report.html", r.tool),
-            mu_as_specified: finite(r.mu()),
-            largest_mu: figures.and_then(|f| f.largest_mu),
-            order: figures.map(|f| f.order),
-            minimum_stiffness_mu_n_per_m: finite(r.minimum(0)),
-            minimum_stiffness_pid_n_per_m: finite(r.minimum(1)),
-            worst_stiffness_mu_n_per_m: finite(r.worst(0)),
-            worst_stiffness_pid_n_per_m: finite(r.worst(1)),
-            zone_mu: r.zone(0).to_owned(),
-            zone_pid: r.zone(1).to_owned(),
-            stable_to_rpm: figures.and_then(|f| finite(f.stable_to_rpm)),
-            meets_specification: r.met(),
-            largest_tool_tightening: r.tightening().and_then(finite),
-            failure: r.reason().cloned(),
-        }
+        json!({
+            "tool": r.tool,
+            "page": format!("{}/report.html", r.tool),
+            "mu_as_specified": r.mu(),
+            "largest_mu": figures.and_then(|f| f.largest_mu),
+            "order": figures.map(|f| f.order),
+            "minimum_stiffness_mu_n_per_m": r.minimum(0),
+            "minimum_stiffness_pid_n_per_m": r.minimum(1),
+            "worst_stiffness_mu_n_per_m": r.worst(0),
+            "worst_stiffness_pid_n_per_m": r.worst(1),
+            "zone_mu": r.zone(0),
+            "zone_pid": r.zone(1),
+            "stable_to_rpm": figures.map(|f| f.stable_to_rpm),
+            "meets_specification": r.met(),
+            "largest_tool_tightening": r.tightening(),
+            "failure": r.reason(),
+        })
     };
     rows.iter().map(record).collect()
 }

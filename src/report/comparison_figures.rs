@@ -1,8 +1,10 @@
-//! Pictures of a comparison's worst cases: stiffness and sensitivity, a panel per axis and speed.
+//! Pictures of a comparison's worst cases: stiffness and sensitivity, a panel per axis and speed, in each a band from the
+//! nominal curve of every controller to the bound that no rotor within the uncertainty passes.
 
 use super::pictures::Picture;
-use super::plot::worst::{WorstBand, WorstPanel, worst_sensitivity, worst_stiffness};
-use super::plot::{Figure, Role};
+use super::plot::figure::{Axis, Figure, Panel, Series, SeriesShape};
+use super::plot::loops::zone_limits;
+use super::plot::style::Role;
 use crate::pipeline::worst::WorstPrediction;
 use crate::predict::worst_case::{Extreme, WorstCurve};
 
@@ -12,36 +14,53 @@ pub(crate) type NamedWorst = (Role, String, Vec<WorstPrediction>);
 /// Curves of one axis that differ by less than this fraction from those of the other are not drawn twice.
 const SAME: f64 = 1e-6;
 
+/// A quantity of the worst cases: how the axes are called, the curve of one, a value in the unit of the picture.
+struct WorstQuantity<'a> {
+    axes: &'a [&'a str],
+    curve: fn(&WorstPrediction, usize) -> &WorstCurve,
+    shown: fn(f64) -> f64,
+    scale: Axis,
+    height_px: u32,
+}
+
 /// The pictures; none when every set of loops holds an unstable one.
 pub(crate) fn worst_figures(all: &[NamedWorst]) -> Vec<(Picture, Figure)> {
-    let stiffness = panels(
-        all,
-        &["x", "y"],
-        |w, axis| &w.worst.compliance[axis],
-        |e| [e.nominal, e.lower, e.upper].map(f64::recip),
-    );
-    let sensitivity = panels(
-        all,
-        &["front x", "front y", "rear x", "rear y"],
-        |w, axis| &w.worst.sensitivity[axis],
-        |e| [e.nominal, e.lower, e.upper],
-    );
-    let title = "over the uncertainty of the natural frequencies";
+    let stiffness = WorstQuantity {
+        axes: &["x", "y"],
+        curve: |w, axis| &w.worst.compliance[axis],
+        shown: |compliance| 1e-6 * compliance.recip(),
+        scale: Axis::log("Dynamic stiffness", "N/µm"),
+        height_px: 330,
+    };
+    let sensitivity = WorstQuantity {
+        axes: &["front x", "front y", "rear x", "rear y"],
+        curve: |w, axis| &w.worst.sensitivity[axis],
+        shown: |s| 20.0 * s.log10(),
+        scale: Axis::linear("|S|", "dB").with_range(-20.0, 25.0),
+        height_px: 290,
+    };
+    let stiffness = panels(all, &stiffness);
+    let mut sensitivity = panels(all, &sensitivity);
+    sensitivity.iter_mut().for_each(|panel| panel.levels = zone_limits());
     if stiffness.is_empty() {
         return vec![];
     }
-    vec![
-        (Picture::StiffnessWorst, worst_stiffness(&format!("Worst dynamic stiffness {title}"), &stiffness)),
-        (Picture::SensitivityWorst, worst_sensitivity(&format!("Worst sensitivity {title}"), &sensitivity)),
-    ]
+    let stiffness = Figure::new(
+        "Worst dynamic stiffness over the uncertainty of the natural frequencies",
+        "Dynamic stiffness at the tool: nominal line, and the band down to the smallest that any rotor within the \
+         uncertainty has.",
+        stiffness,
+    );
+    let sensitivity = Figure::new(
+        "Worst sensitivity over the uncertainty of the natural frequencies",
+        "Sensitivity of the control axes: nominal line, and the band up to the largest over the uncertainty.",
+        sensitivity,
+    );
+    vec![(Picture::StiffnessWorst, stiffness), (Picture::SensitivityWorst, sensitivity.with_columns(2))]
 }
 
-fn panels(
-    all: &[NamedWorst],
-    axes: &[&str],
-    curve: impl Fn(&WorstPrediction, usize) -> &WorstCurve,
-    values: impl Fn(&Extreme) -> [f64; 3],
-) -> Vec<WorstPanel> {
+fn panels(all: &[NamedWorst], quantity: &WorstQuantity) -> Vec<Panel> {
+    let curve = quantity.curve;
     let first = all.first().map(|(_, _, cases)| cases.as_slice());
     let asked = first.unwrap_or_default().iter().filter(|w| w.asked);
     let mut found = vec![];
@@ -51,7 +70,7 @@ fn panels(
             let same = |w: &WorstPrediction| w.speed_rpm == speed_rpm && w.is_stable();
             cases.iter().position(same)
         };
-        for (axis, name) in axes.iter().enumerate() {
+        for (axis, name) in quantity.axes.iter().enumerate() {
             // y follows x in every list; it is drawn where some controller makes it differ.
             let twin = axis % 2 == 1
                 && all.iter().all(|(_, _, cases)| {
@@ -60,29 +79,40 @@ fn panels(
             if twin {
                 continue;
             }
-            let bands: Vec<WorstBand> = all
+            let curves = all
                 .iter()
-                .filter_map(|(role, name, cases)| {
-                    let curve = curve(cases.get(at(cases)?)?, axis);
-                    let column =
-                        |k: usize| curve.lines.iter().map(|e| values(e).get(k).copied().unwrap_or(f64::NAN)).collect();
-                    Some(WorstBand {
-                        name: name.clone(),
-                        role: *role,
-                        frequency_hz: curve.frequency_hz.clone(),
-                        nominal: column(0),
-                        attained: column(1),
-                        bound: column(2),
-                    })
-                })
-                .collect();
-            let heading = format!("{name}, {speed_rpm:.0} rpm");
-            if !bands.is_empty() {
-                found.push((heading, bands));
+                .filter_map(|(role, name, cases)| Some((*role, name.as_str(), curve(cases.get(at(cases)?)?, axis))));
+            let curves: Vec<(Role, &str, &WorstCurve)> = curves.collect();
+            if !curves.is_empty() {
+                found.push(panel(&format!("{name}, {speed_rpm:.0} rpm"), quantity, &curves));
             }
         }
     }
     found
+}
+
+fn panel(heading: &str, quantity: &WorstQuantity, curves: &[(Role, &str, &WorstCurve)]) -> Panel {
+    let mut panel = Panel::new(heading, Axis::log("Frequency", "Hz"), quantity.scale.clone());
+    let column = |curve: &WorstCurve, of: fn(&Extreme) -> f64| -> Vec<f64> {
+        curve.lines.iter().map(|e| (quantity.shown)(of(e))).collect()
+    };
+    for (role, name, curve) in curves {
+        // No rotor within the uncertainty passes the upper bound.
+        let shape = SeriesShape::Band { lower: column(curve, |e| e.upper) };
+        let nominal = column(curve, |e| e.nominal);
+        let area = Series::curve(&format!("{name}, worst case"), &curve.frequency_hz, &nominal, role.look());
+        panel.series.push(area.with_shape(shape));
+    }
+    for (role, name, curve) in curves {
+        let nominal = column(curve, |e| e.nominal);
+        panel.series.push(Series::curve(name, &curve.frequency_hz, &nominal, role.look()));
+        let attained = column(curve, |e| e.lower);
+        let look = role.look().with_width(0.7);
+        let attained = Series::curve(&format!("{name}, attained"), &curve.frequency_hz, &attained, look);
+        panel.series.push(attained.without_entry());
+    }
+    panel.height_px = quantity.height_px;
+    panel
 }
 
 fn same(a: &WorstCurve, b: &WorstCurve) -> bool {

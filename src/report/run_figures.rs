@@ -4,7 +4,7 @@ use super::pictures::Picture;
 use super::plot::loops::{MarkedFrequency, ResponseCurve, bode, dynamic_stiffness, sensitivity};
 use super::plot::robustness::{MuStep, PlottedScale, d_fits, mu_against_order, mu_over_frequency, mu_per_iteration};
 use super::plot::shaft::{OutlinePiece, ShapeCurve, Station, StationKind, mode_shapes};
-use super::plot::speed::{Proven, mu_over_speed, stability_over_speed};
+use super::plot::speed::{mu_over_speed, stability_over_speed};
 use super::plot::{Curve, Figure, Role};
 use crate::augment::channels::channel_names;
 use crate::controller::stiffness_limit::StiffnessLimit;
@@ -143,13 +143,7 @@ fn iteration(problems: &Problems, dk: &DkDesign) -> [(Picture, Figure); 3] {
 
 /// Pictures over speed: stability with its proof, and μ.
 fn over_speed(design: &Design) -> [(Picture, Figure); 2] {
-    let centres: Vec<Proven> = design
-        .delivery
-        .speed_proof
-        .intervals
-        .iter()
-        .map(|i| Proven { centre_rpm: i.centre_rpm, radius_rpm: i.radius_rpm, growth_rate_per_s: i.growth_rate_per_s })
-        .collect();
+    let proof = &design.delivery.speed_proof;
     let speeds: Vec<f64> = design.delivery.speed_mu.iter().map(|s| s.speed_rpm).collect();
     let at_speed: Vec<f64> = design.delivery.speed_mu.iter().map(|s| s.mu).collect();
     [
@@ -157,8 +151,8 @@ fn over_speed(design: &Design) -> [(Picture, Figure); 2] {
             Picture::SpeedStability,
             stability_over_speed(
                 "Stability over speed, proven between the computed speeds",
-                &centres,
-                design.delivery.speed_proof.to_rpm / OVERSPEED,
+                &proof.intervals,
+                proof.to_rpm / OVERSPEED,
             ),
         ),
         (Picture::MuSpeed, mu_over_speed("µ of the specification over speed", &speeds, &at_speed)),

@@ -103,7 +103,7 @@ pub fn dynamic_stiffness(title: &str, panels: &[(&str, Vec<Curve>)], marked_hz: 
 }
 
 /// Zone limits of ISO 14839-3, dB.
-pub(super) fn zone_limits() -> Vec<Level> {
+pub(crate) fn zone_limits() -> Vec<Level> {
     let limits = [(9.5, "A | B  9.5"), (12.0, "B | C  12"), (14.0, "C | D  14")];
     let level = |(value, label): (f64, &str)| Level { value, label: label.to_owned(), dash: Dash::Dashed };
     limits.into_iter().map(level).collect()

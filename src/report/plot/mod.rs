@@ -22,7 +22,6 @@ pub mod robustness;
 pub mod shaft;
 pub(crate) mod speed;
 pub mod updating;
-pub(crate) mod worst;
 
 pub use figure::{Axis, Figure, Panel, Series};
 pub use style::{Color, Dash, Look, Marker, Role};

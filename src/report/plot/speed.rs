@@ -2,20 +2,10 @@
 
 use super::figure::{Axis, Figure, Panel, Series, SeriesShape};
 use super::style::{Color, Dash, Look, Marker};
-
-/// A proven interval: centre and half width, in rpm, and the growth rate at the centre.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Proven {
-    /// Speed at which the loop was computed, rpm.
-    pub centre_rpm: f64,
-    /// Stable that far to both sides, rpm.
-    pub radius_rpm: f64,
-    /// Growth rate there, 1/s.
-    pub growth_rate_per_s: f64,
-}
+use crate::controller::speed_proof::SpeedInterval;
 
 /// Above, how far each centre's proof reaches beyond a speed (every speed lies under a tent); below, the growth rate.
-pub(crate) fn stability_over_speed(title: &str, centres: &[Proven], max_rpm: f64) -> Figure {
+pub(crate) fn stability_over_speed(title: &str, centres: &[SpeedInterval], max_rpm: f64) -> Figure {
     let speed = || Axis::linear("Speed", "rpm");
     let mut reach = Panel::new("", speed(), Axis::linear("Proven beyond", "rpm"));
     for (k, c) in centres.iter().filter(|c| c.radius_rpm > 0.0).enumerate() {
