@@ -6,6 +6,7 @@ pub mod bracket;
 pub mod certificates;
 pub mod compared;
 pub mod comparison;
+pub(crate) mod consequence;
 pub mod contact;
 pub mod delivery;
 pub mod design;

@@ -63,5 +63,6 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
             .file(format!("{out}/spindle.yaml"))
     })?;
     eprintln!("{}", sentence(found));
+    diagnosed.consequence.iter().for_each(|c| eprintln!("{}", c.words()));
     Ok(ended)
 }

@@ -5,6 +5,7 @@ use super::summary::omit_absent;
 use crate::diagnose::conclude::verdict::Rival;
 use crate::diagnose::locate::localisation::PortScore;
 use crate::diagnose::{Diagnosis, NamedEffect, Verdict};
+use crate::pipeline::consequence::{Consequence, LoopState};
 use crate::spindle::effects::AXIS_NAMES as AXES;
 use crate::spindle::{Effect, Location};
 use serde::Serialize;
@@ -82,6 +83,23 @@ pub(crate) fn diagnosis_topic(d: &Diagnosis) -> Value {
         })),
     });
     omit_absent(topic, &["correction", "nearest"])
+}
+
+/// `diagnosis.consequence`: what the corrected machine changes for the controller of a record.
+pub(crate) fn consequence_topic(c: &Consequence) -> Value {
+    let state = |s: &LoopState| {
+        json!({
+            "growth_rate_per_s": s.growth_rate_per_s,
+            "least_stiffness_n_per_m": s.least_stiffness_n_per_m,
+        })
+    };
+    json!({
+        "record": c.record,
+        "speed_rpm": c.speed_rpm,
+        "given": state(&c.given),
+        "corrected": state(&c.corrected),
+        "sentence": c.words(),
+    })
 }
 
 /// Where an effect sits.

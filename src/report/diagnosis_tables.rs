@@ -6,6 +6,13 @@ use serde::Deserialize;
 use serde_json::{Map, Value};
 use std::collections::BTreeMap;
 
+/// A topic of which the page quotes the sentence.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(default)]
+pub(crate) struct QuotedTopic {
+    pub(crate) sentence: Option<String>,
+}
+
 /// `diagnosis`, as far as the page shows it.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(default)]
@@ -16,6 +23,7 @@ pub(crate) struct DiagnosisTopic {
     tie: Vec<RivalTopic>,
     pub(crate) gap_before: Option<f64>,
     pub(crate) gap_after: Option<f64>,
+    pub(crate) consequence: QuotedTopic,
     #[serde(flatten)]
     pub(crate) parts: GapsOfParts,
     held_out: String,

@@ -1,6 +1,6 @@
 //! What the page reads of a summary, any topic of which may be absent. Title, verdict and sentences.
 
-use super::diagnosis_tables::DiagnosisTopic;
+use super::diagnosis_tables::{DiagnosisTopic, QuotedTopic};
 use super::frequency_table::UpdatingTopic;
 use super::readable::{self, words};
 use serde::de::DeserializeOwned;
@@ -74,13 +74,6 @@ pub(crate) struct StiffnessTopic {
 #[serde(default)]
 pub(crate) struct SensitivityTopic {
     pub(crate) zone: Option<String>,
-}
-
-/// A topic of which the page quotes the sentence.
-#[derive(Clone, Debug, Default, Deserialize)]
-#[serde(default)]
-struct QuotedTopic {
-    sentence: Option<String>,
 }
 
 /// The run in sentences.
@@ -233,6 +226,7 @@ impl PageSummary {
         if let (Some(before), Some(after)) = (found.gap_before, found.gap_after) {
             sentences.push(format!("The gap between model and measurement goes from {before:.2} σ to {after:.2} σ."));
         }
+        sentences.extend(found.consequence.sentence.clone());
         sentences
     }
 }

@@ -7,10 +7,11 @@ use crate::controller::Controller;
 use crate::diagnose::data::measurement::{ControlAxis, HammerTest, RecordSet};
 use crate::diagnose::{DiagnoseError, Diagnosis, Verdict, diagnose_with};
 use crate::input::{Measurement, spindle_yaml, tool_yaml};
-use crate::pipeline::loop_stability::{growth_rate_at, unstable_words};
+use crate::pipeline::consequence::{Consequence, LoopState};
+use crate::pipeline::loop_stability::unstable_words;
 use crate::report::corrected_records::record_faults;
 use crate::report::diagnosis::stage;
-use crate::report::diagnosis_summary::diagnosis_topic;
+use crate::report::diagnosis_summary::{consequence_topic, diagnosis_topic};
 use crate::report::identification::{file_name, plausibility_topic};
 use crate::report::page_summary::diagnosis_verdict;
 use crate::report::whole::Report;
@@ -32,6 +33,8 @@ pub(crate) struct DiagnosedRecords {
     pub(crate) found: Diagnosis,
     /// Hammer tests whose loop is unstable with the corrected machine, in words.
     pub(crate) unstable: Vec<String>,
+    /// What the corrected machine changes for the first of them, where the records are explained.
+    pub(crate) consequence: Option<Consequence>,
 }
 
 impl DiagnosedRecords {
@@ -58,6 +61,9 @@ impl DiagnosedRecords {
         summary.set("plausibility", plausibility_topic(&records.reports));
         summary.set("diagnosis", diagnosis_topic(found));
         summary.set("diagnosis.record_faults", record_faults(found, &known.names));
+        if let Some(consequence) = &self.consequence {
+            summary.set("diagnosis.consequence", consequence_topic(consequence));
+        }
         if !left_out.is_empty() {
             summary.set("diagnosis.left_out", left_out);
         }
@@ -83,16 +89,20 @@ pub(crate) fn diagnose_records(
     let evidence = evidence(loaded, &records.controllers);
     let found = diagnose_with(machine, &evidence, &known.alternatives(), said)
         .map_err(|error| name_failure(&loaded.folder.display().to_string(), error))?;
-    let mut unstable = vec![];
+    let (mut unstable, mut consequence) = (vec![], None);
     for (hammer, controller) in loaded.hammers.iter().zip(&records.controllers) {
         let rpm = hammer.frf.speed_rpm;
-        let growth = growth_rate_at(&found.corrected, controller, rpm)?;
-        if growth >= 0.0 {
-            let words = unstable_words(growth, rpm);
+        let corrected = LoopState::of(&found.corrected, controller, rpm)?;
+        if corrected.growth_rate_per_s >= 0.0 {
+            let words = unstable_words(corrected.growth_rate_per_s, rpm);
             unstable.push(format!("{}: with the corrected model {words}", hammer.name));
+        } else if consequence.is_none() && found.verdict != Verdict::Unexplained {
+            let record = file_name(&hammer.name).to_owned();
+            let given = LoopState::of(machine, controller, rpm)?;
+            consequence = Some(Consequence { record, speed_rpm: rpm, given, corrected });
         }
     }
-    Ok(DiagnosedRecords { found, unstable })
+    Ok(DiagnosedRecords { found, unstable, consequence })
 }
 
 /// A record that a diagnosis cannot use.
