@@ -9,21 +9,24 @@ use super::super::data::evidence::Subset;
 use super::super::data::measurement::{RecordId, RecordSet};
 use super::super::decide::candidate::{Candidate, Standing};
 use super::super::decide::judgement::Verdict;
-use super::super::decide::screening::{TIE_BIC, explains};
+use super::super::decide::screening::{ScreeningRound, TIE_BIC, explains};
 use super::super::decide::selection::MOST_EFFECTS;
 use super::super::fit::estimate::FINAL_MODEL_ERROR;
 use super::super::fit::levitated_line::LEVITATED_FROM;
 use super::super::fit::problem::Point;
-use super::super::locate::localisation::localise;
+use super::super::locate::localisation::Localisation;
 use super::super::records::finding::{Alternatives, FoundFault};
 use super::super::records::gross::without_gross_faults;
 use super::super::records::search::{Explained, explain_records, on_all_lines};
 use super::super::records::trial::{Trial, Widened};
-use super::verdict::{Diagnosis, Rival, conclude, conclude_located, conclude_small, conclude_unless, hypotheses};
+use super::verdict::{
+    Diagnosis, Instead, Rival, conclude, conclude_located, conclude_single, conclude_small, conclude_unless, hypotheses,
+};
 use crate::identify::open_loop;
 use crate::identify::plausibility::RecordFault;
 use crate::identify::polluted::{self, PollutedLines};
 use crate::spindle::{Effect, Machine};
+use std::cell::OnceCell;
 
 /// Diagnoses a machine; `progress` is told what is being done.
 ///
@@ -143,56 +146,37 @@ impl<'a> Begun<'a> {
     }
 }
 
-/// One effect that a free law reads off on a machine that is further off than usual, where that law says one place for
-/// all that is missing and the effect leaves a gap below 1 on all records and on those held out.
-fn located_on_wide(
-    widths: &[Widened],
-    gross: &[FoundFault],
-    progress: &(dyn Fn(&str) + Sync),
-) -> Result<Option<Diagnosis>, DiagnoseError> {
-    for wide in widths {
-        progress("one place on a machine that is further off than usual");
-        let localisation = localise(&wide.trial.case(&[], progress))?;
-        if localisation.sole().is_none() {
-            continue;
-        }
-        let found = conclude_located(&wide.trial, &wide.null, &localisation, gross.to_vec(), progress)?;
-        if let Some(found) = found.filter(explains_all) {
-            return Ok(Some(found));
-        }
-    }
-    Ok(None)
-}
-
 /// Whether a diagnosis names effects that leave a gap below 1 on all records and on those held out.
 fn explains_all(found: &Diagnosis) -> bool {
     let named = matches!(found.verdict, Verdict::Named | Verdict::Probable);
     named && found.gap_after <= 1.0 && found.gap_after_held_out <= 1.0
 }
 
-/// One effect on a machine that is further off than usual, where that scores below `plain` and leaves a gap below 1 on
-/// all records and on those held out.
+/// One effect on a machine that is further off than usual, of those that a free law reads off and, with `searches`, of
+/// the catalogue, where it leaves a gap below 1 on all records and on those held out; with its score. The one with the
+/// lowest.
 fn one_effect_on_wide(
     widths: &[Widened],
-    plain: &Diagnosis,
+    localisation: &Localisation,
+    searches: bool,
     gross: &[FoundFault],
     progress: &(dyn Fn(&str) + Sync),
-) -> Result<Option<Diagnosis>, DiagnoseError> {
+) -> Result<Option<(f64, Diagnosis)>, DiagnoseError> {
     progress("one effect on a machine that is further off than usual");
-    let mut lowest = plain.score;
-    let mut best = None;
+    let mut best: Option<(f64, Diagnosis)> = None;
     for wide in widths {
-        let catalogue = hypotheses(&wide.trial.machine, &wide.trial.model, &wide.trial.evidence)?;
-        let case = wide.trial.case(&catalogue, progress);
-        let mut round = case.run_round(&wide.null)?;
-        case.add_located(&plain.localisation, &mut round);
-        if !round.finalists.first().is_some_and(|c| case.within(c)) {
-            continue;
-        }
-        let found = conclude(&wide.trial, &wide.null, (gross.to_vec(), 1), progress)?;
-        if explains_all(&found) && found.score + wide.cost < lowest {
-            lowest = found.score + wide.cost;
-            best = Some(found);
+        let Widened { trial, null, cost, .. } = wide;
+        let catalogue = hypotheses(&trial.machine, &trial.model, &trial.evidence)?;
+        let case = trial.case(&catalogue, progress);
+        let mut round =
+            if searches { case.run_round(null)? } else { ScreeningRound { finalists: vec![], others: vec![] } };
+        case.add_located(localisation, &mut round);
+        let found = conclude_single(trial, &case, null, (localisation, round), gross.to_vec())?;
+        if let Some(found) = found.filter(explains_all) {
+            let score = found.score + cost;
+            if best.as_ref().is_none_or(|(lowest, _)| score < *lowest) {
+                best = Some((score, found));
+            }
         }
     }
     Ok(best)
@@ -223,18 +207,22 @@ fn course(
     let wide = widths.iter().filter(|wide| wide.complete).min_by(by_score);
     // A machine that is off everywhere has one explanation; three effects and more would not be a simpler one.
     let most = if wide.is_some() { 2 } else { MOST_EFFECTS };
-    let beside = |best: &[Candidate]| {
+    let mut located = OnceCell::new();
+    let elsewhere = |best: &[Candidate], localisation: &Localisation| {
         if explained_by_nothing || best.is_empty() {
-            return Ok(None);
+            return Ok(Instead::Nothing);
         }
         if wide.is_none()
-            && let Some(probable) = located_on_wide(&widths, &gross, progress)?
+            && let Some(found) = one_effect_on_wide(&widths, localisation, false, &gross, progress)?
         {
-            return Ok(Some(probable));
+            // A closure that is called once.
+            located.set(found).ok();
+            return Ok(Instead::Rival);
         }
-        effect_and_fault(&trial, &gross, alternatives, Some(best), progress)
+        let both = effect_and_fault(&trial, &gross, alternatives, Some(best), progress)?;
+        Ok(both.map_or(Instead::Nothing, |found| Instead::Found(Box::new(found))))
     };
-    let plain = conclude_unless(&trial, &null, (gross.clone(), most), &beside, progress)?;
+    let plain = conclude_unless(&trial, &null, (gross.clone(), most), &elsewhere, progress)?;
     // One effect is simpler than a machine that is off everywhere.
     let many = plain.verdict == Verdict::Unexplained || plain.effects.len() > 1;
     if let Some(wide) = wide.filter(|w| many && w.score() < plain.score) {
@@ -242,11 +230,14 @@ fn course(
         return conclude(&wide.trial, &wide.null, (gross, MOST_EFFECTS), progress);
     }
     // So is one effect on such a machine.
-    if many
-        && wide.is_none()
-        && let Some(probable) = one_effect_on_wide(&widths, &plain, &gross, progress)?
-    {
-        return Ok(probable);
+    if many && wide.is_none() {
+        let probable = match located.take() {
+            Some(found) => Some(found),
+            None => one_effect_on_wide(&widths, &plain.localisation, true, &gross, progress)?,
+        };
+        if let Some((_, found)) = probable.filter(|(score, _)| *score < plain.score) {
+            return Ok(found);
+        }
     }
     if plain.verdict == Verdict::Unexplained
         && let Some(both) = effect_and_fault(&trial, &gross, alternatives, None, progress)?

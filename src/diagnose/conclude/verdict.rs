@@ -146,30 +146,41 @@ pub(super) fn conclude(
     (faults, most): (Vec<FoundFault>, usize),
     progress: &(dyn Fn(&str) + Sync),
 ) -> Result<Diagnosis, DiagnoseError> {
-    conclude_unless(trial, null, (faults, most), &|_| Ok(None), progress)
+    conclude_unless(trial, null, (faults, most), &|_, _| Ok(Instead::Nothing), progress)
 }
 
-/// What may explain records that no single effect explains, of which the best are given.
-pub(super) type Instead<'a> = &'a dyn Fn(&[Candidate]) -> Result<Option<Diagnosis>, DiagnoseError>;
+/// What explains records that no single effect explains.
+pub(super) enum Instead {
+    /// This does.
+    Found(Box<Diagnosis>),
+    /// Something that is to be compared with what a search without strong effects finds.
+    Rival,
+    Nothing,
+}
+
+/// Looks for it, beside the best single effects and where a free law finds what is missing.
+pub(super) type LookElsewhere<'a> = &'a dyn Fn(&[Candidate], &Localisation) -> Result<Instead, DiagnoseError>;
 
 /// The same, unless one effect does not explain the records and something else does.
 pub(super) fn conclude_unless(
     trial: &Trial,
     null: &Standing,
     (faults, most): (Vec<FoundFault>, usize),
-    instead: Instead,
+    elsewhere: LookElsewhere,
     progress: &(dyn Fn(&str) + Sync),
 ) -> Result<Diagnosis, DiagnoseError> {
     let catalogue = hypotheses(&trial.machine, &trial.model, &trial.evidence)?;
-    let case = trial.case(&catalogue, progress);
+    let mut case = trial.case(&catalogue, progress);
     progress("where it sits");
     let localisation = localise(&case)?;
     let mut round = case.run_round(null)?;
     case.add_located(&localisation, &mut round);
-    if !round.finalists.first().is_some_and(|c| case.within(c))
-        && let Some(other) = instead(&round.finalists)?
-    {
-        return Ok(other);
+    if !round.finalists.first().is_some_and(|c| case.within(c)) {
+        match elsewhere(&round.finalists, &localisation)? {
+            Instead::Found(other) => return Ok(*other),
+            Instead::Rival => case.seeks_strong = false,
+            Instead::Nothing => {}
+        }
     }
     case.add_strong(null, &mut round)?;
     let chosen = choose(&case, null, round, localisation.sole(), most)?;
@@ -212,12 +223,23 @@ pub(super) fn conclude_located(
     let case = trial.case(&catalogue, progress);
     let mut round = ScreeningRound { finalists: vec![], others: vec![] };
     case.add_located(localisation, &mut round);
+    conclude_single(trial, &case, null, (localisation, round), faults)
+}
+
+/// The diagnosis with the best effect of a round, where it explains the records.
+pub(super) fn conclude_single(
+    trial: &Trial,
+    case: &Case,
+    null: &Standing,
+    (localisation, round): (&Localisation, ScreeningRound),
+    faults: Vec<FoundFault>,
+) -> Result<Option<Diagnosis>, DiagnoseError> {
     let Some(best) = round.finalists.first().filter(|c| case.within(c)) else {
         return Ok(None);
     };
-    let standing = settle(&case, best)?;
+    let standing = settle(case, best)?;
     let chosen = Chosen { standing, rivals: round.finalists, ranking: vec![], strength: 0.0 };
-    let found = conclude_diagnosis(trial, &case, null, localisation.clone(), chosen, faults)?;
+    let found = conclude_diagnosis(trial, case, null, localisation.clone(), chosen, faults)?;
     Ok((found.verdict != Verdict::Unexplained).then_some(found))
 }
 

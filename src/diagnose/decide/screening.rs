@@ -141,7 +141,7 @@ impl Case<'_> {
     pub(crate) fn add_strong(&self, standing: &Standing, round: &mut ScreeningRound) -> Result<bool, DiagnoseError> {
         let finalists = &mut round.finalists;
         // What passes at 1 % moves no resonance by its width: a linear step has found it.
-        let strong = standing.working_error >= STRONG_FROM;
+        let strong = self.seeks_strong && standing.working_error >= STRONG_FROM;
         if !strong || is_settled(standing) || finalists.first().is_some_and(|c| self.within(c)) {
             return Ok(false);
         }

@@ -14,6 +14,8 @@ pub struct Case<'a> {
     pub evidence: &'a Evidence,
     /// All hypotheses.
     pub catalogue: &'a [Hypothesis],
+    /// Whether strong effects of any size are looked for where nothing else explains the data.
+    pub seeks_strong: bool,
     /// Told what is being done, and how far a round is.
     pub progress: &'a (dyn Fn(&str) + Sync),
 }

@@ -108,7 +108,7 @@ impl<'a> Trial<'a> {
     }
 
     pub(crate) fn case<'b>(&'b self, catalogue: &'b [Hypothesis], progress: &'b (dyn Fn(&str) + Sync)) -> Case<'b> {
-        Case { model: &self.model, evidence: &self.evidence, catalogue, progress }
+        Case { model: &self.model, evidence: &self.evidence, catalogue, seeks_strong: true, progress }
     }
 
     /// The fit without effects to a subset, and whether nothing significant is left.

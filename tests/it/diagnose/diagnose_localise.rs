@@ -15,7 +15,7 @@ use std::f64::consts::TAU;
 fn located(label: &str, machine: &Machine, measurement: &RecordSet) -> Localisation {
     let evidence = Evidence::new(measurement).expect("evidence");
     let model = Model::new(machine, &evidence.axis_gain_sd()).expect("model");
-    let search = Case { model: &model, evidence: &evidence, catalogue: &[], progress: &|_| {} };
+    let search = Case { model: &model, evidence: &evidence, catalogue: &[], seeks_strong: true, progress: &|_| {} };
     let started = std::time::Instant::now();
     let found = localise(&search).expect("localisation");
     println!("{label}: {:.2} s", started.elapsed().as_secs_f64());

@@ -51,7 +51,7 @@ fn a_tie_names_the_measurement_that_separates_and_coverage_gives_sizes() {
     let scope = Scope { turning: false, first_rad_s: TAU * 40.0, top_rad_s: TAU * 4000.0 };
     let all =
         catalogue(&folder.machine, model.reduced.span_m(), model.reduced.flexible_rad_s(), scope).expect("catalogue");
-    let search = Case { model: &model, evidence: &evidence, catalogue: &all, progress: &|_| {} };
+    let search = Case { model: &model, evidence: &evidence, catalogue: &all, seeks_strong: true, progress: &|_| {} };
     let null = search.finish(&[], &search.origin(), 0.03, Subset::ALL).expect("null");
     // Two explanations of the same size, as a fit to a tie would leave them: 2 µs of delay in the loop, or of lag in all sensors.
     let member = |kind: EffectKind, place: Location, theta: f64| -> Candidate {
