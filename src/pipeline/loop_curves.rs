@@ -11,6 +11,7 @@ use crate::predict::amplification::{CriticalSpeed, find_critical_speeds};
 use crate::predict::closed_loop::compliance;
 use crate::predict::loop_gain::LoopGain;
 use crate::predict::loop_shape::{LoopShape, unbalance_response};
+use crate::predict::loop_sigma::LoopSigma;
 use crate::predict::tool_step::ToolStep;
 use crate::rotor::modes::PlanarModes;
 use crate::spindle::{Machine, Plant, SpindleError};
@@ -64,6 +65,8 @@ pub struct StableLoop {
     pub shape: LoopShape,
     /// Loop gain of each channel at rest, to the end of the sampled frequencies.
     pub gain: LoopGain,
+    /// Largest singular values at rest, on the same lines.
+    pub sigma: LoopSigma,
     /// Displacement after a step of force at the tool, at rest.
     pub step: ToolStep,
     /// Stiffness at rest with rotors from within the uncertainty.
@@ -109,6 +112,7 @@ impl LoopCurves {
         let band_hz = (machine.spindle.stiffness_band_hz.0, f64::INFINITY);
         let LoopAtSpeed { plant, grid, .. } = closed_loop(machine, controller, 0.0, band_hz)?;
         let gain = LoopGain::new(&plant, &*controller.responder(), &grid);
+        let sigma = LoopSigma::new(&plant, &*controller.responder(), &grid);
         let lines = lines_hz(&plant, &rest.sensitivity.frequency_hz);
         let shape = LoopShape::new(&plant, &*controller.responder(), &lines).map_err(SpindleError::from)?;
         let top_rpm = machine.spindle.max_rpm;
@@ -118,7 +122,7 @@ impl LoopCurves {
         let step = ToolStep::of(&plant.sample_plant()?, &law).map_err(PipelineError::numeric("step at the tool"))?;
         let sampled_plants = DrawnPlants::draw(machine, &plant, (controller, &law), mode_uncertainty)?;
         let unbalance = UnbalanceCurve::of(machine, controller, speed_rpm)?;
-        Ok(Self { whirl, stable: Some(StableLoop { shape, gain, step, sampled_plants, unbalance }) })
+        Ok(Self { whirl, stable: Some(StableLoop { shape, gain, sigma, step, sampled_plants, unbalance }) })
     }
 }
 

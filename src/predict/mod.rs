@@ -6,6 +6,7 @@ pub mod closed_loop;
 pub mod dips;
 pub mod loop_gain;
 pub mod loop_shape;
+pub mod loop_sigma;
 pub mod modes;
 pub mod recovery;
 pub mod sensitivity;

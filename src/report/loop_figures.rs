@@ -11,6 +11,7 @@ use crate::pipeline::comparison::Prediction;
 use crate::pipeline::loop_curves::{DrawnPlants, LoopCurves, StableLoop, UnbalanceCurve, WhirlLine};
 use crate::predict::loop_gain::LoopGain;
 use crate::predict::loop_shape::LoopShape;
+use crate::predict::loop_sigma::LoopSigma;
 use crate::predict::tool_step::{SETTLED, ToolStep};
 use serde_json::{Value, json};
 use std::f64::consts::TAU;
@@ -29,6 +30,7 @@ pub(crate) fn loop_figures(curves: &LoopCurves, runs: [&Prediction; 2], top_rpm:
     };
     figures.push((Picture::ControllerBode, controller_bode(&stable.shape)));
     figures.push((Picture::LoopGain, loop_gain(&stable.gain)));
+    figures.push((Picture::LoopSigma, loop_sigma(&stable.sigma)));
     figures.push((Picture::Nyquist, loci(&stable.shape)));
     figures.push((Picture::Poles, poles(runs)));
     figures.push((Picture::StiffnessSampled, sampled_stiffness(&stable.sampled_plants, runs[0])));
@@ -56,6 +58,37 @@ fn controller_bode(shape: &LoopShape) -> Figure {
         })
         .collect();
     bode("Controller with its hold", "|current / displacement|", "A/m", &curves, &[])
+}
+
+/// Largest singular values: what has no unit above, what has that of a controller below.
+fn loop_sigma(sigma: &LoopSigma) -> Figure {
+    let panel = |name: &str, unit: &str, curves: &[(&str, &[f64], Role)]| {
+        let mut panel = Panel::new(name, Axis::log("Frequency", "Hz"), Axis::log("largest singular value", unit));
+        let series = |(name, y, role): &(&str, &[f64], Role)| Series::curve(name, &sigma.frequency_hz, y, role.look());
+        panel.series = curves.iter().map(series).collect();
+        panel
+    };
+    let mut loops = panel(
+        "Loop gain and sensitivities",
+        "",
+        &[
+            ("L = G K", &sigma.loop_gain, Role::Other(0)),
+            ("S", &sigma.sensitivity, Role::Mu),
+            ("T = L S", &sigma.complementary, Role::Pid),
+        ],
+    );
+    loops.levels.push(Level { value: 1.0, label: "1".to_owned(), dash: Dash::Dashed });
+    let effort = panel(
+        "Controller and control effort",
+        "A/m",
+        &[("K", &sigma.controller, Role::Mu), ("K S", &sigma.effort, Role::Pid)],
+    );
+    Figure::new(
+        "Singular values of the loop at rest",
+        "Largest singular values over the four control axes, each in the unit of its channels.",
+        vec![loops, effort],
+    )
+    .with_columns(2)
 }
 
 fn loop_gain(gain: &LoopGain) -> Figure {

@@ -49,6 +49,7 @@ kinds! {
     Sensitivity "sensitivity" Sensitivity,
     SensitivityWorst "sensitivity_worst" Sensitivity,
     LoopGain "loop_gain" Margins,
+    LoopSigma "loop_sigma" Margins,
     Nyquist "nyquist" Sensitivity,
     Poles "poles" Sensitivity,
     ToolStep "tool_step" Simulation,

@@ -2,6 +2,7 @@
 
 mod chatter;
 mod loop_gain;
+mod loop_sigma;
 mod simulate;
 mod step_and_unbalance;
 mod worst_case;
