@@ -19,6 +19,7 @@ use crate::pipeline::tightening::Tightening;
 use crate::predict::sensitivity::Zone;
 use crate::predict::stiffness::stiffness_words;
 use crate::report::design_study::design_report;
+use crate::report::place_words::place_words;
 use crate::spindle::Machine;
 
 /// Arguments of `muspin design`.
@@ -145,7 +146,7 @@ fn design_words(machine: &Machine, design: &Design, rest: &Prediction) -> String
     let scale = design.specification_scale.as_ref().map(|scale| format!(" {}", scale.sentence()));
     let unproven =
         (!design.has_firmware()).then(|| format!(" Its stability is not proven at every speed. {NO_FIRMWARE}"));
-    format!("{words}{}{}", scale.unwrap_or_default(), unproven.unwrap_or_default())
+    place_words(machine, format!("{words}{}{}", scale.unwrap_or_default(), unproven.unwrap_or_default()))
 }
 
 /// Says on standard error that a design is unstable, where the answer on standard output does not begin with that.

@@ -27,6 +27,7 @@ pub mod pictures;
 pub(crate) mod pid;
 pub(crate) mod pid_summary;
 mod place;
+pub(crate) mod place_words;
 pub mod plot;
 mod polish_summary;
 pub(crate) mod prediction_summary;
