@@ -19,6 +19,7 @@ use crate::pipeline::tightening::Tightening;
 use crate::predict::sensitivity::Zone;
 use crate::predict::stiffness::stiffness_words;
 use crate::report::design_study::design_report;
+use crate::report::margins::loop_rows;
 use crate::report::place_words::place_words;
 use crate::spindle::Machine;
 
@@ -101,6 +102,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     console.json(&report.summary.to_json(), || {
         let words = design_words(&machine, found, rest);
         let shown = shown_design(found, ended, &words)
+            .rows(loop_rows([rest, speed], study.curves.stable.as_ref()))
             .file(format!("{out}/report.html"))
             .file(format!("{out}/controller"))
             .next(format!("muspin simulate --controller {out}/controller/discrete.json --case impulse"));

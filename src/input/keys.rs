@@ -372,6 +372,7 @@ pub const WEIGHTS: &[KeyGroup] = &[
                 [[1e-3, 100.0], [1e-9, 1e6]],
                 "integral action ends below the first resonance",
             ),
+            open("mode_shift", "", [[0.001, 0.1], [0.0, 0.5]], "a PID holds modes shifted by 0.03"),
         ],
     ),
     group("uncertainty", uncertainty::KEYS),

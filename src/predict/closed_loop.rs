@@ -24,7 +24,7 @@ pub fn sensitivity(plant: &dyn Response, controller: &dyn HeldResponse, omega_ra
 }
 
 /// (I − G K)⁻¹ of a plant's and a controller's response.
-pub(super) fn sensitivity_of(p: &Mat<c64>, k: &Mat<c64>) -> Mat<c64> {
+fn sensitivity_of(p: &Mat<c64>, k: &Mat<c64>) -> Mat<c64> {
     let g = p.submatrix(0, 0, AXES, AXES).to_owned();
     let identity = Mat::from_fn(AXES, AXES, |i, j| c64::new(if i == j { 1.0 } else { 0.0 }, 0.0));
     solve_complex(&return_difference(&g, k), &identity)

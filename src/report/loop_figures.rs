@@ -7,9 +7,8 @@ use super::plot::loops::{ResponseCurve, bode, dynamic_stiffness, nyquist};
 use super::plot::shaft::{CampbellLine, campbell};
 use super::plot::{Color, Curve, Dash, Look, Marker, Role};
 use super::summary::finite;
-use crate::export::json::AXIS_NAMES;
 use crate::pipeline::comparison::Prediction;
-use crate::pipeline::loop_curves::{DrawnPlants, LoopCurves, StableLoop, UnbalanceCurve, WhirlLine};
+use crate::pipeline::loop_curves::{DrawnPlants, LoopCurves, UnbalanceCurve, WhirlLine};
 use crate::predict::loop_gain::LoopGain;
 use crate::predict::loop_shape::LoopShape;
 use crate::predict::tool_step::{SETTLED, ToolStep};
@@ -97,55 +96,7 @@ fn loci(shape: &LoopShape) -> Figure {
             response: locus,
         })
         .collect();
-    nyquist("Characteristic loci of the loop at rest", &loci, shape.peak_sensitivity.0)
-}
-
-/// `margins.<controller>`.
-#[derive(Clone, Debug, Serialize)]
-pub(crate) struct MarginSummary {
-    disc_radius: Option<f64>,
-    frequency_hz: Option<f64>,
-    smallest_gain_factor: Option<f64>,
-    largest_gain_factor: Option<f64>,
-    phase_deg: Option<f64>,
-    channels: Vec<ChannelSummary>,
-}
-
-/// Margins of one channel, the others as they are.
-#[derive(Clone, Debug, Serialize)]
-struct ChannelSummary {
-    channel: &'static str,
-    smallest_gain_factor: Option<f64>,
-    largest_gain_factor: Option<f64>,
-    phase_margin_deg: Option<f64>,
-    at_hz: Option<f64>,
-    highest_crossover_hz: Option<f64>,
-}
-
-impl From<&StableLoop> for MarginSummary {
-    fn from(stable: &StableLoop) -> Self {
-        let margin = stable.shape.disc_margin();
-        let [low, high] = margin.gain();
-        let channels = AXIS_NAMES.into_iter().enumerate().map(|(k, channel)| {
-            let own = stable.gain.margin(k);
-            ChannelSummary {
-                channel,
-                smallest_gain_factor: finite(own.smallest_gain_factor),
-                largest_gain_factor: finite(own.largest_gain_factor),
-                phase_margin_deg: finite(own.phase_deg),
-                at_hz: finite(own.phase_hz),
-                highest_crossover_hz: finite(own.crossover_hz),
-            }
-        });
-        Self {
-            disc_radius: finite(margin.radius),
-            frequency_hz: finite(margin.frequency_hz),
-            smallest_gain_factor: finite(low),
-            largest_gain_factor: finite(high),
-            phase_deg: finite(margin.phase_deg()),
-            channels: channels.collect(),
-        }
-    }
+    nyquist("Characteristic loci of the loop at rest", &loci)
 }
 
 /// The curve of the model in front of those of the sampled plants.

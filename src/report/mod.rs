@@ -20,6 +20,7 @@ pub mod html;
 pub(crate) mod identification;
 pub(crate) mod loop_figures;
 pub mod manifest;
+pub(crate) mod margins;
 pub(crate) mod modes;
 pub(crate) mod order_curve;
 pub(crate) mod page_summary;

@@ -34,6 +34,10 @@ pub(crate) struct StiffnessSummary {
     pub(crate) minimum_frequency_hz: Option<f64>,
     pub(crate) at_10_hz_n_per_m: Option<f64>,
     pub(crate) at_max_speed_n_per_m: Option<f64>,
+    /// Of the slowest pole of the loop.
+    pub(crate) slowest_decay_per_s: Option<f64>,
+    /// Until a static load that begins or ends has moved the tool to within 2 % of where it stays, by that pole.
+    pub(crate) static_load_settling_s: Option<f64>,
     #[serde(flatten)]
     unstable: Unstable,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -48,6 +52,8 @@ impl StiffnessSummary {
             minimum_frequency_hz: finite(prediction.minimum.1),
             at_10_hz_n_per_m: finite(prediction.at_10_hz_n_per_m),
             at_max_speed_n_per_m: finite(prediction.at_max_speed_n_per_m),
+            slowest_decay_per_s: finite(-prediction.growth_rate_per_s).filter(|_| prediction.is_stable()),
+            static_load_settling_s: finite(prediction.settling_s()),
             unstable: Unstable::of(prediction),
             at_top_speed: None,
         }

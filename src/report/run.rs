@@ -3,6 +3,7 @@
 use super::contact::add_contact;
 use super::design_summary::DesignSummary;
 use super::identification::IdentificationSummary;
+use super::margins::MarginSummary;
 use super::pictures::Picture;
 use super::pid_summary::{NoPid, OF_DELIVERED, PidSummary};
 use super::plot::Role;
@@ -187,7 +188,11 @@ fn add_pictures(report: &mut Report, run: &Run, curves: &Curves) -> Result<(), R
     let drawn = robustness(&run.design).into_iter();
     report.figures(drawn.chain(predictions(&shown, &[], top_hz)))?;
     let top_rpm = run.machine.spindle.max_rpm;
-    report.loop_of("mu", &curves.closed_loop, run.delivered.each_ref(), top_rpm)
+    report.loop_of("mu", &curves.closed_loop, run.delivered.each_ref(), top_rpm)?;
+    if let Some(margins) = &curves.pid_margins {
+        report.summary.set("margins.pid", MarginSummary::of(margins));
+    }
+    Ok(())
 }
 
 fn marks(targets: &Targets) -> [Vec<MarkedFrequency>; 2] {

@@ -117,7 +117,7 @@ impl PageSection {
             }
             Self::Pid => "The rival: what it was tuned for, and what it reaches.",
             Self::Margins => {
-                "What every sensor channel may change by at once: gain and phase of the disc round the critical point."
+                "Gain and phase that each channel may change by alone, and all at once, each for itself (discs)."
             }
             Self::Simulation => "True bearing force law, limits of current and voltage, backup bearings.",
             Self::Machining => "Stable depth of cut from the closed-loop response at the tool.",

@@ -1,7 +1,8 @@
 //! A report under construction: the results folder with its summary, page and controller files.
 
 use super::html::{self, HtmlError};
-use super::loop_figures::{MarginSummary, ToolStepSummary, UnbalanceSummary, loop_figures};
+use super::loop_figures::{ToolStepSummary, UnbalanceSummary, loop_figures};
+use super::margins::MarginSummary;
 use super::page_summary::VerdictLine;
 use super::pictures::PictureName;
 use super::place_words::{at_output, summary_at_output};

@@ -133,7 +133,7 @@ fn commands_take_a_spindle_without_a_tool_and_speak_of_its_output() {
     assert!(code == 0 && out.contains("no tool"), "{out}{error}");
     let tuned = ["pid", "--spindle", "blower.yaml", "--out", "pid", "--text"];
     let (code, out, error) = muspin(&tuned, folder.path());
-    assert!(code < 2 && out.contains("proven stable to"), "{out}{error}");
+    assert!(code < 2 && out.contains("settling after a static load"), "{out}{error}");
     let page = std::fs::read_to_string(folder.path().join("pid/report.html")).unwrap();
     assert!(page.contains("at the output") && !page.contains("the tool"), "the words of the page");
     assert!(!folder.path().join("pid/tool.yaml").exists());
