@@ -170,7 +170,7 @@ pub(super) fn shown_design(design: &Design, ended: Outcome, words: &str) -> Comm
     CommandEnd::met(ended == Outcome::Done, words)
         .row(["", "reached", "asked"])
         .row(["μ of the specification at rest".to_owned(), design.delivery.rounded.specification.words(), "≤ 1".into()])
-        .row(["μ, largest at 25 speeds to 1.2 × top speed".to_owned(), mu_words(design.largest_mu()), "≤ 1".into()])
+        .row(["μ, largest from rest to 1.2 × top speed".to_owned(), mu_words(design.largest_mu()), "≤ 1".into()])
         .row([
             "proven stable to, rpm".to_owned(),
             format!("{:.0}", design.delivery.speed_proof.proven_to_rpm()),

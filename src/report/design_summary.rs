@@ -190,6 +190,8 @@ struct ScaleSummary {
     key: String,
     speed_rpm: Option<f64>,
     frequency_hz: Option<f64>,
+    /// Below this no controller brings µ.
+    least_mu: Option<f64>,
 }
 
 impl From<&Design> for DesignSummary {
@@ -422,6 +424,7 @@ impl From<&SpecificationScale> for ScaleSummary {
             key: scale.key.to_owned(),
             speed_rpm: finite(scale.speed_rpm),
             frequency_hz: finite(scale.frequency_hz),
+            least_mu: scale.least_mu,
         }
     }
 }

@@ -258,7 +258,7 @@ impl OutcomeRow {
         let mut rows = vec![
             Self::new("µ of the specification at rest", delivery.rounded.specification.words(), "at most 1"),
             Self::new(
-                format!("µ of the specification, largest at 25 speeds from rest to {over_rpm:.0} rpm"),
+                format!("µ of the specification, largest from rest to {over_rpm:.0} rpm"),
                 mu_words(design.largest_mu()),
                 "at most 1",
             ),
