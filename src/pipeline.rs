@@ -15,6 +15,7 @@ pub mod emulation;
 pub(crate) mod firmware_proof;
 pub mod instability;
 pub mod judged;
+pub mod least_mu;
 pub(crate) mod levitating_pid;
 pub mod loop_curves;
 pub(crate) mod loop_stability;

@@ -72,6 +72,9 @@ pub struct Weights {
     pub curves: GivenCurves,
     /// Bands in which the tool has to be stiff: limits of the polish, judged beside the specification.
     pub tool_stiffness: Vec<StiffnessFloor>,
+    /// Relative shift of all natural frequencies together, up or down, that the polish keeps the loop stable with,
+    /// beside the specification; none by default.
+    pub mode_shift: Option<f64>,
     /// What the file leaves to the machine; [`Weights::on`] puts it in. Empty unless the file says `defaults: machine`.
     pub open: Vec<FreeQuantity>,
 }

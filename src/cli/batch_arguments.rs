@@ -10,7 +10,7 @@ pub(super) struct Arguments {
     /// Spindle file, or the name of a shipped one; usually the updated model of a run
     #[arg(long, default_value = "reference")]
     pub spindle: String,
-    /// Tools: files or shipped names separated by commas, or a folder of tool files
+    /// Tools: files or shipped names separated by commas, a folder of tool files, or `none`
     #[arg(long, value_delimiter = ',', required_unless_present = "collect")]
     pub tools: Vec<String>,
     /// Weights file, or the name of a shipped one

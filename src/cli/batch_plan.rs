@@ -49,6 +49,10 @@ pub(super) fn plan(
     let mut folder = ResultsFolder::new();
     let mut commands = String::new();
     for Variant { name, machine } in variants {
+        if machine.tool.is_absent() {
+            return Err(Failure::new("--plan: a job names the file of its tool, and there is none")
+                .with_hint("run the batch without --plan"));
+        }
         let mut tool = machine.tool.clone();
         tool.name.clone_from(name);
         let own = Machine { tool, ..machine.clone() };

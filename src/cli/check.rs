@@ -12,8 +12,8 @@ use crate::input::pid::load_pid;
 use crate::input::quote::printable;
 use crate::input::sweep::load_sweep;
 use crate::input::{
-    InputError, is_rotor, join_machine, load_controller, load_measurement_watched, load_rotor, load_spindle, load_tool,
-    load_weights, uff, uff_frf,
+    self, InputError, NO_TOOL, is_rotor, join_machine, load_controller, load_measurement_watched, load_rotor,
+    load_spindle, load_tool, load_weights, uff, uff_frf,
 };
 use crate::spindle::Spindle;
 use crate::workflow::plausibility::Records;
@@ -143,9 +143,13 @@ fn one(file: &str, kind: FileKind, with_tool: bool, partner: Partner<'_>, watch:
 /// A spindle with the shipped tool. Positions on a longer tool and regions of another tool need that tool among the
 /// files.
 fn check_alone(file: &str) -> Result<(), Failure> {
-    let tool = load_tool("paper-tool", &load_spindle("reference")?)?;
-    let machine = join_machine(file, load_spindle(file)?, tool)
-        .map_err(|e| e.with_hint("name the tool as well if the effect sits on it"))?;
+    let spindle = load_spindle(file)?;
+    let machine = if spindle.output_m.is_some() {
+        input::load_machine(file, NO_TOOL)?
+    } else {
+        join_machine(file, spindle, load_tool("paper-tool", &load_spindle("reference")?)?)
+            .map_err(|e| e.with_hint("name the tool as well if the effect sits on it"))?
+    };
     model_warnings(&machine, file, "paper-tool")?.iter().for_each(say);
     Ok(())
 }

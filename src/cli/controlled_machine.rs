@@ -4,7 +4,7 @@
 use super::Failure;
 use super::machine::{Remarks, load_machine, load_with_remarks};
 use crate::controller::{Controller, MachineTag};
-use crate::input::{Warning, load_tagged_controller};
+use crate::input::{Warning, load_tagged_controller, usual_tool};
 use crate::report::summary::Summary;
 use crate::report::whole::machine_tag;
 use crate::spindle::Machine;
@@ -37,16 +37,14 @@ pub(super) struct MachineArguments {
     /// it, else the reference
     #[arg(long)]
     pub spindle: Option<String>,
-    /// Tool file, or the name of a shipped one; default: tool.yaml beside the controller or in the folder above it,
-    /// else the paper's
+    /// Tool file, the name of a shipped one, or `none`; default: tool.yaml beside the controller or in the folder above
+    /// it, else none for a spindle with `output_m` and the paper's for others
     #[arg(long)]
     pub tool: Option<String>,
 }
 
 /// Name of the shipped spindle.
 pub(super) const SPINDLE: &str = "reference";
-/// Name of the shipped tool.
-pub(super) const TOOL: &str = "paper-tool";
 
 impl MachineArguments {
     /// Reads the controller and its machine. The remarks say what looks wrong in the files, and when the machine is not
@@ -54,13 +52,16 @@ impl MachineArguments {
     pub(super) fn with_controller(&self, file: &str) -> Result<(ControlledMachine, Remarks), Failure> {
         let loaded = load_tagged_controller(file)?;
         let tag = loaded.machine;
-        let choose = |given: &Option<String>, usual: &str, named: Option<&str>, shipped: &str| {
-            let found = given.clone().or_else(|| beside(file, usual, named));
-            found.unwrap_or_else(|| shipped.to_owned())
-        };
         let named = tag.as_ref();
-        let spindle = choose(&self.spindle, "spindle.yaml", named.map(|t| t.spindle.as_str()), SPINDLE);
-        let tool = choose(&self.tool, "tool.yaml", named.map(|t| t.tool.as_str()), TOOL);
+        let found = |given: &Option<String>, usual: &str, named: Option<&str>| {
+            given.clone().or_else(|| beside(file, usual, named))
+        };
+        let spindle = found(&self.spindle, "spindle.yaml", named.map(|t| t.spindle.as_str()));
+        let spindle = spindle.unwrap_or_else(|| SPINDLE.to_owned());
+        let tool = match found(&self.tool, "tool.yaml", named.map(|t| t.tool.as_str())) {
+            Some(tool) => tool,
+            None => usual_tool(&spindle)?.to_owned(),
+        };
         let (machine, mut remarks) = load_with_remarks(&spindle, &tool)?;
         let found = ControlledMachine {
             used: machine_tag(&machine, &spindle, &tool),
@@ -75,8 +76,8 @@ impl MachineArguments {
 
     /// The machine without a controller.
     pub(super) fn alone(&self) -> Result<Machine, Failure> {
-        let or = |given: &Option<String>, usual: &str| given.clone().unwrap_or(usual.to_owned());
-        load_machine(&or(&self.spindle, SPINDLE), &or(&self.tool, TOOL))
+        let spindle = self.spindle.as_deref().unwrap_or(SPINDLE);
+        load_machine(spindle, self.tool.as_deref().map_or_else(|| usual_tool(spindle), Ok)?)
     }
 }
 

@@ -19,6 +19,8 @@ use crate::pipeline::tightening::Tightening;
 use crate::predict::sensitivity::Zone;
 use crate::predict::stiffness::stiffness_words;
 use crate::report::design_study::design_report;
+use crate::report::margins::loop_rows;
+use crate::report::place_words::place_words;
 use crate::spindle::Machine;
 
 /// Arguments of `muspin design`.
@@ -99,6 +101,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     console.json(&report.summary.to_json(), || {
         let words = design_words(&machine, found, rest);
         let shown = shown_design(found, ended, &words)
+            .rows(loop_rows([rest, speed], study.curves.stable.as_ref()))
             .file(format!("{out}/report.html"))
             .file(format!("{out}/controller"))
             .next(format!("muspin simulate --controller {out}/controller/discrete.json --case impulse"));
@@ -144,7 +147,7 @@ fn design_words(machine: &Machine, design: &Design, rest: &Prediction) -> String
     let scale = design.specification_scale.as_ref().map(|scale| format!(" {}", scale.sentence()));
     let unproven =
         (!design.has_firmware()).then(|| format!(" Its stability is not proven at every speed. {NO_FIRMWARE}"));
-    format!("{words}{}{}", scale.unwrap_or_default(), unproven.unwrap_or_default())
+    place_words(machine, format!("{words}{}{}", scale.unwrap_or_default(), unproven.unwrap_or_default()))
 }
 
 /// Says on standard error that a design is unstable, where the answer on standard output does not begin with that.
@@ -166,7 +169,7 @@ pub(super) fn shown_design(design: &Design, ended: Outcome, words: &str) -> Comm
     CommandEnd::met(ended == Outcome::Done, words)
         .row(["", "reached", "asked"])
         .row(["μ of the specification at rest".to_owned(), design.delivery.rounded.specification.words(), "≤ 1".into()])
-        .row(["μ, largest at 25 speeds to 1.2 × top speed".to_owned(), mu_words(design.largest_mu()), "≤ 1".into()])
+        .row(["μ, largest from rest to 1.2 × top speed".to_owned(), mu_words(design.largest_mu()), "≤ 1".into()])
         .row([
             "proven stable to, rpm".to_owned(),
             format!("{:.0}", design.delivery.speed_proof.proven_to_rpm()),

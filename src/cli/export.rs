@@ -262,7 +262,7 @@ fn prepare(arguments: &Arguments, file: &str, remarks: &mut Vec<Remarks>) -> Res
 /// The prefixes asked for; else the names of the tools, with the names of the controllers where tools repeat.
 fn prefixes(asked: &[String], prepared: &[Prepared]) -> Result<Vec<String>, Failure> {
     if asked.is_empty() {
-        let tools: Vec<String> = prepared.iter().map(|p| c_identifier(&p.given.machine.tool.name)).collect();
+        let tools: Vec<String> = prepared.iter().map(|p| c_identifier(p.given.machine.short_name())).collect();
         let repeated = |tool: &String| tools.iter().filter(|t| *t == tool).count() > 1;
         let named = |(tool, one): (&String, &Prepared)| {
             if repeated(tool) { format!("{tool}_{}", c_identifier(&one.discrete.name)) } else { tool.clone() }

@@ -2,8 +2,7 @@
 
 use super::Failure;
 use crate::input::kind::FileKind;
-use crate::input::measurement::NO_TOOL;
-use crate::input::{self, Measurement, Warning, load_rotor};
+use crate::input::{self, Measurement, NO_TOOL, Warning, load_rotor};
 use crate::rotor::PlanarModes;
 use crate::spindle::band::modes_left_out;
 use crate::spindle::mesh_quality::{CoarseMesh, coarse_mesh};
@@ -30,7 +29,8 @@ pub(super) fn load_machine(spindle: &str, tool: &str) -> Result<Machine, Failure
 pub(super) fn load_with_remarks(spindle: &str, tool: &str) -> Result<(Machine, Remarks), Failure> {
     let machine = input::load_machine(spindle, tool)?;
     let mut remarks = Remarks::default();
-    for (kind, file) in [(FileKind::Spindle, spindle), (FileKind::Tool, tool)] {
+    let files = [(FileKind::Spindle, spindle), (FileKind::Tool, tool)];
+    for (kind, file) in files.into_iter().filter(|(_, file)| *file != NO_TOOL) {
         remarks.0.extend(kind.warnings(file)?);
     }
     remarks.0.extend(model_warnings(&machine, spindle, tool)?);

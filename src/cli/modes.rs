@@ -3,11 +3,11 @@
 //! At rest every mode appears twice, once a plane; at speed as its backward and forward whirl.
 
 use super::console::{CommandEnd, Console};
-use super::controlled_machine::{SPINDLE, TOOL};
+use super::controlled_machine::SPINDLE;
 use super::machine::{load_machine, load_rotor_said};
 use super::speeds::SpeedList;
 use super::{Failure, Outcome};
-use crate::input::is_rotor;
+use crate::input::{is_rotor, usual_tool};
 use crate::report::modes::ModesSummary;
 use crate::report::summary::json;
 use crate::spindle::effects::EffectKind;
@@ -18,7 +18,8 @@ pub(super) struct Arguments {
     /// Spindle or rotor file, or the name of a shipped spindle
     #[arg(long, default_value = SPINDLE)]
     spindle: String,
-    /// Tool file, or the name of a shipped one; default: the paper's, in a rotor without magnets none
+    /// Tool file, the name of a shipped one, or `none`; default: none for a spindle with `output_m` and in a rotor
+    /// without magnets, else the paper's
     #[arg(long)]
     tool: Option<String>,
     /// Speeds in rpm: a list `0,10000`, a range start:step:end `0:1000:5000`, or both
@@ -31,7 +32,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     let answer = if is_rotor(spindle) {
         ModesSummary::of_rotor(&load_rotor_said(spindle, tool)?, speeds)?
     } else {
-        let machine = load_machine(spindle, tool.unwrap_or(TOOL))?;
+        let machine = load_machine(spindle, tool.map_or_else(|| usual_tool(spindle), Ok)?)?;
         for effect in machine.spindle.effects.iter().filter(|e| NOT_IN_MODES.contains(&e.kind)) {
             eprintln!("note: {spindle}: the effect {} is not in these modes", effect.kind.name());
         }

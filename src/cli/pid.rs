@@ -16,6 +16,7 @@ use crate::input::pid::load_pid;
 use crate::pid::settings::TuneSettings;
 use crate::pipeline::pid_loop::{PidController, PidLoop, PidOrigin, tune_pid};
 use crate::predict::stiffness::stiffness_words;
+use crate::report::margins::loop_rows;
 use crate::report::pid::pid_report;
 use crate::spindle::Machine;
 
@@ -133,6 +134,7 @@ fn show_pid(found: &PidLoop, met: bool, out: &str) -> CommandEnd {
     }
     let next = |command: &str| format!("muspin {command} --controller {out}/controller/discrete.json");
     let shown = shown
+        .rows(loop_rows(found.ends.each_ref(), found.curves.stable.as_ref()))
         .row(["margins at rest", "gain down to", "gain up to", "phase, °", "at Hz", "highest crossover, Hz"])
         .rows(margins);
     shown.next(next("simulate --case impulse")).next(next("export --out firmware"))

@@ -8,7 +8,7 @@ use super::progress::Progress;
 use super::speeds::SpeedList;
 use super::{Failure, Outcome};
 use crate::identify::Rehearsal;
-use crate::input::load_controller;
+use crate::input::{load_controller, usual_tool};
 use crate::pipeline::levitating_pid::levitating_pid;
 use crate::report::rehearsed::RehearsedRig;
 use crate::spindle::Machine;
@@ -21,9 +21,10 @@ pub(super) struct Arguments {
     /// Spindle that the folder names as the model: a file or a shipped name
     #[arg(long, default_value = "reference")]
     spindle: String,
-    /// Tool that the folder names as the model: a file or a shipped name
-    #[arg(long, default_value = "paper-tool")]
-    tool: String,
+    /// Tool that the folder names as the model: a file, a shipped name or `none`; default: none for a spindle with
+    /// `output_m`, else the paper's
+    #[arg(long)]
+    tool: Option<String>,
     /// Spindle that the records come from, with its effects; default: the model, so that nothing is to be found
     #[arg(long)]
     truth: Option<String>,
@@ -68,14 +69,15 @@ const MOST_REPEATS: usize = 100;
 
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     check_numbers(arguments)?;
-    let model = load_machine(&arguments.spindle, &arguments.tool)?;
+    let tool = arguments.tool.as_deref().map_or_else(|| usual_tool(&arguments.spindle), Ok)?;
+    let model = load_machine(&arguments.spindle, tool)?;
     check_speeds(&arguments.speeds.0, model.spindle.max_rpm)?;
     let truth = load_machine(
         arguments.truth.as_deref().unwrap_or(&arguments.spindle),
-        arguments.true_tool.as_deref().unwrap_or(&arguments.tool),
+        arguments.true_tool.as_deref().unwrap_or(tool),
     )?;
-    let named = [&arguments.truth, &arguments.true_tool, &arguments.controller];
-    let read = named.into_iter().flatten().chain([&arguments.spindle, &arguments.tool]);
+    let named = [&arguments.truth, &arguments.tool, &arguments.true_tool, &arguments.controller];
+    let read = named.into_iter().flatten().chain([&arguments.spindle]);
     claim(&arguments.out, &["measurement.yaml"], read.map(String::as_str))?;
     let controller = match &arguments.controller {
         Some(file) => load_controller(file)?,

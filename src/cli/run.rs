@@ -16,6 +16,7 @@ use crate::input::{load_measurement_watched, load_weights};
 use crate::pid::settings::TuneSettings;
 use crate::pipeline::run::{Extent, Task, run as run_chain};
 use crate::pipeline::settings::DesignSettings;
+use crate::report::margins::loop_rows;
 use crate::report::run::run_report;
 use crate::spindle::Machine;
 use crate::update::Targets;
@@ -88,7 +89,9 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
             if found.design.instability.is_some() {
                 return shown_unstable(&found.design, &words).file(format!("{out}/report.html"));
             }
+            let stable = found.curves.as_ref().and_then(|curves| curves.closed_loop.stable.as_ref());
             shown_design(&found.design, ended, &words)
+                .rows(loop_rows(found.delivered.each_ref(), stable))
                 .file(format!("{out}/report.html"))
                 .file(format!("{out}/controller"))
                 .next(format!("muspin simulate --controller {out}/controller/discrete.json --case impulse"))

@@ -45,24 +45,38 @@ pub(crate) const ELEMENT: &[Key] = &[
 
 pub(crate) const DISC: &[Key] = &[
     required_key("position_m", "m", [[0.0, 3.0], [0.0, 10.0]], "shafts on magnetic bearings are shorter than 3 m"),
-    required_key("mass_kg", "kg", [[1e-5, 200.0], [0.0, 1e4]], "discs of a spindle have grams to some kilograms"),
-    required_key(
+    open("mass_kg", "kg", [[1e-5, 200.0], [0.0, 1e4]], "discs of a spindle have grams to some kilograms"),
+    open(
         "polar_inertia_kg_m2",
         "kg m²",
         [[1e-11, 10.0], [0.0, 1e3]],
         "m r²/2 of a disc of 100 kg and 0.4 m radius is 8 kg m²",
     ),
-    required_key(
+    open(
         "diametral_inertia_kg_m2",
         "kg m²",
         [[1e-11, 10.0], [0.0, 1e3]],
         "m r²/4 of a disc of 100 kg and 0.4 m radius is 4 kg m²",
     ),
+    open(
+        "thickness_m",
+        "m",
+        [[2e-4, 0.3], [1e-5, 5.0]],
+        "in the place of mass and inertia; discs are millimetres to decimetres thick",
+    ),
+    open(
+        "outer_diameter_m",
+        "m",
+        [[2e-3, 1.0], [5e-5, 3.0]],
+        "with thickness_m; wheels are some centimetres to some decimetres wide",
+    ),
+    open("inner_diameter_m", "m", [[1e-4, 0.4], [0.0, 3.0]], "with thickness_m; none unless given"),
+    Key { required: false, ..words("material") },
 ];
 
 const BEARING: &[Key] = &[
-    required_key("ki_n_per_a", "N/A", [[1.0, 5e3], [1e-2, 1e6]], "bearings of 50 N to 5 kN have 10 to 1000 N/A"),
-    required_key("ks_n_per_m", "N/m", [[1e3, 1e8], [0.0, 1e10]], "bearings of 50 N to 5 kN have 10⁴ to 10⁷ N/m"),
+    required_key("ki_n_per_a", "N/A", KI, KI_WHY),
+    required_key("ks_n_per_m", "N/m", KS, KS_WHY),
     required_key(
         "max_force_n",
         "N",
@@ -82,8 +96,17 @@ const BEARING: &[Key] = &[
         "switching amplifiers give some to some ten amperes",
     ),
     required_key("gap_m", "m", [[5e-5, 3e-3], [1e-5, 2e-2]], "air gaps are 0.2 to 1 mm"),
-    open("sensor_gain", "", [[0.5, 2.0], [1e-2, 1e2]], "a factor near 1 on the calibrated signal"),
+    open("sensor_gain", "", GAIN, GAIN_WHY),
 ];
+const KI: [Range; 2] = [[1.0, 5e3], [1e-2, 1e6]];
+const KI_WHY: &str = "bearings of 50 N to 5 kN have 10 to 1000 N/A";
+const KS: [Range; 2] = [[1e3, 1e8], [0.0, 1e10]];
+const KS_WHY: &str = "bearings of 50 N to 5 kN have 10⁴ to 10⁷ N/m";
+const GAIN: [Range; 2] = [[0.5, 2.0], [1e-2, 1e2]];
+const GAIN_WHY: &str = "a factor near 1 on the calibrated signal";
+const AXES_KI: &[Key] = &[open("x", "N/A", KI, KI_WHY), open("y", "N/A", KI, KI_WHY)];
+const AXES_KS: &[Key] = &[open("x", "N/m", KS, KS_WHY), open("y", "N/m", KS, KS_WHY)];
+const AXES_GAIN: &[Key] = &[open("x", "", GAIN, GAIN_WHY), open("y", "", GAIN, GAIN_WHY)];
 
 const ELECTRONICS: &[Key] = &[
     required_key("amplifier_bandwidth_hz", "Hz", [[50.0, 1e5], [1.0, 1e7]], "current loops reach 500 Hz to 5 kHz"),
@@ -163,6 +186,12 @@ pub const SPINDLE: &[KeyGroup] = &[
     group("planes", PLANES),
     group("bearings.front", BEARING),
     group("bearings.rear", BEARING),
+    group("bearings.front.ki_n_per_a", AXES_KI),
+    group("bearings.rear.ki_n_per_a", AXES_KI),
+    group("bearings.front.ks_n_per_m", AXES_KS),
+    group("bearings.rear.ks_n_per_m", AXES_KS),
+    group("bearings.front.sensor_gain", AXES_GAIN),
+    group("bearings.rear.sensor_gain", AXES_GAIN),
     group("electronics", ELECTRONICS),
     group(
         "speed",
@@ -180,6 +209,15 @@ pub const SPINDLE: &[KeyGroup] = &[
             "m",
             [[1e-5, 1.5e-3], [2e-6, 1e-2]],
             "backup bearings have about half the air gap, 0.1 to 0.5 mm",
+        )],
+    ),
+    group(
+        "",
+        &[open(
+            "output_m",
+            "m",
+            [[0.0, 3.0], [0.0, 10.0]],
+            "shafts on magnetic bearings are shorter than 3 m; at the tool plane, without a tool at the nose face",
         )],
     ),
     group(
@@ -334,6 +372,7 @@ pub const WEIGHTS: &[KeyGroup] = &[
                 [[1e-3, 100.0], [1e-9, 1e6]],
                 "integral action ends below the first resonance",
             ),
+            open("mode_shift", "", [[0.001, 0.1], [0.0, 0.5]], "a PID holds modes shifted by 0.03"),
         ],
     ),
     group("uncertainty", uncertainty::KEYS),

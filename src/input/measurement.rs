@@ -9,11 +9,11 @@ use super::error_list::ErrorList;
 use super::file::Watch;
 use super::hammer::{HammerKeys, load_hammer, load_mode_shapes};
 use super::keys;
-use super::load_machine;
 use super::shipped;
 use super::spindle::load_spindle;
 use super::sweep::load_sweep;
 use super::yaml;
+use super::{NO_TOOL, load_machine};
 use crate::identify::{HammerFrf, SweepRecord};
 use crate::spindle::Machine;
 use crate::update::MeasuredShape;
@@ -265,9 +265,6 @@ fn check_keys(record: &RecordFile, broken: &dyn Fn(&str, String) -> InputError) 
     }
     Ok(())
 }
-
-/// Name of no tool.
-pub(crate) const NO_TOOL: &str = "none";
 
 /// Where a hammer test was taken.
 fn places(record: &RecordFile, broken: &dyn Fn(&str, String) -> InputError) -> Result<Option<[f64; 2]>, InputError> {

@@ -3,10 +3,12 @@
 //! Every function takes a path or the name of a shipped file, and either returns a domain value that keeps all rules or
 //! one [`InputError`] that says file, line or key path, rule and hint.
 
+mod by_plane;
 mod consistency;
 pub mod controller;
 pub(crate) mod controller_law;
 mod curve;
+mod disc;
 mod effect;
 pub mod error;
 mod error_list;
@@ -62,16 +64,31 @@ pub use rotor_kind::is_rotor;
 pub use spindle::{load_spindle, read_spindle};
 pub use tool::{load_tool, read_tool};
 pub use weights::{load_weights, read_weights};
+pub(crate) use write::machine_files;
 pub use write::{rotor_yaml, spindle_yaml, tool_yaml};
 
 use crate::spindle::{Machine, Spindle, Tool};
 
-/// The spindle and the tool of one machine.
+/// In the place of a tool where there is none.
+pub(crate) const NO_TOOL: &str = "none";
+
+/// The tool of a spindle for which none is named: none where the file says where stiffness counts without one.
+///
+/// # Errors
+/// [`InputError`] of the spindle file.
+pub(crate) fn usual_tool(spindle: &str) -> Result<&'static str, InputError> {
+    Ok(if load_spindle(spindle)?.output_m.is_some() { NO_TOOL } else { "paper-tool" })
+}
+
+/// The spindle and the tool of one machine; `none` for no tool.
 ///
 /// # Errors
 /// [`InputError`] of whichever file is wrong: all errors of the spindle, else of the tool, else of the two together.
 pub fn load_machine(spindle: &str, tool: &str) -> Result<Machine, InputError> {
     let spindle_value = load_spindle(spindle)?;
+    if tool == NO_TOOL {
+        return Machine::without_tool(spindle_value).map_err(|error| InputError::rule(spindle, &error));
+    }
     let tool_value = load_tool(tool, &spindle_value)?;
     join_machine(&format!("{spindle} with {tool}"), spindle_value, tool_value)
 }

@@ -1,11 +1,13 @@
 //! Rotor YAML (formats.md, section 1): a spindle file without planes, bearings, electronics and speed, with supports in
 //! their place, to [`RotorOnSupports`].
 
+use super::by_plane::ByPlane;
+use super::disc::{DiscFile, discs};
 use super::error::InputError;
 use super::error_list::ErrorList;
 use super::keys;
 use super::shipped::{self, TOOLS};
-use super::spindle::{DiscFile, ElementFile, MaterialFile, discs, materials, sections};
+use super::spindle::{ElementFile, MaterialFile, materials, sections};
 use super::tool::read_tool_of;
 use super::yaml;
 use crate::rotor::{Material, Section, Support};
@@ -63,42 +65,6 @@ struct SupportFile {
     damping_n_s_per_m: ByPlane,
 }
 
-/// One number for both planes, or one for each.
-#[derive(Clone, Copy, Deserialize, JsonSchema)]
-#[serde(untagged)]
-enum ByPlane {
-    Both(f64),
-    Each(EachPlane),
-}
-
-/// Numbers by plane; zero where none is given.
-#[derive(Clone, Copy, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-struct EachPlane {
-    /// In x.
-    #[serde(default)]
-    x: f64,
-    /// In y.
-    #[serde(default)]
-    y: f64,
-}
-
-impl Default for ByPlane {
-    fn default() -> Self {
-        Self::Both(0.0)
-    }
-}
-
-impl ByPlane {
-    fn diagonal(self) -> [[f64; 2]; 2] {
-        let EachPlane { x, y } = match self {
-            Self::Both(value) => EachPlane { x: value, y: value },
-            Self::Each(each) => each,
-        };
-        [[x, 0.0], [0.0, y]]
-    }
-}
-
 /// A rotor from a path, with a tool of a path or shipped name in it, or none.
 ///
 /// # Errors
@@ -122,18 +88,23 @@ pub fn read_rotor(file: &str, text: &str) -> Result<RotorOnSupports, InputError>
     errors.finish(rotor)
 }
 
+fn diagonal(values: ByPlane) -> [[f64; 2]; 2] {
+    let [x, y] = values.pair();
+    [[x, 0.0], [0.0, y]]
+}
+
 fn rotor(errors: &mut ErrorList<'_>, read: RotorModelFile) -> RotorOnSupports {
     let file = errors.file;
     let materials = materials(errors, "rotor.materials", read.rotor.materials);
     let supports = read.supports.iter().map(|s| Support {
         position_m: s.position_m,
-        stiffness_n_per_m: s.stiffness_n_per_m.diagonal(),
-        damping_n_s_per_m: s.damping_n_s_per_m.diagonal(),
+        stiffness_n_per_m: diagonal(s.stiffness_n_per_m),
+        damping_n_s_per_m: diagonal(s.damping_n_s_per_m),
     });
     let rotor = RotorOnSupports {
         name: read.name,
         sections: sections(errors, "rotor.elements", read.rotor.elements, &materials),
-        discs: discs(read.rotor.discs),
+        discs: discs(errors, "rotor.discs", read.rotor.discs, &materials),
         damping_ratio: read.rotor.damping_ratio,
         gyroscopics: read.gyroscopics,
         supports: supports.collect(),

@@ -80,6 +80,9 @@ fn at_every(schema: &mut Value, path: &[&str], visit: &mut dyn FnMut(&mut Value)
     let Some((step, rest)) = path.split_first() else {
         return visit(schema);
     };
+    if let Some(Value::Array(alternatives)) = schema.get_mut("anyOf") {
+        alternatives.iter_mut().for_each(|own| at_every(own, path, visit));
+    }
     if *step == "*" {
         let open = schema["additionalProperties"].is_object();
         let names = schema.get_mut(if open { "additionalProperties" } else { "properties" });

@@ -1,5 +1,7 @@
 //! Spindle YAML (formats.md, section 1) to [`Spindle`]; the file's shapes of materials, elements, discs and effects.
 
+use super::by_plane::ByPlane;
+use super::disc::{DiscFile, discs};
 use super::effect::EffectFile;
 use super::error::{InputError, nearest};
 use super::error_list::ErrorList;
@@ -7,9 +9,9 @@ use super::keys;
 use super::rotor_kind::is_rotor_tree;
 use super::shipped::{self, SPINDLES};
 use super::yaml;
-use crate::rotor::{Disc, Material, Section};
+use crate::rotor::{Material, Section};
 use crate::spindle::machine::STIFFNESS_BAND_HZ;
-use crate::spindle::{BackupBearings, Bearing, Electronics, Planes, Spindle};
+use crate::spindle::{BackupBearings, Bearing, Effect, EffectKind, Electronics, Location, Plane, Planes, Spindle};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -41,6 +43,9 @@ pub(super) struct SpindleFile {
     /// Band in which the dynamic stiffness of the tool counts, in designs and predictions.
     #[serde(default)]
     stiffness_band: Option<StiffnessBandFile>,
+    /// Where stiffness counts on a shaft without a tool, from the nose face: the place of an impeller or a wheel.
+    #[serde(default)]
+    output_m: Option<f64>,
     /// Effects that a diagnosis has added to the model; a list of `{effect: name, its place, its parameters}`.
     #[serde(default)]
     effects: Option<Vec<EffectFile>>,
@@ -55,6 +60,10 @@ fn yes() -> bool {
 
 fn one() -> f64 {
     1.0
+}
+
+fn one_in_both() -> ByPlane {
+    ByPlane::Both(1.0)
 }
 
 /// The shaft.
@@ -110,20 +119,6 @@ pub(super) struct ElementFile {
     region: Option<String>,
 }
 
-/// A disc as files write it.
-#[derive(Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(super) struct DiscFile {
-    /// Distance from the nose face; must coincide with the end of an element.
-    position_m: f64,
-    /// Mass.
-    mass_kg: f64,
-    /// Moment of inertia about the axis.
-    polar_inertia_kg_m2: f64,
-    /// Moment of inertia about a diameter.
-    diametral_inertia_kg_m2: f64,
-}
-
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct PlanesFile {
@@ -149,10 +144,10 @@ pub(super) struct BearingsFile {
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct BearingFile {
-    /// Force per control current.
-    ki_n_per_a: f64,
-    /// Negative stiffness, as a positive number.
-    ks_n_per_m: f64,
+    /// Force per control current, on both axes or by axis.
+    ki_n_per_a: ByPlane,
+    /// Negative stiffness, as a positive number, on both axes or by axis.
+    ks_n_per_m: ByPlane,
     /// Largest force per axis.
     max_force_n: f64,
     /// Bias current.
@@ -161,9 +156,10 @@ pub(super) struct BearingFile {
     max_current_a: f64,
     /// Air gap.
     gap_m: f64,
-    /// Factor on the signals of its sensors.
-    #[serde(default = "one")]
-    sensor_gain: f64,
+    /// Factor on the signals of its sensors, on both axes or by axis.
+    #[serde(default = "one_in_both")]
+    #[schemars(extend("default" = 1.0))]
+    sensor_gain: ByPlane,
 }
 
 #[derive(Deserialize, JsonSchema)]
@@ -239,13 +235,13 @@ fn spindle(errors: &mut ErrorList<'_>, read: SpindleFile) -> Spindle {
     let file = errors.file;
     let materials = materials(errors, "rotor.materials", read.rotor.materials);
     let bearing = |b: &BearingFile| Bearing {
-        ki_n_per_a: b.ki_n_per_a,
-        ks_n_per_m: b.ks_n_per_m,
+        ki_n_per_a: b.ki_n_per_a.mean(),
+        ks_n_per_m: b.ks_n_per_m.mean(),
         max_force_n: b.max_force_n,
         bias_current_a: b.bias_current_a,
         max_current_a: b.max_current_a,
         gap_m: b.gap_m,
-        sensor_gain: b.sensor_gain,
+        sensor_gain: b.sensor_gain.mean(),
     };
     let effects = read.effects.unwrap_or_default();
     if effects.len() > MOST_EFFECTS {
@@ -253,10 +249,19 @@ fn spindle(errors: &mut ErrorList<'_>, read: SpindleFile) -> Spindle {
         errors.add(InputError::new(file, rule).with_hint("keep the effects that the records need"));
     }
     let effects = effects.into_iter().enumerate().take(MOST_EFFECTS);
-    let effects = effects.filter_map(|(i, e)| errors.take_rule(e.effect(file, i))).collect();
+    let mut effects: Vec<Effect> = effects.filter_map(|(i, e)| errors.take_rule(e.effect(file, i))).collect();
+    for (name, bearing) in [("front", &read.bearings.front), ("rear", &read.bearings.rear)] {
+        for (key, values) in [("ki_n_per_a", bearing.ki_n_per_a), ("sensor_gain", bearing.sensor_gain)] {
+            if values.is_by_plane() && values.pair().into_iter().any(|value| value <= 0.0) {
+                let rule = format!("bearings.{name}.{key}: x and y must both be given, as positive numbers");
+                errors.add_rule(InputError::new(file, rule).with_hint("one number serves both"));
+            }
+        }
+    }
+    effects.extend(differences_of_axes(&read.bearings, &read.planes));
     let spindle = Spindle {
         sections: sections(errors, "rotor.elements", read.rotor.elements, &materials),
-        discs: discs(read.rotor.discs),
+        discs: discs(errors, "rotor.discs", read.rotor.discs, &materials),
         damping_ratio: read.rotor.damping_ratio,
         flexible_modes: read.rotor.flexible_modes,
         gyroscopics: read.gyroscopics,
@@ -287,11 +292,35 @@ fn spindle(errors: &mut ErrorList<'_>, read: SpindleFile) -> Spindle {
             let (from, to) = STIFFNESS_BAND_HZ;
             (b.from_hz.unwrap_or(from), b.to_hz.unwrap_or(to))
         }),
+        output_m: read.output_m,
         effects,
         name: read.name,
     };
     spindle.broken_rules().iter().for_each(|e| errors.add_rule(InputError::rule(file, e)));
     spindle
+}
+
+/// What the axes of the bearings have beside their mean, as the effects that say the same of a machine.
+fn differences_of_axes(bearings: &BearingsFile, planes: &PlanesFile) -> Vec<Effect> {
+    let mut found = vec![];
+    let places = [(&bearings.front, planes.front_actuator_m), (&bearings.rear, planes.rear_actuator_m)];
+    for (b, (bearing, actuator_m)) in places.into_iter().enumerate() {
+        for plane in Plane::ALL {
+            let axis = plane as usize;
+            for (kind, values) in
+                [(EffectKind::ForceConstant, bearing.ki_n_per_a), (EffectKind::SensorGain, bearing.sensor_gain)]
+            {
+                let factor = values.pair()[axis] / values.mean();
+                found.push((kind, Location::Axis(2 * b + axis), factor, factor != 1.0));
+            }
+            let spring_n_per_m = bearing.ks_n_per_m.mean() - bearing.ks_n_per_m.pair()[axis];
+            let place = Location::InPlane(actuator_m, plane);
+            found.push((EffectKind::AddedStiffness, place, spring_n_per_m, spring_n_per_m != 0.0));
+        }
+    }
+    let differing = found.into_iter().filter(|(.., differs)| *differs);
+    // A number that breaks a rule of the bearing is said there.
+    differing.filter_map(|(kind, place, value, _)| Effect::new(kind, place, vec![value]).ok()).collect()
 }
 
 /// Materials by name, checked; steel in the place of one that is wrong.
@@ -354,15 +383,4 @@ pub(super) fn sections(
         sections.push(section);
     }
     sections
-}
-
-/// Discs as they stand.
-pub(super) fn discs(read: Option<Vec<DiscFile>>) -> Vec<Disc> {
-    let discs = read.unwrap_or_default().into_iter().map(|d| Disc {
-        position_m: d.position_m,
-        mass_kg: d.mass_kg,
-        polar_inertia_kg_m2: d.polar_inertia_kg_m2,
-        diametral_inertia_kg_m2: d.diametral_inertia_kg_m2,
-    });
-    discs.collect()
 }

@@ -114,6 +114,9 @@ impl Walk<'_, '_> {
         if names.len() == others.len() {
             return self.check_name(path, &names, value);
         }
+        if value.is_number() && others.iter().any(|schema| schema["type"] == "number") {
+            return;
+        }
         // Which of them is meant is for the reader to tell; the keys are those of all.
         let mut properties = Map::new();
         for (name, schema) in others.iter().filter_map(|schema| schema["properties"].as_object()).flatten() {

@@ -1,11 +1,12 @@
 //! Tool YAML (formats.md, section 2) to [`Tool`]. Materials are those of the spindle, or the tool's own.
 
+use super::disc::{DiscFile, discs};
 use super::error::InputError;
 use super::error_list::ErrorList;
 use super::keys;
 use super::name::check_name;
 use super::shipped::{self, TOOLS};
-use super::spindle::{DiscFile, ElementFile, MaterialFile, discs, materials, sections};
+use super::spindle::{ElementFile, MaterialFile, materials, sections};
 use super::yaml;
 use crate::rotor::Material;
 use crate::spindle::{Spindle, Tool};
@@ -70,7 +71,7 @@ fn tool(errors: &mut ErrorList<'_>, read: ToolFile, lent: Vec<Material>) -> Tool
     let tool = Tool {
         name: read.name,
         sections: sections(errors, "elements", read.elements, &known),
-        discs: discs(read.discs),
+        discs: discs(errors, "discs", read.discs, &known),
         tool_plane_m: read.tool_plane_m,
         teeth: read.teeth,
     };

@@ -57,6 +57,9 @@ pub(super) struct WeightsFile {
     /// and displacements above. None unless given.
     #[serde(default)]
     tool_stiffness: Vec<ToolStiffnessFile>,
+    /// Relative shift of all natural frequencies together, up or down, with which the polish keeps the loop stable, as
+    /// the search of a PID does with 0.03; none unless given.
+    mode_shift: Option<f64>,
     /// Where the keys above come from that the file leaves out: `table`, the values stated here, the same on every
     /// machine, or `machine`: current 5/6 of the bias, roll-off at 0.15 of the sample rate and above the modes of the
     /// table, noise four times that of the sensors, crossovers from mass and negative stiffness.
@@ -153,6 +156,7 @@ fn check_numbers(errors: &mut ErrorList<'_>, read: &WeightsFile) {
         ("complementary_sensitivity_limit", read.complementary_sensitivity_limit),
         ("integral_corner_hz", read.integral_corner_hz),
         ("tool_tightening", read.tool_tightening),
+        ("mode_shift", read.mode_shift),
     ];
     for (key, value) in open {
         positive(errors, key, value);
@@ -189,6 +193,7 @@ fn weights(errors: &mut ErrorList<'_>, read: WeightsFile) -> Weights {
     Weights {
         uncertainty: uncertainty(errors, &read.uncertainty, &read.over_frequency),
         curves: read.over_frequency.weights(errors),
+        mode_shift: read.mode_shift,
         tool_stiffness: stiffness_floors(errors, &read.tool_stiffness),
         open,
         tool: limits(&read.tool),

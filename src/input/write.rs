@@ -4,7 +4,13 @@
 use crate::rotor::{Disc, Material, Section};
 use crate::spindle::effects::AXIS_NAMES;
 use crate::spindle::machine::STIFFNESS_BAND_HZ;
-use crate::spindle::{Effect, Location, RotorOnSupports, Side, Spindle, Tool};
+use crate::spindle::{Effect, Location, Machine, RotorOnSupports, Side, Spindle, Tool};
+
+/// `spindle.yaml` and, where there is one, `tool.yaml` of a machine.
+pub(crate) fn machine_files(machine: &Machine) -> Vec<(&'static str, String)> {
+    let tool = (!machine.tool.is_absent()).then(|| ("tool.yaml", tool_yaml(&machine.tool)));
+    [("spindle.yaml", spindle_yaml(&machine.spindle))].into_iter().chain(tool).collect()
+}
 
 /// The file of a rotor without magnets (formats.md, section 1).
 pub fn rotor_yaml(rotor: &RotorOnSupports) -> String {
@@ -92,6 +98,7 @@ pub fn spindle_yaml(spindle: &Spindle) -> String {
         let values = pairs(&[("from_hz", from), ("to_hz", to)]);
         lines.push(format!("stiffness_band: {{{values}}}"));
     }
+    lines.extend(spindle.output_m.map(|output_m| format!("output_m: {}", number(output_m))));
     if spindle.effects.is_empty() {
         lines.push("effects: []".into());
     } else {

@@ -46,44 +46,129 @@ pub(super) fn with_shifted_modes(machine: &Machine, factor: f64) -> Machine {
     shifted
 }
 
+/// Factors on the first modes: each alone, every combination of signs, all together.
+fn shift_factors(shift: f64) -> Vec<Vec<f64>> {
+    let ends = [1.0 - shift, 1.0 + shift];
+    let alone = (0..SHIFTED_MODES)
+        .flat_map(|k| ends.map(|f| (0..SHIFTED_MODES).map(|i| if i == k { f } else { 1.0 }).collect()));
+    let combined = (0..1usize << COMBINED).map(|signs| (0..COMBINED).map(|k| ends[(signs >> k) & 1]).collect());
+    let together = ends.map(|f| vec![f; MODES_TOGETHER]);
+    alone.chain(combined).chain(together).collect()
+}
+
+/// A machine at some speeds, whose modes are shifted.
+struct ShiftedPlants(Vec<(f64, Plant)>);
+
+/// A loop with shifted modes: speed, rpm, factors, growth rate, 1/s.
+type ShiftedLoop = (f64, Vec<f64>, f64);
+
+impl ShiftedPlants {
+    fn new(machine: &Machine, speeds: usize) -> Result<Self, VerificationError> {
+        let plants: Result<Vec<(f64, Plant)>, VerificationError> = (0..speeds)
+            .into_par_iter()
+            .map(|k| {
+                let rpm = machine.spindle.max_rpm * k as f64 / (speeds - 1) as f64;
+                Ok((rpm, Plant::new(machine, rpm * TAU / 60.0, ModelDetail::Full)?))
+            })
+            .collect();
+        Ok(Self(plants?))
+    }
+
+    /// The loops with some factors at all speeds.
+    fn loops(&self, law: &StateSpace<Discrete>, factors: &[Vec<f64>]) -> Result<Vec<ShiftedLoop>, VerificationError> {
+        let pairs: Vec<(&(f64, Plant), &Vec<f64>)> =
+            self.0.iter().flat_map(|p| factors.iter().map(move |f| (p, f))).collect();
+        pairs
+            .into_par_iter()
+            .map(|((rpm, plant), factors)| {
+                let shifted = plant.with_scaled_modes(factors);
+                let rate = growth_rate_of(&shifted, &shifted.sample_plant()?, law);
+                Ok((*rpm, factors.clone(), rate.map_err(in_step("loop with shifted modes"))?))
+            })
+            .collect()
+    }
+}
+
 /// Growth rates of the loops with modes shifted alone and combined.
 pub(super) fn shifted_loops(
     machine: &Machine,
     law: &StateSpace<Discrete>,
     settings: &TuneSettings,
 ) -> Result<ShiftedLoops, VerificationError> {
-    let r = settings.mode_shift;
-    let alone = (0..SHIFTED_MODES)
-        .flat_map(|k| [1.0 - r, 1.0 + r].map(|f| (0..SHIFTED_MODES).map(|i| if i == k { f } else { 1.0 }).collect()));
-    let combined = (0..1usize << COMBINED)
-        .map(|signs| (0..COMBINED).map(|k| if (signs >> k) & 1 == 0 { 1.0 - r } else { 1.0 + r }).collect());
-    let factors: Vec<Vec<f64>> = alone.chain(combined).collect();
-    let speeds = settings.speeds.div_ceil(2).max(SHIFTED_SPEEDS);
-    let plants: Result<Vec<(f64, Plant)>, VerificationError> = (0..speeds)
-        .into_par_iter()
-        .map(|k| {
-            let rpm = machine.spindle.max_rpm * k as f64 / (speeds - 1) as f64;
-            Ok((rpm, Plant::new(machine, rpm * TAU / 60.0, ModelDetail::Full)?))
-        })
-        .collect();
-    let plants = plants?;
-    let pairs: Vec<(&(f64, Plant), &Vec<f64>)> =
-        plants.iter().flat_map(|p| factors.iter().map(move |f| (p, f))).collect();
-    let rates: Result<Vec<f64>, VerificationError> = pairs
-        .par_iter()
-        .map(|((_, plant), factors)| {
-            let shifted = plant.with_scaled_modes(factors);
-            let rate = growth_rate_of(&shifted, &shifted.sample_plant()?, law);
-            Ok(rate.map_err(in_step("PID with shifted modes"))?)
-        })
-        .collect();
-    let rates = rates?;
-    let worst = (0..rates.len()).reduce(|a, b| if rates[b] > rates[a] { b } else { a }).unwrap_or(0);
-    Ok(ShiftedLoops {
-        shift: r,
-        loops: rates.len(),
-        worst_growth_rate_per_s: rates.get(worst).copied().unwrap_or(f64::NAN),
-        worst_factors: pairs.get(worst).map_or(vec![], |p| p.1.clone()),
-        worst_speed_rpm: pairs.get(worst).map_or(f64::NAN, |p| p.0.0),
+    let shift = settings.mode_shift;
+    let plants = ShiftedPlants::new(machine, settings.speeds.div_ceil(2).max(SHIFTED_SPEEDS))?;
+    let factors = shift_factors(shift);
+    // All together are verified on the machine with other moduli.
+    let loops = plants.loops(law, &factors[..factors.len() - 2])?;
+    let worst = loops.iter().reduce(|a, b| if b.2 > a.2 { b } else { a });
+    Ok(match worst {
+        Some((rpm, factors, rate)) => ShiftedLoops {
+            shift,
+            loops: loops.len(),
+            worst_growth_rate_per_s: *rate,
+            worst_factors: factors.clone(),
+            worst_speed_rpm: *rpm,
+        },
+        None => ShiftedLoops::none(shift),
     })
+}
+
+/// Flexible modes that are shifted all together: more than lie below half of any sample rate.
+const MODES_TOGETHER: usize = 64;
+/// Shifts beyond this are no matter of tolerances.
+const MOST_SHIFT: f64 = 0.1;
+/// Width of the range that is found, absolute.
+const SHIFT_WIDTH: f64 = 1e-3;
+/// Combinations that a shift in the search is judged by, those nearest to instability; all are asked where it ends.
+const NEAREST_COMBINATIONS: usize = 6;
+
+/// The largest relative shift, at most a tenth, with which the loop of a law is stable for every combination that a PID
+/// is certified with, and with all modes together, at rest, half and full top speed; zero for a loop that is unstable
+/// as it is.
+///
+/// # Errors
+/// [`VerificationError`] when a plant or its eigenvalues fail.
+pub fn shift_range(machine: &Machine, law: &StateSpace<Discrete>) -> Result<f64, VerificationError> {
+    let plants = ShiftedPlants::new(machine, SHIFTED_SPEEDS)?;
+    if plants.loops(law, &[vec![]])?.iter().any(|own| own.2 >= 0.0) {
+        return Ok(0.0);
+    }
+    let of = |shift: f64, chosen: &[usize]| -> Result<Vec<ShiftedLoop>, VerificationError> {
+        let all = shift_factors(shift);
+        let some: Vec<Vec<f64>> = chosen.iter().map(|k| all[*k].clone()).collect();
+        plants.loops(law, &some)
+    };
+    let every: Vec<usize> = (0..shift_factors(0.0).len()).collect();
+    let holds = |loops: &[ShiftedLoop]| loops.iter().all(|own| own.2 < 0.0);
+    let (mut low, mut high) = (0.0, MOST_SHIFT);
+    let mut next = TuneSettings::quick().mode_shift;
+    let mut near = nearest(&of(next, &every)?, every.len());
+    loop {
+        while high - low > SHIFT_WIDTH {
+            if holds(&of(next, &near)?) {
+                low = next
+            } else {
+                high = next
+            }
+            next = 0.5 * (low + high);
+        }
+        let loops = of(low, &every)?;
+        if low == 0.0 || holds(&loops) {
+            return Ok(low);
+        }
+        // A combination that was not asked fails: from below, with those that are nearest now.
+        near = nearest(&loops, every.len());
+        (low, high) = (0.0, low);
+        next = 0.5 * high;
+    }
+}
+
+/// Numbers of the combinations that are nearest to instability at any speed.
+fn nearest(loops: &[ShiftedLoop], combinations: usize) -> Vec<usize> {
+    let worst =
+        |k: usize| loops.iter().skip(k).step_by(combinations).map(|own| own.2).fold(f64::NEG_INFINITY, f64::max);
+    let mut order: Vec<usize> = (0..combinations).collect();
+    order.sort_by(|a, b| worst(*b).total_cmp(&worst(*a)));
+    order.truncate(NEAREST_COMBINATIONS);
+    order
 }

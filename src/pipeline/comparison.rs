@@ -13,6 +13,7 @@ use crate::predict::closed_loop::compliance;
 use crate::predict::modes::{LoopModes, loop_modes, modes_of_poles};
 use crate::predict::sensitivity::{AxisSensitivity, Zone};
 use crate::predict::stiffness::{DynamicStiffness, stiffness_and_sensitivity, stiffness_at};
+use crate::predict::tool_step::SETTLED;
 use crate::spindle::{Machine, ModelDetail, Plant};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
@@ -54,6 +55,12 @@ impl Prediction {
     /// True when the loop is stable at this speed.
     pub fn is_stable(&self) -> bool {
         self.growth_rate_per_s < 0.0
+    }
+
+    /// Time in which the slowest pole decays to 2 %, s: from when a static load begins until the tool stays where it
+    /// holds it. Not a number of an unstable loop.
+    pub(crate) fn settling_s(&self) -> f64 {
+        if self.is_stable() { SETTLED.ln() / self.growth_rate_per_s } else { f64::NAN }
     }
 
     /// Zone of ISO 14839-3; none of an unstable loop.

@@ -20,6 +20,7 @@ use super::progress::{Event, Listener};
 use super::real_corners::largest_at_corners;
 use super::settings::DesignSettings;
 use super::specification_scale::{SpecificationScale, specification_scale};
+use super::speed_mu::refine_largest;
 use super::synthesis::synthesise_for_machine;
 use crate::augment::channels::real_channels;
 use crate::augment::weights::Weights;
@@ -193,12 +194,14 @@ fn finish_design(
     machine: &Machine,
     weights: &Weights,
     (problems, constant_scales): (Problems, Vec<f64>),
-    (dk, (delivery, polish)): (Option<DkDesign>, (Delivery, Option<PolishOutcome>)),
+    (dk, (mut delivery, polish)): (Option<DkDesign>, (Delivery, Option<PolishOutcome>)),
     progress: &mut Listener,
 ) -> Result<Design, PipelineError> {
     let specification_scale = match &delivery.controller.law {
         ControlLaw::Discrete(law) => {
-            specification_scale(machine, weights, &problems.written_modes, law, &delivery.speed_mu)?
+            delivery.speed_mu =
+                refine_largest(machine, weights, &problems.written_modes, law, std::mem::take(&mut delivery.speed_mu))?;
+            specification_scale(machine, weights, &problems, law, &delivery.speed_mu)?
         }
         ControlLaw::Continuous(_) => None,
     };

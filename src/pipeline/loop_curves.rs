@@ -7,8 +7,10 @@ use super::overspeed::OVERSPEED;
 use crate::controller::Controller;
 use crate::controller::verification::growth_rate_of;
 use crate::lti::{Discrete, FrequencyGrid, StateSpace};
+use crate::pid::shifted_loops::shift_range;
 use crate::predict::amplification::{CriticalSpeed, find_critical_speeds};
 use crate::predict::closed_loop::compliance;
+use crate::predict::disc_margins::DiscMargins;
 use crate::predict::loop_gain::LoopGain;
 use crate::predict::loop_shape::{LoopShape, unbalance_response};
 use crate::predict::loop_sigma::LoopSigma;
@@ -67,12 +69,23 @@ pub struct StableLoop {
     pub gain: LoopGain,
     /// Largest singular values at rest, on the same lines.
     pub sigma: LoopSigma,
+    /// Margins.
+    pub margins: LoopMargins,
     /// Displacement after a step of force at the tool, at rest.
     pub step: ToolStep,
     /// Stiffness at rest with rotors from within the uncertainty.
     pub sampled_plants: DrawnPlants,
     /// Response to an unbalance.
     pub unbalance: UnbalanceCurve,
+}
+
+/// What a loop may change by.
+#[derive(Clone, Copy, Debug)]
+pub struct LoopMargins {
+    /// Disc margins at rest and at top speed; none of a loop that is unstable there.
+    pub discs: [Option<DiscMargins>; 2],
+    /// Relative shift of the natural frequencies, in every combination that a PID is certified with, that it bears.
+    pub mode_shift: f64,
 }
 
 /// Dynamic stiffness of the tool in x with rotors whose natural frequencies are drawn from their ranges.
@@ -113,6 +126,7 @@ impl LoopCurves {
         let LoopAtSpeed { plant, grid, .. } = closed_loop(machine, controller, 0.0, band_hz)?;
         let gain = LoopGain::new(&plant, &*controller.responder(), &grid);
         let sigma = LoopSigma::new(&plant, &*controller.responder(), &grid);
+        let margins = LoopMargins::of(machine, controller)?;
         let lines = lines_hz(&plant, &rest.sensitivity.frequency_hz);
         let shape = LoopShape::new(&plant, &*controller.responder(), &lines).map_err(SpindleError::from)?;
         let top_rpm = machine.spindle.max_rpm;
@@ -122,7 +136,29 @@ impl LoopCurves {
         let step = ToolStep::of(&plant.sample_plant()?, &law).map_err(PipelineError::numeric("step at the tool"))?;
         let sampled_plants = DrawnPlants::draw(machine, &plant, (controller, &law), mode_uncertainty)?;
         let unbalance = UnbalanceCurve::of(machine, controller, speed_rpm)?;
-        Ok(Self { whirl, stable: Some(StableLoop { shape, gain, sigma, step, sampled_plants, unbalance }) })
+        Ok(Self { whirl, stable: Some(StableLoop { shape, gain, sigma, margins, step, sampled_plants, unbalance }) })
+    }
+}
+
+impl LoopMargins {
+    /// Of the loop of a controller.
+    ///
+    /// # Errors
+    /// [`PipelineError`] when a plant or a decomposition fails.
+    pub(crate) fn of(machine: &Machine, controller: &Controller) -> Result<Self, PipelineError> {
+        let band_hz = (machine.spindle.stiffness_band_hz.0, f64::INFINITY);
+        let at = |rpm: f64| -> Result<Option<DiscMargins>, PipelineError> {
+            let LoopAtSpeed { plant, poles, grid } = closed_loop(machine, controller, rpm, band_hz)?;
+            if poles.growth_rate_per_s >= 0.0 {
+                return Ok(None);
+            }
+            let found = DiscMargins::new(&plant, &*controller.responder(), &grid);
+            found.map(Some).map_err(PipelineError::mu("disc margins"))
+        };
+        let law = discrete(controller, machine.spindle.electronics.sample_period_s())?;
+        let discs = || rayon::join(|| at(0.0), || at(machine.spindle.max_rpm));
+        let ((rest, top), mode_shift) = rayon::join(discs, || shift_range(machine, &law));
+        Ok(Self { discs: [rest?, top?], mode_shift: mode_shift? })
     }
 }
 

@@ -103,8 +103,8 @@ pub(crate) fn lowest_order(
     }
     if let Some(delivery) = lowest {
         if let ControlLaw::Discrete(law) = &delivery.controller.law {
-            let asked = (weights, design.problems.written_modes.as_slice());
-            design.specification_scale = specification_scale(machine, asked.0, asked.1, law, &delivery.speed_mu)?;
+            design.specification_scale =
+                specification_scale(machine, weights, &design.problems, law, &delivery.speed_mu)?;
         }
         if let Some(polish) = &mut design.polish {
             polish.sentence = format!(

@@ -7,7 +7,7 @@ use super::certificates::mu_words;
 use super::comparison::{Prediction, better_in_every_figure, chatter_limit, predict, rival_settings};
 use super::contact::{Contact, contact};
 use super::design::{Design, design};
-use super::loop_curves::LoopCurves;
+use super::loop_curves::{LoopCurves, LoopMargins};
 use super::model_curves::{FreeRotor, OpenLoopCurves};
 use super::progress::{Event, Listener};
 use super::settings::DesignSettings;
@@ -97,6 +97,8 @@ pub struct Curves {
     pub open_loop: Vec<OpenLoopCurves>,
     /// The loop of the delivered controller.
     pub closed_loop: LoopCurves,
+    /// Margins of the tuned PID.
+    pub pid_margins: Option<LoopMargins>,
 }
 
 /// The model moved to the measurement.
@@ -218,6 +220,7 @@ fn curves(run: &Run, mode_uncertainty: &[f64]) -> Result<Curves, PipelineError> 
             None => vec![used],
         },
         closed_loop: LoopCurves::of(&run.machine, controller, &run.delivered[0], mode_uncertainty)?,
+        pid_margins: run.pid().map(|pid| LoopMargins::of(&run.machine, &pid.controller)).transpose()?,
     })
 }
 

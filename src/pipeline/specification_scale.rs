@@ -5,6 +5,8 @@
 //! [`super::speed_mu::mu_over_speed`], on the exact responses of the whole machine.
 
 use super::PipelineError;
+use super::least_mu::least_mu;
+use super::problems::Problems;
 use super::shank_limit::ShankLimit;
 use super::speed_mu::{SpeedMu, mu_at_speed};
 use super::widening::Widening;
@@ -29,6 +31,8 @@ pub struct SpecificationScale {
     pub frequency_hz: f64,
     /// What no controller can change.
     pub shank: Option<ShankLimit>,
+    /// Below this no controller brings μ; none where it is not known.
+    pub least_mu: Option<f64>,
 }
 
 impl SpecificationScale {
@@ -42,13 +46,31 @@ impl SpecificationScale {
         } else {
             format!("The specification is not met at any multiple of its limits: {place}.")
         };
-        self.shank.map_or(widened.clone(), |shank| format!("{} {widened}", shank.sentence()))
+        match (self.shank, self.least_mu) {
+            (Some(shank), _) => format!("{} {widened}", shank.sentence()),
+            (None, Some(least)) if least > 1.0 => {
+                format!("No controller can: µ is at least {least:.2} with any. {widened}")
+            }
+            (None, Some(least)) => format!(
+                "None was found that meets the specification; that none can is not shown: no controller brings µ below \
+                 {least:.2}. {widened}"
+            ),
+            (None, None) => widened,
+        }
+    }
+
+    /// True where it is shown that no controller meets the specification.
+    pub fn is_impossible(&self) -> bool {
+        self.shank.is_some() || self.least_mu.is_some_and(|least| least > 1.0)
     }
 
     /// The scale in a few words, for a line over several tools.
     pub(crate) fn words(&self) -> String {
         match self.shank {
             Some(_) => "its shank is softer than its static limit: no controller can".to_owned(),
+            None if self.is_impossible() => {
+                format!("no controller can: µ is at least {:.2} with any", self.least_mu.unwrap_or(f64::NAN))
+            }
             None if self.factor.is_finite() => {
                 format!("met at {:.2} times its limits, where {} binds", self.factor, self.binds)
             }
@@ -145,10 +167,11 @@ impl SpecificationRow {
 pub(crate) fn specification_scale(
     machine: &Machine,
     weights: &Weights,
-    modes: &[UncertainMode],
+    problems: &Problems,
     law: &StateSpace<Discrete>,
     over_speed: &[SpeedMu],
 ) -> Result<Option<SpecificationScale>, PipelineError> {
+    let modes = problems.written_modes.as_slice();
     let mut speeds: Vec<SpeedMu> = over_speed.to_vec();
     speeds.sort_by(|a, b| b.mu.total_cmp(&a.mu));
     let Some(worst) = speeds.first().copied() else {
@@ -216,5 +239,7 @@ pub(crate) fn specification_scale(
         speed_rpm: binding.speed_rpm,
         frequency_hz,
         shank: ShankLimit::of(machine, weights)?,
+        // A bound above what is reached would be one of rounding.
+        least_mu: least_mu(problems).filter(|least| *least <= worst.mu),
     }))
 }

@@ -80,6 +80,60 @@ pub fn mu_over_speed(
         .collect()
 }
 
+/// What the speeds of a delivery may miss of a peak over speed, relative to it: tops of at least this share of the
+/// largest are looked at more closely.
+const BETWEEN_SPEEDS: f64 = 0.05;
+/// Share of the distance of its neighbours to which the speed of a peak is sought: what is missed falls with its
+/// square.
+const SPEED_PLACE: f64 = 0.02;
+/// Tops over speed that are looked at more closely, the highest first.
+const MOST_SPEED_TOPS: usize = 3;
+
+/// μ at more speeds than `found`, round the largest, so that none between them is larger by more than some 1e-3 of it
+/// where a top between two speeds shows on them; in the order of the speeds. An unstable loop has no μ to look for.
+///
+/// # Errors
+/// As [`mu_over_speed`].
+pub(super) fn refine_largest(
+    machine: &Machine,
+    weights: &Weights,
+    modes: &[UncertainMode],
+    law: &StateSpace<Discrete>,
+    mut found: Vec<SpeedMu>,
+) -> Result<Vec<SpeedMu>, PipelineError> {
+    let order = |a: &SpeedMu, b: &SpeedMu| a.speed_rpm.total_cmp(&b.speed_rpm);
+    found.sort_by(order);
+    if found.len() < 3 || found.iter().any(|at| !at.mu.is_finite()) {
+        return Ok(found);
+    }
+    let at = |speed_rpm: f64| mu_at_speed(machine, weights, modes, law, speed_rpm);
+    // A top at an end may lie beside it: half way to the neighbour tells.
+    let last = found.len() - 1;
+    for (end, beside) in [(0, 1), (last, last - 1)] {
+        if found[end].mu >= found[beside].mu {
+            found.push(at(0.5 * (found[end].speed_rpm + found[beside].speed_rpm))?);
+        }
+    }
+    found.sort_by(order);
+    let largest = found.iter().map(|at| at.mu).fold(0.0, f64::max);
+    let inside = |three: &&[SpeedMu]| three[1].mu >= three[0].mu.max(three[2].mu);
+    let mut tops: Vec<[SpeedMu; 3]> = found.windows(3).filter(inside).map(|t| [t[0], t[1], t[2]]).collect();
+    tops.retain(|top| top[1].mu >= (1.0 - BETWEEN_SPEEDS) * largest);
+    tops.sort_by(|a, b| b[1].mu.total_cmp(&a[1].mu));
+    tops.truncate(MOST_SPEED_TOPS);
+    for top in tops {
+        let points = top.map(|at| (at.speed_rpm, at.mu));
+        let mut search = LineMaximum::new(points, SPEED_PLACE * (points[2].0 - points[0].0));
+        while let Some(speed_rpm) = search.next() {
+            let further = at(speed_rpm)?;
+            search.add(speed_rpm, further.mu);
+            found.push(further);
+        }
+    }
+    found.sort_by(order);
+    Ok(found)
+}
+
 /// μ of a specification with a four-axis law at one speed; `modes` are the uncertain ones.
 ///
 /// # Errors

@@ -1,15 +1,10 @@
-//! Classical analysis of a loop: response of the controller, characteristic loci of the open loop, disc margin, and the
-//! response to an unbalance over speed.
-//!
-//! L = −G K, so that the critical point is −1 though feedback is positive. The disc margin is that of the sensitivity:
-//! with α = 1/max σ̄(S), S = (I + L)⁻¹, the loop stays stable for every factor 1/(1 + δ), |δ| < α complex, independent
-//! in each sensor channel (Seiler, Packard, Gahinet, An Introduction to Disk Margins, IEEE Control Systems 2020, skew
-//! −1).
+//! Classical analysis of a loop: response of the controller, characteristic loci of the open loop, and the response to
+//! an unbalance over speed. L = −G K, so that the critical point is −1 though feedback is positive.
 
-use crate::linalg::{Mat, NumericError, c64, eigenvalues_complex, max_singular_value_complex};
+use crate::linalg::{Mat, NumericError, c64, eigenvalues_complex};
 use crate::lti::held::closed_response;
 use crate::lti::{HeldResponse, Response};
-use crate::predict::closed_loop::{AXES, sensitivity_of};
+use crate::predict::closed_loop::AXES;
 use crate::spindle::{Machine, ModelDetail, Plant, SpindleError};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
@@ -23,30 +18,6 @@ pub struct LoopShape {
     pub controller: [Vec<c64>; 3],
     /// The four eigenvalues of L, each followed from line to line.
     pub loci: [Vec<c64>; AXES],
-    /// Largest singular value of S over the lines and its frequency, Hz.
-    pub peak_sensitivity: (f64, f64),
-}
-
-/// Simultaneous changes in all sensor channels that the loop bears for sure.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DiscMargin {
-    /// Radius α of the disc.
-    pub radius: f64,
-    /// Frequency at which it is smallest, Hz.
-    pub frequency_hz: f64,
-}
-
-impl DiscMargin {
-    /// Gain factors between which every channel may change; the upper one is infinite for a radius of one and more.
-    pub fn gain(&self) -> [f64; 2] {
-        let upper = if self.radius < 1.0 { 1.0 / (1.0 - self.radius) } else { f64::INFINITY };
-        [1.0 / (1.0 + self.radius), upper]
-    }
-
-    /// Phase by which every channel may change either way, degrees.
-    pub fn phase_deg(&self) -> f64 {
-        2.0 * (0.5 * self.radius).min(1.0).asin().to_degrees()
-    }
 }
 
 impl LoopShape {
@@ -63,7 +34,6 @@ impl LoopShape {
             frequency_hz: frequency_hz.to_vec(),
             controller: [vec![], vec![], vec![]],
             loci: [vec![], vec![], vec![], vec![]],
-            peak_sensitivity: (0.0, 0.0),
         };
         for hz in frequency_hz {
             let omega = TAU * hz;
@@ -75,10 +45,6 @@ impl LoopShape {
             let l = g * &k;
             let l = Mat::from_fn(AXES, AXES, |i, j| -l[(i, j)]);
             shape.follow(eigenvalues_complex(&l)?);
-            let s = max_singular_value_complex(&sensitivity_of(&p, &k));
-            if s > shape.peak_sensitivity.0 {
-                shape.peak_sensitivity = (s, *hz);
-            }
         }
         Ok(shape)
     }
@@ -98,11 +64,6 @@ impl LoopShape {
                 locus.push(values.swap_remove(nearest));
             }
         }
-    }
-
-    /// The disc margin on the lines.
-    pub fn disc_margin(&self) -> DiscMargin {
-        DiscMargin { radius: 1.0 / self.peak_sensitivity.0, frequency_hz: self.peak_sensitivity.1 }
     }
 }
 

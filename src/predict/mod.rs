@@ -4,6 +4,7 @@ pub mod amplification;
 pub mod chatter;
 pub mod closed_loop;
 pub mod dips;
+pub mod disc_margins;
 pub mod loop_gain;
 pub mod loop_shape;
 pub mod loop_sigma;

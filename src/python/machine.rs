@@ -391,7 +391,7 @@ impl NativeMachine {
                 verification: &verification,
                 machine: &format!("{} with {}", machine.spindle.name, machine.tool.name),
                 tag: None,
-                prefix: &prefix.unwrap_or_else(|| c_identifier(&machine.tool.name)),
+                prefix: &prefix.unwrap_or_else(|| c_identifier(machine.short_name())),
             };
             let written = write_all(&firmware, &Format::ALL).map_err(|e| words(e.into()))?;
             let mut folder = ResultsFolder::new();

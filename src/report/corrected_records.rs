@@ -61,7 +61,8 @@ pub(crate) fn stage_records(
     hammers: &[Circumstances],
     files: &[Copied],
 ) -> Result<(), ResultsError> {
-    let mut list = String::from("spindle: spindle\ntool: tool\nrecords:\n");
+    let tool = if d.corrected.tool.is_absent() { "none" } else { "tool" };
+    let mut list = format!("spindle: spindle\ntool: {tool}\nrecords:\n");
     let left_out = |record: RecordId| {
         let gone = |f: &FoundFault| f.record == record && f.fault == RecordFault::Disagrees;
         d.record_faults.iter().any(gone)

@@ -203,5 +203,7 @@ fn scale_topic(scale: &SpecificationScale) -> Value {
         "key": scale.key,
         "speed_rpm": scale.speed_rpm,
         "frequency_hz": scale.frequency_hz,
+        // Below this no controller brings µ.
+        "least_mu": scale.least_mu,
     })
 }

@@ -209,7 +209,7 @@ fn tiles(read: &PageSummary) -> Vec<ReadableFigure> {
     let zone = |s: &Option<SensitivityTopic>| s.as_ref().and_then(|s| s.zone.clone());
     let gap = read.diagnosis.as_ref().and_then(|d| d.parts.gap_after_held_out);
     let wanted = [
-        ("largest µ at 25 speeds from rest to 1.2 × top speed", number(design.and_then(|d| d.largest_mu))),
+        ("largest µ from rest to 1.2 × top speed", number(design.and_then(|d| d.largest_mu))),
         ("µ at rest, certified", number(design.and_then(|d| d.table_as_written.mu_peak_discrete))),
         ("states of the controller", design.and_then(|d| d.controller_order).map(|n| n.to_string())),
         ("softest point, µ", softest(&read.stiffness.mu)),

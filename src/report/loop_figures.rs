@@ -6,9 +6,8 @@ use super::plot::figure::{Axis, Figure, Level, Mark, Panel, Series};
 use super::plot::loops::{ResponseCurve, bode, dynamic_stiffness, nyquist};
 use super::plot::shaft::{CampbellLine, campbell};
 use super::plot::{Color, Curve, Dash, Look, Marker, Role};
-use crate::export::json::AXIS_NAMES;
 use crate::pipeline::comparison::Prediction;
-use crate::pipeline::loop_curves::{DrawnPlants, LoopCurves, StableLoop, UnbalanceCurve, WhirlLine};
+use crate::pipeline::loop_curves::{DrawnPlants, LoopCurves, UnbalanceCurve, WhirlLine};
 use crate::predict::loop_gain::LoopGain;
 use crate::predict::loop_shape::LoopShape;
 use crate::predict::loop_sigma::LoopSigma;
@@ -129,32 +128,7 @@ fn loci(shape: &LoopShape) -> Figure {
             response: locus,
         })
         .collect();
-    nyquist("Characteristic loci of the loop at rest", &loci, shape.peak_sensitivity.0)
-}
-
-/// `margins.<controller>`: those of all channels at once, and of one channel with the others as they are.
-pub(crate) fn margin_topic(stable: &StableLoop) -> Value {
-    let margin = stable.shape.disc_margin();
-    let [low, high] = margin.gain();
-    let channels = AXIS_NAMES.into_iter().enumerate().map(|(k, channel)| {
-        let own = stable.gain.margin(k);
-        json!({
-            "channel": channel,
-            "smallest_gain_factor": own.smallest_gain_factor,
-            "largest_gain_factor": own.largest_gain_factor,
-            "phase_margin_deg": own.phase_deg,
-            "at_hz": own.phase_hz,
-            "highest_crossover_hz": own.crossover_hz,
-        })
-    });
-    json!({
-        "disc_radius": margin.radius,
-        "frequency_hz": margin.frequency_hz,
-        "smallest_gain_factor": low,
-        "largest_gain_factor": high,
-        "phase_deg": margin.phase_deg(),
-        "channels": channels.collect::<Vec<_>>(),
-    })
+    nyquist("Characteristic loci of the loop at rest", &loci)
 }
 
 /// The curve of the model in front of those of the sampled plants.

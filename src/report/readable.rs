@@ -59,7 +59,13 @@ const UNITS: [Unit; 24] = [
     unit("_v", "V", 1.0),
 ];
 
+/// Unlike delays, in the unit of which other times are printed.
+static SETTLING: Unit = unit("_s", "ms", 1e3);
+
 fn split(key: &str) -> (String, Option<&'static Unit>) {
+    if let Some(name) = key.strip_suffix("_s").filter(|name| name.ends_with("settling")) {
+        return (words(name), Some(&SETTLING));
+    }
     let unit = UNITS.iter().find(|u| key.len() > u.suffix.len() && key.ends_with(u.suffix));
     let name = unit.map_or(key, |u| key.strip_suffix(u.suffix).unwrap_or(key));
     (words(name), unit)

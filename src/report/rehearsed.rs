@@ -5,7 +5,7 @@ use super::results::{ResultsError, ResultsFolder};
 use crate::controller::Controller;
 use crate::export::json::controller_json;
 use crate::identify::Rehearsal;
-use crate::input::{spindle_yaml, tool_yaml};
+use crate::input::machine_files;
 use crate::pipeline::PipelineError;
 use crate::pipeline::loop_stability::{growth_rate_at, unstable_words};
 use crate::spindle::halved::refined_around_tilting;
@@ -47,9 +47,12 @@ impl RehearsedRig<'_> {
     pub(crate) fn folder(&self, model: &Machine) -> Result<(ResultsFolder, Vec<Listed>), RehearsalError> {
         let mut folder = ResultsFolder::new();
         let records = self.add_records(&mut folder, "")?;
-        folder.add("measurement.yaml", rehearsed_list(&records))?;
-        folder.add("spindle.yaml", spindle_yaml(&model.spindle))?;
-        folder.add("tool.yaml", tool_yaml(&model.tool))?;
+        let list = rehearsed_list(&records);
+        let absent = model.tool.is_absent();
+        folder.add("measurement.yaml", if absent { list.replace("tool: tool.yaml", "tool: none") } else { list })?;
+        for (name, text) in machine_files(model) {
+            folder.add(name, text)?;
+        }
         Ok((folder, records))
     }
 

@@ -3,6 +3,7 @@
 use super::contact::add_contact;
 use super::design_summary::design_topic;
 use super::identification::identification_topic;
+use super::margins::margin_topic;
 use super::pictures::Picture;
 use super::pid_summary::{OF_DELIVERED, no_pid_topic, pid_topic};
 use super::plot::Role;
@@ -159,7 +160,11 @@ fn add_pictures(report: &mut Report, run: &Run, curves: &Curves) -> Result<(), R
     let drawn = robustness(&run.design).into_iter();
     report.figures(drawn.chain(predictions(&shown, &[], top_hz)))?;
     let top_rpm = run.machine.spindle.max_rpm;
-    report.loop_of("mu", &curves.closed_loop, run.delivered.each_ref(), top_rpm)
+    report.loop_of("mu", &curves.closed_loop, run.delivered.each_ref(), top_rpm)?;
+    if let Some(margins) = &curves.pid_margins {
+        report.summary.set("margins.pid", margin_topic(margins));
+    }
+    Ok(())
 }
 
 fn marks(targets: &Targets) -> [Vec<MarkedFrequency>; 2] {
@@ -217,7 +222,7 @@ fn outcome_topic(run: &Run) -> Vec<Value> {
     let mut rows = vec![
         outcome_row("µ of the specification at rest", delivery.rounded.specification.words(), "at most 1"),
         outcome_row(
-            format!("µ of the specification, largest at 25 speeds from rest to {over_rpm:.0} rpm"),
+            format!("µ of the specification, largest from rest to {over_rpm:.0} rpm"),
             mu_words(design.largest_mu()),
             "at most 1",
         ),

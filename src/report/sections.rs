@@ -54,7 +54,7 @@ sections! {
     Damping "damping_ratio" "Damping"
         "Flexible modes in the closed loop at rest: damping ratio of the least damped pole that shows in each.",
     Margins "margins" "Margins"
-        "What every sensor channel may change by at once: gain and phase of the disc round the critical point.",
+        "Gain and phase that each channel may change by alone, and all at once, each for itself (discs).",
     Pid "pid" "Tuned PID"
         "The rival: what it was tuned for, and what it reaches.",
     Simulation "simulation" "Time responses"

@@ -1,9 +1,11 @@
 //! A report under construction: the results folder with its summary, page and controller files.
 
 use super::html::{self, HtmlError};
-use super::loop_figures::{loop_figures, margin_topic, tool_step_topic, unbalance_topic};
+use super::loop_figures::{loop_figures, tool_step_topic, unbalance_topic};
+use super::margins::stable_margin_topic;
 use super::page_summary::VerdictLine;
 use super::pictures::PictureName;
+use super::place_words::{at_output, summary_at_output};
 use super::plot::figure::Figure;
 use super::prediction_summary::{sensitivity_topic, stiffness_topic};
 use super::results::{ResultsError, ResultsFolder};
@@ -16,7 +18,7 @@ use crate::export::firmware::sha256_hex;
 use crate::export::firmware::{Firmware, Format, write_all};
 use crate::export::json::controller_json;
 use crate::export::problem::problem_files;
-use crate::input::{spindle_yaml, tool_yaml};
+use crate::input::machine_files;
 use crate::pipeline::PipelineError;
 use crate::pipeline::comparison::Prediction;
 use crate::pipeline::design::Design;
@@ -50,12 +52,14 @@ pub(crate) struct Report {
     pub folder: ResultsFolder,
     /// Figures by key.
     pub summary: Summary,
+    /// Whether the machine has no tool, and its place is called output.
+    at_output: bool,
 }
 
 impl Report {
     /// An empty report of a command on a machine.
     pub(crate) fn of(command: &str, machine: &Machine) -> Self {
-        let mut report = Self::default();
+        let mut report = Self { at_output: machine.tool.is_absent(), ..Self::default() };
         let summary = &mut report.summary;
         summary.set("run", command);
         summary.set("spindle", machine.spindle.name.as_str());
@@ -101,7 +105,7 @@ impl Report {
     ) -> Result<(), ReportError> {
         self.figures(loop_figures(curves, runs, top_rpm))?;
         if let Some(stable) = &curves.stable {
-            self.summary.set(&format!("margins.{name}"), margin_topic(stable));
+            self.summary.set(&format!("margins.{name}"), stable_margin_topic(stable));
             self.summary.set("simulation.step", tool_step_topic(&stable.step));
             self.summary.set("simulation.unbalance", unbalance_topic(&stable.unbalance, top_rpm));
         }
@@ -127,8 +131,10 @@ impl Report {
     }
 
     fn machine_files(&mut self, machine: &Machine) -> Result<(), ReportError> {
-        self.folder.add("spindle.yaml", spindle_yaml(&machine.spindle))?;
-        Ok(self.folder.add("tool.yaml", tool_yaml(&machine.tool))?)
+        for (name, text) in machine_files(machine) {
+            self.folder.add(name, text)?;
+        }
+        Ok(())
     }
 
     /// The same with the controller's files beside those of the machine.
@@ -176,7 +182,14 @@ impl Report {
 
     /// Adds summary and page.
     pub(crate) fn finish(&mut self) -> Result<(), ReportError> {
+        if self.at_output {
+            self.summary = summary_at_output(&self.summary);
+            for (stem, svg) in self.folder.pictures() {
+                self.folder.add(&format!("plots/{stem}.svg"), at_output(&svg))?;
+            }
+        }
         let page = html::report(&self.summary.value(), &self.folder.pictures())?;
+        let page = if self.at_output { at_output(&page) } else { page };
         self.folder.add("report.html", page)?;
         Ok(self.folder.add("summary.json", self.summary.to_json())?)
     }
@@ -198,7 +211,7 @@ fn controller_files(
             verification: &design.delivery.verification,
             machine: &name,
             tag: Some(tag),
-            prefix: &c_identifier(&machine.tool.name),
+            prefix: &c_identifier(machine.short_name()),
         },
         // A loop that is unstable or not proven stable gets no firmware; `export --force-unverified` makes it from
         // `discrete.json`.
@@ -209,7 +222,6 @@ fn controller_files(
 
 /// The tag of a machine whose files are found under these paths.
 pub(crate) fn machine_tag(machine: &Machine, spindle: &str, tool: &str) -> MachineTag {
-    let mut text = spindle_yaml(&machine.spindle);
-    text.push_str(&tool_yaml(&machine.tool));
+    let text: String = machine_files(machine).into_iter().map(|(_, text)| text).collect();
     MachineTag { spindle: spindle.to_owned(), tool: tool.to_owned(), hash: sha256_hex(text.as_bytes()) }
 }

@@ -21,13 +21,19 @@ pub struct DiscMargin {
     pub skew: f64,
     /// α that is guaranteed.
     pub alpha: f64,
-    /// α at which some factors are known to destabilise; of one channel the same but for rounding.
+    /// α at which some factors are known to destabilise; of one channel the same but for rounding, infinite where none
+    /// was sought.
     pub alpha_upper: f64,
     /// Frequency where α is smallest, rad/s.
     pub omega_rad_s: f64,
 }
 
 impl DiscMargin {
+    /// From the largest norm or bound of μ on some lines, with its frequency in rad/s.
+    pub(crate) fn on_lines(skew: f64, peak: (f64, f64)) -> Self {
+        Self { skew, alpha: peak.0.recip(), alpha_upper: f64::INFINITY, omega_rad_s: peak.1 }
+    }
+
     /// The real factors that the disc holds: from the first, perhaps negative, to the second, perhaps infinite.
     pub fn gain_margin(&self) -> (f64, f64) {
         let (near, far) = (0.5 * self.alpha * (1.0 - self.skew), 0.5 * self.alpha * (1.0 + self.skew));

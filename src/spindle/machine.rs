@@ -126,6 +126,8 @@ pub struct Spindle {
     pub backup_bearings: BackupBearings,
     /// Band in which the dynamic stiffness of the tool counts, Hz.
     pub stiffness_band_hz: (f64, f64),
+    /// Where stiffness counts on a shaft without a tool, m from the nose face.
+    pub output_m: Option<f64>,
     /// Effects added to the nominal model.
     pub effects: Vec<Effect>,
 }
@@ -184,6 +186,17 @@ pub struct Tool {
 }
 
 impl Tool {
+    /// What stands in the place of a tool where there is none: no shaft of its own, and on that of the spindle the
+    /// place where stiffness counts.
+    pub fn absent(output_m: f64) -> Self {
+        Self { name: "no tool".into(), sections: vec![], discs: vec![], tool_plane_m: -output_m, teeth: None }
+    }
+
+    /// Whether there is none.
+    pub fn is_absent(&self) -> bool {
+        self.sections.is_empty()
+    }
+
     /// Overhang from the nose face, m.
     pub fn length_m(&self) -> f64 {
         self.sections.iter().map(|s| s.length_m).sum()
@@ -233,12 +246,23 @@ impl Machine {
     /// [`SpindleError`] with the key path of the first rule that is broken.
     pub fn new(spindle: Spindle, tool: Tool) -> Result<Self, SpindleError> {
         spindle.validate()?;
-        tool.validate()?;
+        if !tool.is_absent() {
+            tool.validate()?;
+        }
         let machine = Self { spindle, tool };
         match machine.broken_effect_rules().into_iter().next() {
             Some(error) => Err(error),
             None => Ok(machine),
         }
+    }
+
+    /// The machine of a spindle without a tool. Stiffness counts at its `output_m`, or at the nose face.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn without_tool(mut spindle: Spindle) -> Result<Self, SpindleError> {
+        let output_m = *spindle.output_m.get_or_insert(0.0);
+        Self::new(spindle, Tool::absent(output_m))
     }
 
     /// Every rule that the effects break on this machine.
@@ -261,7 +285,12 @@ impl Machine {
         Self { spindle: self.spindle.with_effect(effect), tool: self.tool.clone() }
     }
 
-    /// Position of the tool plane, m (negative).
+    /// Name of files and symbols: that of the tool, or of a spindle without one.
+    pub(crate) fn short_name(&self) -> &str {
+        if self.tool.is_absent() { &self.spindle.name } else { &self.tool.name }
+    }
+
+    /// Position of the tool plane, m (negative), or of the output of a shaft without a tool.
     pub fn tool_plane_m(&self) -> f64 {
         -self.tool.tool_plane_m
     }
@@ -271,11 +300,12 @@ impl Machine {
     /// # Errors
     /// [`SpindleError`] when a part breaks a rule.
     pub fn rotor(&self) -> Result<Rotor, SpindleError> {
-        let tool = self.tool.rotor()?;
-        let spindle =
+        let mut rotor =
             Rotor::new(0.0, self.spindle.sections.clone(), &self.spindle.discs).map_err(SpindleError::Rotor)?;
-        let joint = action::joint(&self.spindle.effects);
-        let mut rotor = Rotor::join(&tool, &spindle, joint).map_err(SpindleError::Shaft)?;
+        if !self.tool.is_absent() {
+            let joint = action::joint(&self.spindle.effects);
+            rotor = Rotor::join(&self.tool.rotor()?, &rotor, joint).map_err(SpindleError::Shaft)?;
+        }
         for effect in &self.spindle.effects {
             rotor = action::on_rotor(effect, rotor).map_err(SpindleError::Shaft)?;
         }
@@ -383,6 +413,13 @@ impl Machine {
     /// Place of an effect against regions and length of the shaft.
     fn check_place(&self, i: usize) -> Result<(), SpindleError> {
         let effect = &self.spindle.effects[i];
+        if self.tool.is_absent() && effect.kind.needs_tool() {
+            return Err(SpindleError::Name {
+                path: format!("effects[{i}].effect"),
+                name: effect.kind.name().into(),
+                rule: "needs a tool; there is none in this machine".into(),
+            });
+        }
         let [start, end] = self.ends_m();
         match &effect.location {
             Location::Region(region) if !self.regions().contains(region) => Err(SpindleError::Name {

@@ -51,6 +51,9 @@ impl Spindle {
                 &format!("must lie between 1 and the {most} flexible modes of the rotor model"),
             ));
             self.check_planes(&rotor, &mut broken);
+            if let Some(output_m) = self.output_m {
+                broken.note(on_rotor(&rotor, "output_m", output_m));
+            }
         }
         for (i, effect) in self.effects.iter().enumerate() {
             broken.note(effect.validate().map_err(|error| at_effect(i, error)));
@@ -133,12 +136,7 @@ impl Spindle {
             ("planes.rear_sensor_m", p.rear_sensor_m),
         ];
         for (path, value) in planes {
-            broken.note(rule(
-                value >= 0.0 && value <= rotor.to_m() + 1e-6,
-                path.into(),
-                value,
-                &format!("must lie on the rotor, between 0 and {:.6}", rotor.to_m()),
-            ));
+            broken.note(on_rotor(rotor, path, value));
         }
         for (name, front, rear) in
             [("sensor", p.front_sensor_m, p.rear_sensor_m), ("actuator", p.front_actuator_m, p.rear_actuator_m)]
@@ -151,6 +149,11 @@ impl Spindle {
             ));
         }
     }
+}
+
+fn on_rotor(rotor: &Rotor, path: &str, position_m: f64) -> Result<(), SpindleError> {
+    let text = format!("must lie on the rotor, between 0 and {:.6}", rotor.to_m());
+    rule(position_m >= 0.0 && position_m <= rotor.to_m() + 1e-6, path.into(), position_m, &text)
 }
 
 fn at_effect(i: usize, error: SpindleError) -> SpindleError {

@@ -6,7 +6,7 @@ use super::surroundings::Surroundings;
 use crate::controller::Controller;
 use crate::diagnose::data::measurement::{ControlAxis, HammerTest, RecordSet};
 use crate::diagnose::{DiagnoseError, Diagnosis, Verdict, diagnose_with};
-use crate::input::{Measurement, spindle_yaml, tool_yaml};
+use crate::input::{Measurement, machine_files};
 use crate::pipeline::consequence::{Consequence, LoopState};
 use crate::pipeline::loop_stability::unstable_words;
 use crate::report::corrected_records::record_faults;
@@ -68,8 +68,9 @@ impl DiagnosedRecords {
             summary.set("diagnosis.left_out", left_out);
         }
         let folder = &mut report.folder;
-        folder.add("spindle.yaml", spindle_yaml(&found.corrected.spindle))?;
-        folder.add("tool.yaml", tool_yaml(&found.corrected.tool))?;
+        for (name, text) in machine_files(&found.corrected) {
+            folder.add(name, text)?;
+        }
         stage(folder, found)?;
         if !found.record_faults.is_empty() {
             known.stage_records(folder, loaded, found)?;

@@ -5,7 +5,7 @@ use crate::controller::Controller;
 use crate::diagnose::{Alternatives, Diagnosis};
 use crate::input::file;
 use crate::input::shipped::TOOLS;
-use crate::input::{Measurement, load_controller, load_machine};
+use crate::input::{Measurement, load_controller, load_machine, machine_files};
 use crate::report::corrected_records::{Circumstances, Copied, RecordNames, stage_records};
 use crate::report::results::ResultsFolder;
 use crate::spindle::Machine;
@@ -96,8 +96,8 @@ impl Surroundings {
         let hammers = hammers.collect::<Result<Vec<_>, _>>()?;
         let machine = load_machine(&self.spindle, &self.tool)?;
         let mut copied: Vec<Copied> = files.into_iter().collect();
-        copied.push(("spindle.yaml".into(), crate::input::spindle_yaml(&machine.spindle).into_bytes()));
-        copied.push(("tool.yaml".into(), crate::input::tool_yaml(&found.corrected.tool).into_bytes()));
+        let machine = Machine { tool: found.corrected.tool.clone(), ..machine };
+        copied.extend(machine_files(&machine).into_iter().map(|(name, text)| (name.to_owned(), text.into_bytes())));
         Ok(stage_records(folder, found, &self.names, &sweeps, &hammers, &copied)?)
     }
 }

@@ -181,6 +181,18 @@ impl Plants {
         Self { weak: parts.to_vec(), ..self }
     }
 
+    /// With the machine at rest and at its top speed once more for each factor on all natural frequencies: stable with
+    /// the least margin, that of the weakest magnets.
+    #[must_use]
+    pub(crate) fn with_bare_stability(mut self, factors: [f64; 2]) -> Self {
+        for own in [0, 1] {
+            let modes = self.list[own].plant.flexible_rad_s().len();
+            let shifted = self.list[own].shift_modes(&factors.map(|factor| vec![factor; modes]));
+            self.list.extend(shifted.into_iter().map(|rotor| RotorPlant { role: RotorRole::Weakest, ..rotor }));
+        }
+        self
+    }
+
     /// With further rotors.
     pub(crate) fn with_further(mut self, machine: &Machine, rotors: &[ShiftedRotor]) -> Result<Self, SpindleError> {
         let machine = isotropic(machine);

@@ -129,6 +129,9 @@ impl<'a> Polisher<'a> {
             let between = SPEEDS_BETWEEN.map(|share| ShiftedRotor { speed_rad_s: share * top, factors: vec![] });
             plants = plants.with_further(machine, &between)?;
         }
+        if let Some(shift) = task.weights.mode_shift {
+            plants = plants.with_bare_stability([1.0 - shift, 1.0 + shift]);
+        }
         let roles = [RotorRole::Rest, RotorRole::TopSpeed, RotorRole::Overspeed];
         let sampled = SampledPlants::of(&plants, |_, role| roles.contains(&role))?;
         let period_s = plants.period_s();

@@ -184,6 +184,7 @@ pub fn catalogue(
     for kind in EffectKind::all() {
         let entry = kind.entry();
         let taken = entry.single && machine.of_kind(kind).next().is_some();
+        let taken = taken || (kind.needs_tool() && machine.tool.is_absent());
         if taken || (entry.at_speed_only && !scope.turning) {
             continue;
         }

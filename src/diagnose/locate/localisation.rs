@@ -125,7 +125,7 @@ fn places(model: &Model, turning: bool) -> Vec<(String, Place)> {
         ("housing".into(), Place::Housing),
     ];
     let jointed = machine.of_kind(crate::spindle::EffectKind::ToolJoint).next().is_some();
-    if !jointed {
+    if !jointed && !machine.tool.is_absent() {
         all.push(("tool joint".into(), Place::Joint));
     }
     let mut stations = vec![from, 0.0, front, rear, to];

@@ -152,7 +152,7 @@ pub fn sensitivity(title: &str, panels: &[(&str, Vec<Curve>)]) -> Figure {
 
 /// Nyquist curves of open loops L (the critical point is −1: pass L of the negative-feedback loop), with the circle of
 /// the largest admissible sensitivity round it.
-pub fn nyquist(title: &str, loops: &[ResponseCurve], largest_sensitivity: f64) -> Figure {
+pub fn nyquist(title: &str, loops: &[ResponseCurve]) -> Figure {
     let range = 3.0;
     let mut panel = Panel::new(
         "",
@@ -161,12 +161,6 @@ pub fn nyquist(title: &str, loops: &[ResponseCurve], largest_sensitivity: f64) -
     );
     panel.equal_aspect = true;
     panel.height_px = 520;
-    let angles: Vec<f64> = (0..=120).map(|k| f64::from(k) * 3f64.to_radians()).collect();
-    let radius = 1.0 / largest_sensitivity;
-    let circle_x: Vec<f64> = angles.iter().map(|a| -1.0 + radius * a.cos()).collect();
-    let circle_y: Vec<f64> = angles.iter().map(|a| radius * a.sin()).collect();
-    let name = format!("|S| = {:.1} dB", 20.0 * largest_sensitivity.log10());
-    panel.series.push(Series::curve(&name, &circle_x, &circle_y, Role::Limit.look()));
     panel.series.push(Series::curve("critical point", &[-1.0], &[0.0], Look::points(Color::Black, Marker::Cross)));
     for l in loops {
         let re: Vec<f64> = l.response.iter().map(|h| h.re).collect();

@@ -6,6 +6,11 @@ use super::location::LocationKind;
 use super::table::TABLE;
 
 impl EffectKind {
+    /// Whether it sits in the tool or between tool and spindle.
+    pub(crate) fn needs_tool(self) -> bool {
+        matches!(self, Self::ToolJoint | Self::ToolMass)
+    }
+
     /// Every kind, in the order of the table.
     pub fn all() -> impl Iterator<Item = Self> {
         TABLE.iter().map(|entry| entry.kind)

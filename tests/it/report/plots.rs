@@ -201,7 +201,7 @@ fn gallery() -> Vec<(&'static str, Figure)> {
                 &[("front x", s.clone()), ("front y", s.clone()), ("rear x", s.clone()), ("rear y", s)],
             ),
         ),
-        ("nyquist", nyquist("Nyquist, front x", &[response("L", Role::Mu, &nyq)], 3.0)),
+        ("nyquist", nyquist("Nyquist, front x", &[response("L", Role::Mu, &nyq)])),
         ("mu", mu_over_frequency("µ over frequency", &[step("step 1", &first, &[]), step("step 2", &upper, &lower)])),
         ("mu-iteration", mu_per_iteration("D-K iteration", &[1.9, 1.1, 0.93, 0.91], &[1.6, 1.0, 0.92, 0.905])),
         ("d-fits", d_fits("D scales", &[fit("mode 1, order 3"), fit("mode 2, order 2"), fit("mode 3, order 4")])),

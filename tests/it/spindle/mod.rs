@@ -7,3 +7,4 @@ mod spindle_effects;
 pub mod spindle_plant;
 mod springs_in_one_plane;
 mod tools;
+mod without_tool;
