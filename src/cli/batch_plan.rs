@@ -13,9 +13,9 @@ use crate::input::shipped::{WEIGHTS, text};
 use crate::input::{spindle_yaml, tool_yaml};
 use crate::report::batch::{BatchRow, ROW_FILE};
 use crate::report::results::ResultsFolder;
-use crate::report::summary::json;
 use crate::spindle::Machine;
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
+use serde_json::json;
 use std::path::Path;
 
 /// List of commands, one a line, to be run in the folder of the plan.
@@ -25,16 +25,9 @@ const VARIANTS: &str = "variants.json";
 /// Folder of the finished variants.
 const RESULTS: &str = "results";
 
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Deserialize)]
 struct Variants {
     variants: Vec<String>,
-}
-
-#[derive(Clone, Debug, Serialize)]
-struct Planned<'a> {
-    run: &'a str,
-    plan: &'a str,
-    variants: &'a [String],
 }
 
 pub(super) fn plan(
@@ -63,16 +56,14 @@ pub(super) fn plan(
     folder.add("weights.yaml", text(&arguments.weights, "weights", WEIGHTS)?)?;
     folder.add(COMMANDS, commands)?;
     let names: Vec<String> = variants.iter().map(|v| v.name.clone()).collect();
-    let list = Variants { variants: names.clone() };
-    folder.add(VARIANTS, format!("{:#}\n", json(&list)))?;
+    folder.add(VARIANTS, format!("{:#}\n", json!({ "variants": names })))?;
     folder.add("slurm.sh", slurm(variants.len()))?;
     console.writing(|| folder.write(Path::new(out)))?;
     let sentence = format!("{} variants are planned", variants.len());
     let place = shell_word(out);
-    let answer = Planned { run: "batch", plan: out, variants: &names };
     console.other(
         || format!("{sentence} in {out}\n"),
-        || json(&answer),
+        || json!({ "run": "batch", "plan": out, "variants": names }),
         || {
             CommandEnd::met(true, sentence.as_str())
                 .file(format!("{out}/{COMMANDS}"))

@@ -2,7 +2,7 @@
 
 use super::error::InputError;
 use super::error_list::ErrorList;
-use super::key::{Key, Range, open};
+use super::key::{Key, Range, keys, open};
 use crate::augment::root::Root;
 use crate::augment::shape::Shape;
 use crate::augment::weights::GivenCurves;
@@ -15,11 +15,11 @@ use std::f64::consts::TAU;
 
 const ANY: [Range; 2] = [[0.0, f64::INFINITY]; 2];
 
-pub(super) const KEYS: &[Key] = &[
-    open("points[]", "Hz, value", ANY, "the limits of a specification over frequency"),
-    open("numerator[]", "", ANY, "falling powers of s in rad/s"),
-    open("denominator[]", "", ANY, "falling powers of s in rad/s"),
-];
+pub(super) const KEYS: &[Key] = keys! {
+    open "points[]" "Hz, value" ANY "the limits of a specification over frequency";
+    open "numerator[]" "" ANY "falling powers of s in rad/s";
+    open "denominator[]" "" ANY "falling powers of s in rad/s";
+};
 
 /// Sizes over frequency, each in the place of one that changes from a level to another.
 #[derive(Default, Deserialize, JsonSchema)]

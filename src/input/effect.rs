@@ -160,10 +160,10 @@ impl EffectFile {
         let takes: Vec<&str> = place.chain(axis).chain(names).collect();
         let mut allowed = format!("{} takes {}", kind.name(), takes.join(", "));
         if kind.entry().one_axis {
-            allowed += if in_plane {
-                "; where it acts in one plane only, axis: x or y stands beside position_m"
-            } else {
-                "; where one axis differs, axis stands in place of bearing"
+            allowed += match kind.location() {
+                LocationKind::Position => "; where it acts in one plane only, axis: x or y stands beside position_m",
+                LocationKind::None => "; where one axis differs, axis names it",
+                _ => "; where one axis differs, axis stands in place of bearing",
             };
         }
         let fail = |rule: String| InputError::new(file, rule).with_hint(allowed.clone());

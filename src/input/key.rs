@@ -28,22 +28,30 @@ pub struct KeyGroup {
 
 pub(super) type Range = [f64; 2];
 
-pub(super) const fn required_key(
-    name: &'static str,
-    unit: &'static str,
-    ranges: [Range; 2],
-    reason: &'static str,
-) -> Key {
+/// A list of keys, one a row: which of the functions below makes it, the name, and for a number the unit, the plausible
+/// and the possible range, the reason.
+macro_rules! keys {
+    ($($need:ident $name:literal $($unit:literal $ranges:tt $reason:expr)?;)*) => {
+        &[$($need($name $(, $unit, $ranges, $reason)?)),*]
+    };
+}
+pub(super) use keys;
+
+pub(super) const fn required(name: &'static str, unit: &'static str, ranges: [Range; 2], reason: &'static str) -> Key {
     let [plausible, possible] = ranges;
     Key { name, unit, required: true, plausible, possible, reason }
 }
 
 pub(super) const fn open(name: &'static str, unit: &'static str, ranges: [Range; 2], reason: &'static str) -> Key {
-    Key { required: false, ..required_key(name, unit, ranges, reason) }
+    Key { required: false, ..required(name, unit, ranges, reason) }
 }
 
 pub(super) const fn words(name: &'static str) -> Key {
-    required_key(name, "text", [[0.0, f64::INFINITY]; 2], "")
+    required(name, "text", [[0.0, f64::INFINITY]; 2], "")
+}
+
+pub(super) const fn open_words(name: &'static str) -> Key {
+    Key { required: false, ..words(name) }
 }
 
 pub(super) const fn group(at: &'static str, keys: &'static [Key]) -> KeyGroup {

@@ -9,96 +9,85 @@ use serde_json::Value;
 struct Foreign {
     names: &'static [&'static str],
     /// Kinds of problem that the hint is for.
-    kinds: &'static [ProblemKind],
+    kinds: fn(ProblemKind) -> bool,
     is_neutral: fn(&Value) -> bool,
     hint: &'static str,
 }
 
 /// Kinds with a generalized plant.
-const PARTITIONED: [ProblemKind; 3] = [ProblemKind::Hinfsyn, ProblemKind::H2syn, ProblemKind::Dksyn];
+fn is_partitioned(kind: ProblemKind) -> bool {
+    matches!(kind, ProblemKind::Hinfsyn | ProblemKind::H2syn | ProblemKind::Dksyn)
+}
 
 /// Kinds whose systems may be sampled, and the one that samples them.
-const WITH_SAMPLE_TIME: [ProblemKind; 14] = [
-    ProblemKind::H2norm,
-    ProblemKind::Hinfnorm,
-    ProblemKind::Hinfsyn,
-    ProblemKind::Augw,
-    ProblemKind::Mixsyn,
-    ProblemKind::H2syn,
-    ProblemKind::Lqg,
-    ProblemKind::Ncfsyn,
-    ProblemKind::Diskmargin,
-    ProblemKind::Musys,
-    ProblemKind::Dfit,
-    ProblemKind::Dksyn,
-    ProblemKind::Reduce,
-    ProblemKind::Discretise,
-];
+fn has_sample_time(kind: ProblemKind) -> bool {
+    !matches!(kind, ProblemKind::Care | ProblemKind::Dare | ProblemKind::Mu)
+}
 
 const FOREIGN: [Foreign; 11] = [
     Foreign {
         names: &["E"],
-        kinds: &ProblemKind::ALL,
+        kinds: |_| true,
         is_neutral: is_identity,
         hint: "a descriptor belongs to a system: A, B, C, D, E",
     },
     Foreign {
         names: &["sample_time", "sampling_time", "dt", "fs", "sample_time_s"],
-        kinds: &WITH_SAMPLE_TIME,
+        kinds: has_sample_time,
         is_neutral: |_| false,
         hint: "the sample time in s is `Ts`; `solve discretise` takes a system in continuous time",
     },
     Foreign {
         names: &["Ts", "sample_time_s", "sample_time", "sampling_time", "dt", "fs"],
-        kinds: &[ProblemKind::Care],
+        kinds: |kind| kind == ProblemKind::Care,
         is_neutral: |v| v.as_f64() == Some(0.0),
         hint: "the Riccati equation of sampled time is `solve dare`",
     },
     Foreign {
         names: &["Ts", "sample_time_s", "sample_time", "sampling_time", "dt", "fs"],
-        kinds: &[ProblemKind::Dare, ProblemKind::Mu],
+        kinds: |kind| matches!(kind, ProblemKind::Dare | ProblemKind::Mu),
         is_neutral: |_| true,
         hint: "",
     },
     Foreign {
         names: &["InputDelay", "OutputDelay", "IODelay", "ioDelay", "InternalDelay", "delay", "delay_s"],
-        kinds: &ProblemKind::ALL,
+        kinds: |_| true,
         is_neutral: is_zero,
         hint: "delays are not taken; add a Pade approximation to the system",
     },
     Foreign {
         names: &["G"],
-        kinds: &[ProblemKind::Dare],
+        kinds: |kind| kind == ProblemKind::Dare,
         is_neutral: |_| false,
         hint: "give B and R in place of G = B inv(R) B'",
     },
     Foreign {
         names: &["nmeas", "ny", "nmeasurements", "measurements"],
-        kinds: &PARTITIONED,
+        kinds: is_partitioned,
         is_neutral: |_| false,
         hint: "the number of measurements is `p2`, that of errors `p1`",
     },
     Foreign {
         names: &["ncon", "ncont", "nu", "ncontrols", "controls"],
-        kinds: &PARTITIONED,
+        kinds: is_partitioned,
         is_neutral: |_| false,
         hint: "the number of controls is `m2`, that of disturbances `m1`",
     },
     Foreign {
         names: &["B1", "B2", "C1", "C2", "D11", "D12", "D21", "D22"],
-        kinds: &PARTITIONED,
+        kinds: is_partitioned,
         is_neutral: |_| false,
         hint: "the plant is given as a whole: B = [B1 B2], C = [C1; C2], D = [D11 D12; D21 D22] with m1, m2, p1, p2",
     },
     Foreign {
         names: &["TimeUnit", "FrequencyUnit"],
-        kinds: &ProblemKind::ALL,
+        kinds: |_| true,
         is_neutral: |v| matches!(v.as_str(), Some("seconds" | "s" | "rad/s" | "rad/TimeUnit")),
         hint: "times are in s and frequencies in rad/s; convert the matrices",
     },
     Foreign {
         names: &["tol", "rtol", "reltol", "tolerance"],
-        kinds: &ProblemKind::ALL,
+        kinds: |_| true,
         is_neutral: |_| false,
         hint: "there is nothing to set: answers carry their own bounds; remove the key",
     },
@@ -125,7 +114,7 @@ fn is_identity(value: &Value) -> bool {
 impl Foreign {
     fn find_foreign(key: &str, kind: ProblemKind) -> Option<&'static Self> {
         let is_named = |f: &&Self| f.names.iter().any(|name| name.eq_ignore_ascii_case(key));
-        FOREIGN.iter().filter(|f| f.kinds.contains(&kind)).find(is_named)
+        FOREIGN.iter().filter(|f| (f.kinds)(kind)).find(is_named)
     }
 
     fn changes(&self, value: &Value) -> bool {

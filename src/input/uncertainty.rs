@@ -3,7 +3,7 @@
 use super::curve::CurvesFile;
 use super::error::InputError;
 use super::error_list::ErrorList;
-use super::key::{Key, Range, open, required_key};
+use super::key::{Key, Range, keys, open, required};
 use super::positive::positive;
 use crate::augment::hardware::Uncertainty;
 use crate::augment::shape::Shape;
@@ -13,32 +13,24 @@ use serde::Deserialize;
 const CORNER: [Range; 2] = [[1.0, 2e4], [1e-4, 1e7]];
 const ABOVE: &str = "models fail above the band that was measured";
 
-pub(super) const KEYS: &[Key] = &[
-    open("force_constant", "", [[1e-3, 0.3], [0.0, 1.0]], "force constants are known to some per cent"),
-    open(
-        "negative_stiffness",
-        "",
-        [[1e-3, 0.5], [0.0, 1.0]],
-        "negative stiffness grows with the bias and falls with the gap, each known to some per cent",
-    ),
-    open("delay_s", "s", [[1e-7, 1e-3], [1e-12, 1.0]], "a loop's delay is known to a part of the sample period"),
-];
+pub(super) const KEYS: &[Key] = keys! {
+    open "force_constant" "" [[1e-3, 0.3], [0.0, 1.0]] "force constants are known to some per cent";
+    open "negative_stiffness" "" [[1e-3, 0.5], [0.0, 1.0]]
+        "negative stiffness grows with the bias and falls with the gap, each known to some per cent";
+    open "delay_s" "s" [[1e-7, 1e-3], [1e-12, 1.0]] "a loop's delay is known to a part of the sample period";
+};
 pub(super) const ACTUATOR_KEYS: &[Key] = &{
     const SIZE: [Range; 2] = [[1e-3, 10.0], [1e-9, 1e6]];
     const WHY: &str = "amplifiers and magnets are known to some per cent in the band";
-    [
-        required_key("low", "", SIZE, WHY),
-        required_key("high", "", SIZE, ABOVE),
-        required_key("crossover_hz", "Hz", CORNER, ABOVE),
-    ]
+    [required("low", "", SIZE, WHY), required("high", "", SIZE, ABOVE), required("crossover_hz", "Hz", CORNER, ABOVE)]
 };
 pub(super) const SENSOR_KEYS: &[Key] = &{
     const SIZE: [Range; 2] = [[1e-10, 1e-3], [1e-15, 1.0]];
     const WHY: &str = "an ampere moves a spindle by some micrometres";
     [
-        required_key("low_m_per_a", "m/A", SIZE, WHY),
-        required_key("high_m_per_a", "m/A", SIZE, ABOVE),
-        required_key("crossover_hz", "Hz", CORNER, ABOVE),
+        required("low_m_per_a", "m/A", SIZE, WHY),
+        required("high_m_per_a", "m/A", SIZE, ABOVE),
+        required("crossover_hz", "Hz", CORNER, ABOVE),
     ]
 };
 

@@ -4,7 +4,6 @@ use super::compute::Stop;
 use super::results::words;
 use crate::input::{Measurement, load_measurement_watched};
 use crate::report::identification::{identification_topic, plausibility_topic};
-use crate::report::summary::json;
 use crate::report::updating::updating_topic;
 use crate::report::whole::Report;
 use crate::spindle::Machine;

@@ -167,6 +167,11 @@ impl BatchRow {
         figures.and_then(|f| f.mu_as_specified).unwrap_or(f64::NAN)
     }
 
+    /// A figure as text; empty where there is none.
+    fn known(&self, of: fn(&ToolFigures) -> Option<f64>) -> String {
+        self.figures.as_ref().and_then(of).map_or(String::new(), Table::number)
+    }
+
     fn tightening(&self) -> Option<f64> {
         self.figures.as_ref()?.largest_tool_tightening
     }
@@ -298,44 +303,25 @@ pub(crate) fn overview(rows: &[BatchRow]) -> Vec<Value> {
 
 /// The table as CSV.
 pub fn table(rows: &[BatchRow]) -> Table {
-    let mut table = Table::with_columns(&[
-        "tool",
-        "mu_as_specified",
-        "mu_with_gyroscopic_cover",
-        "order",
-        "minimum_stiffness_mu_n_per_m",
-        "minimum_stiffness_pid_n_per_m",
-        "worst_stiffness_mu_n_per_m",
-        "worst_stiffness_pid_n_per_m",
-        "iso_zone",
-        "iso_zone_pid",
-        "stable_to_rpm",
-        "meets_specification",
-        "largest_tool_tightening",
-        "largest_mu",
-        "failure",
-    ]);
-    for r in rows {
-        let figures = r.figures.as_ref();
-        let known = |value: Option<f64>| value.map_or(String::new(), Table::number);
-        table.push(vec![
-            r.tool.clone(),
-            Table::number(r.mu()),
-            known(figures.and_then(|f| f.mu_with_gyroscopic_cover)),
-            figures.map_or(String::new(), |f| f.order.to_string()),
-            Table::number(r.minimum(0)),
-            Table::number(r.minimum(1)),
-            Table::number(r.worst(0)),
-            Table::number(r.worst(1)),
-            r.zone(0).to_owned(),
-            r.zone(1).to_owned(),
-            known(figures.map(|f| f.stable_to_rpm)),
-            r.met().to_string(),
-            known(r.tightening()),
-            known(figures.and_then(|f| f.largest_mu)),
-            r.reason().cloned().unwrap_or_default(),
-        ]);
-    }
+    let columns: [(&str, fn(&BatchRow) -> String); 15] = [
+        ("tool", |r| r.tool.clone()),
+        ("mu_as_specified", |r| Table::number(r.mu())),
+        ("mu_with_gyroscopic_cover", |r| r.known(|f| f.mu_with_gyroscopic_cover)),
+        ("order", |r| r.figures.as_ref().map_or(String::new(), |f| f.order.to_string())),
+        ("minimum_stiffness_mu_n_per_m", |r| Table::number(r.minimum(0))),
+        ("minimum_stiffness_pid_n_per_m", |r| Table::number(r.minimum(1))),
+        ("worst_stiffness_mu_n_per_m", |r| Table::number(r.worst(0))),
+        ("worst_stiffness_pid_n_per_m", |r| Table::number(r.worst(1))),
+        ("iso_zone", |r| r.zone(0).to_owned()),
+        ("iso_zone_pid", |r| r.zone(1).to_owned()),
+        ("stable_to_rpm", |r| r.known(|f| Some(f.stable_to_rpm))),
+        ("meets_specification", |r| r.met().to_string()),
+        ("largest_tool_tightening", |r| r.known(|f| f.largest_tool_tightening)),
+        ("largest_mu", |r| r.known(|f| f.largest_mu)),
+        ("failure", |r| r.reason().cloned().unwrap_or_default()),
+    ];
+    let mut table = Table::with_columns(&columns.map(|(name, _)| name));
+    rows.iter().for_each(|row| table.push(columns.iter().map(|(_, value)| value(row)).collect()));
     table
 }
 

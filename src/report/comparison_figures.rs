@@ -1,5 +1,5 @@
-//! Pictures of a comparison's worst cases: stiffness and sensitivity, a panel per axis and speed, in each a band from the
-//! nominal curve of every controller to the bound that no rotor within the uncertainty passes.
+//! Pictures of a comparison's worst cases: stiffness and sensitivity, a panel per axis and speed. In each a band leads
+//! from the nominal curve of every controller to the bound that no rotor within the uncertainty passes.
 
 use super::pictures::Picture;
 use super::plot::figure::{Axis, Figure, Panel, Series, SeriesShape};

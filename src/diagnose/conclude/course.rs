@@ -19,9 +19,8 @@ use super::super::records::finding::{Alternatives, FoundFault};
 use super::super::records::gross::without_gross_faults;
 use super::super::records::search::{Explained, explain_records, on_all_lines};
 use super::super::records::trial::{Trial, Widened};
-use super::verdict::{
-    Diagnosis, Instead, Rival, conclude, conclude_located, conclude_single, conclude_small, conclude_unless, hypotheses,
-};
+use super::unsearched::{conclude_located, conclude_single, conclude_small};
+use super::verdict::{Diagnosis, Instead, Rival, conclude, conclude_unless, hypotheses};
 use crate::identify::open_loop;
 use crate::identify::plausibility::RecordFault;
 use crate::identify::polluted::{self, PollutedLines};

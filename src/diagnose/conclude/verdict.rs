@@ -13,8 +13,7 @@ use super::super::decide::judgement::{Judgement, Verdict, judge, lowers_the_gap,
 use super::super::decide::misfit::Misfit;
 use super::super::decide::next_measurement::{Proposal, proposals};
 use super::super::decide::residuals::{Fitted, MeasuredChannel, channels, gaps};
-use super::super::decide::screening::ScreeningRound;
-use super::super::decide::selection::{Chosen, choose, settle};
+use super::super::decide::selection::{Chosen, choose};
 use super::super::decide::tie::indistinguishable;
 use super::super::fit::hypothesis::{self, Hypothesis, Scope, catalogue};
 use super::super::fit::model::{FurtherOff, Model};
@@ -187,64 +186,8 @@ pub(super) fn conclude_unless(
     conclude_diagnosis(trial, &case, null, localisation, chosen, faults)
 }
 
-/// The diagnosis of a machine with effects that are too small for a name, where these explain the records and no single
-/// effect of the catalogue explains them better.
-pub(super) fn conclude_small(
-    trial: &Trial,
-    null: &Standing,
-    faults: &[FoundFault],
-    progress: &(dyn Fn(&str) + Sync),
-) -> Result<Option<Diagnosis>, DiagnoseError> {
-    let catalogue = hypotheses(&trial.machine, &trial.model, &trial.evidence)?;
-    let case = trial.case(&catalogue, progress);
-    progress("effects too small for a name");
-    let Some(standing) = case.explain_by_small()? else {
-        return Ok(None);
-    };
-    let single = case.run_round(null)?.finalists;
-    let score = standing.candidate.score();
-    if single.iter().any(|c| case.within(c) && c.score() < score) {
-        return Ok(None);
-    }
-    let chosen = Chosen { standing, rivals: vec![], ranking: vec![], strength: 0.0 };
-    let found = conclude_diagnosis(trial, &case, null, localise(&case)?, chosen, faults.to_vec())?;
-    Ok((found.verdict != Verdict::Unexplained).then_some(found))
-}
-
-/// The diagnosis with one effect that a free law reads off, where it explains the records.
-pub(super) fn conclude_located(
-    trial: &Trial,
-    null: &Standing,
-    localisation: &Localisation,
-    faults: Vec<FoundFault>,
-    progress: &(dyn Fn(&str) + Sync),
-) -> Result<Option<Diagnosis>, DiagnoseError> {
-    let catalogue = hypotheses(&trial.machine, &trial.model, &trial.evidence)?;
-    let case = trial.case(&catalogue, progress);
-    let mut round = ScreeningRound { finalists: vec![], others: vec![] };
-    case.add_located(localisation, &mut round);
-    conclude_single(trial, &case, null, (localisation, round), faults)
-}
-
-/// The diagnosis with the best effect of a round, where it explains the records.
-pub(super) fn conclude_single(
-    trial: &Trial,
-    case: &Case,
-    null: &Standing,
-    (localisation, round): (&Localisation, ScreeningRound),
-    faults: Vec<FoundFault>,
-) -> Result<Option<Diagnosis>, DiagnoseError> {
-    let Some(best) = round.finalists.first().filter(|c| case.within(c)) else {
-        return Ok(None);
-    };
-    let standing = settle(case, best)?;
-    let chosen = Chosen { standing, rivals: round.finalists, ranking: vec![], strength: 0.0 };
-    let found = conclude_diagnosis(trial, case, null, localisation.clone(), chosen, faults)?;
-    Ok((found.verdict != Verdict::Unexplained).then_some(found))
-}
-
 /// The diagnosis in which these effects were chosen.
-fn conclude_diagnosis(
+pub(super) fn conclude_diagnosis(
     trial: &Trial,
     case: &Case,
     null: &Standing,

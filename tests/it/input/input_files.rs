@@ -109,10 +109,7 @@ fn effects_are_checked_against_the_catalogue_and_the_machine() {
             "{effect: sensor_gain, axis: front_x, bearing: front, factor: 1.0}",
             &["effects[0].bearing", "does not belong", "axis"],
         ),
-        (
-            "{effect: sensor_lowpass, axis: front_x, bandwidth_hz: 5000.0}",
-            &["effects[0].axis", "does not belong", "bearing"],
-        ),
+        ("{effect: sensor_offset, axis: front_x, offset_m: 0.001}", &["effects[0].axis", "does not belong", "bearing"]),
         ("{effect: added_mass, position_m: 2.0, mass_kg: 0.1}", &["effects[0].position_m", "must lie on the rotor"]),
         (
             "{effect: housing_mode, mass_kg: -4.0, frequency_hz: 600.0, damping_ratio: 0.03}",
