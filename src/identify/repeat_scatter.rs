@@ -1,8 +1,8 @@
 //! What the repeats of a sweep differ by: the gain of every sensor axis (levitated anew), and noise.
 //!
 //! The gains are estimated repeat by repeat, a_pi = argmin Σ|y_p − (1+a_pi)(Ĝu_p)_i|²/S_i, and leave the scatter. S_i
-//! is the scatter as the caller smooths it over the lines. What the experiments of a repeat have in common answers to no
-//! injection: run-out and unbalance leak into every line of a turning rotor, and with each repeat in another phase.
+//! is the scatter as the caller smooths it over the lines. What the experiments of a repeat have in common answers to
+//! no injection: run-out and unbalance leak into every line of a turning rotor, and with each repeat in another phase.
 
 use super::frf::{AXES, MeasuredFrf, SweepRecord};
 use crate::linalg::c64;

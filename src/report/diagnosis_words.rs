@@ -124,7 +124,8 @@ fn say_tried(d: &Diagnosis) -> String {
     }
     if d.gap_nearest >= FAR_GAP {
         return format!(
-            " No effect of the catalogue and no known mistake of a rig comes near: the nearest leaves a gap of {:.1} σ.",
+            " No effect of the catalogue and no known mistake of a rig comes near: the nearest leaves a gap of \
+             {:.1} σ.",
             d.gap_nearest
         );
     }

@@ -71,16 +71,16 @@ fn loop_sigma(sigma: &LoopSigma) -> Figure {
         "Loop gain and sensitivities",
         "",
         &[
-            ("L = G K", &sigma.loop_gain, Role::Other(0)),
-            ("S", &sigma.sensitivity, Role::Mu),
-            ("T = L S", &sigma.complementary, Role::Pid),
+            ("L = G K", &sigma.loop_gain, Role::Other(2)),
+            ("S", &sigma.sensitivity, Role::Other(0)),
+            ("T = L S", &sigma.complementary, Role::Other(1)),
         ],
     );
     loops.levels.push(Level { value: 1.0, label: "1".to_owned(), dash: Dash::Dashed });
     let effort = panel(
         "Controller and control effort",
         "A/m",
-        &[("K", &sigma.controller, Role::Mu), ("K S", &sigma.effort, Role::Pid)],
+        &[("K", &sigma.controller, Role::Other(3)), ("K S", &sigma.effort, Role::Other(4))],
     );
     Figure::new(
         "Singular values of the loop at rest",

@@ -8,8 +8,8 @@ use crate::robust::disc_margin::DiscMargin;
 use serde_json::{Value, json};
 use std::f64::consts::TAU;
 
-/// `margins.<controller>`: discs at rest and at top speed, the shift of the natural frequencies, in every combination that
-/// a PID is certified with, that the loop bears.
+/// `margins.<controller>`: discs at rest and at top speed, the shift of the natural frequencies, in every combination
+/// that a PID is certified with, that the loop bears.
 pub(crate) fn margin_topic(margins: &LoopMargins) -> Value {
     let mut discs = vec![];
     for (at, found) in ["rest", "top speed"].into_iter().zip(&margins.discs) {

@@ -170,7 +170,7 @@ fn one_effect_on_wide(
         let mut round =
             if searches { case.run_round(null)? } else { ScreeningRound { finalists: vec![], others: vec![] } };
         case.add_located(localisation, &mut round);
-        let found = conclude_single(trial, &case, null, (localisation, round), gross.to_vec())?;
+        let found = conclude_single(trial, &case, null, localisation, round, gross.to_vec())?;
         if let Some(found) = found.filter(explains_all) {
             let score = found.score + cost;
             if best.as_ref().is_none_or(|(lowest, _)| score < *lowest) {

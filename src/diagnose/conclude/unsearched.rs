@@ -1,5 +1,5 @@
-//! Diagnoses with effects for which nothing was searched: those too small for a name, and one that a free law or a round
-//! of single effects gives.
+//! Diagnoses with effects for which nothing was searched: those too small for a name, and one that a free law or a
+//! round of single effects gives.
 
 use super::super::DiagnoseError;
 use super::super::decide::candidate::Standing;
@@ -48,7 +48,7 @@ pub(super) fn conclude_located(
     let case = trial.case(&catalogue, progress);
     let mut round = ScreeningRound { finalists: vec![], others: vec![] };
     case.add_located(localisation, &mut round);
-    conclude_single(trial, &case, null, (localisation, round), faults)
+    conclude_single(trial, &case, null, localisation, round, faults)
 }
 
 /// The diagnosis with the best effect of a round, where it explains the records.
@@ -56,7 +56,8 @@ pub(super) fn conclude_single(
     trial: &Trial,
     case: &Case,
     null: &Standing,
-    (localisation, round): (&Localisation, ScreeningRound),
+    localisation: &Localisation,
+    round: ScreeningRound,
     faults: Vec<FoundFault>,
 ) -> Result<Option<Diagnosis>, DiagnoseError> {
     let Some(best) = round.finalists.first().filter(|c| case.within(c)) else {

@@ -246,8 +246,8 @@ fn medians(values: &[f64]) -> Vec<f64> {
 }
 
 /// Upper 90 % limit of a variance that was estimated as 1 from so many real numbers: n/χ²₀.₁(n), after Wilson and
-/// Hilferty (1931). Run-out leaks into all lines of a repeat in one phase, so that each experiment of each repeat says of
-/// it no more than one line does.
+/// Hilferty (1931). Run-out leaks into all lines of a repeat in one phase, so that each experiment of each repeat says
+/// of it no more than one line does.
 fn variance_limit(freedom: usize) -> f64 {
     const LOWER_TENTH: f64 = -1.2816;
     let spread = 2.0 / (9.0 * freedom as f64);

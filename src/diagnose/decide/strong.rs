@@ -231,8 +231,8 @@ impl Case<'_> {
     }
 
     /// Where the best finalist is a tilting stiffness or a disc at the final model error: the same at the place that
-    /// fits best, of those of a tilting stiffness. Nuisance parameters that have left their priors fit the place where they are, so that every place is also tried
-    /// with those of the machine as it is.
+    /// fits best, of those of a tilting stiffness. Nuisance parameters that have left their priors fit the place where
+    /// they are, so that every place is also tried with those of the machine as it is.
     pub(super) fn move_finalist(&self, finalists: &mut [Candidate]) -> Result<(), DiagnoseError> {
         let Some(best) = finalists.first_mut() else {
             return Ok(());

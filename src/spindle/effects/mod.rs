@@ -8,6 +8,7 @@ pub mod coordinate;
 pub(crate) mod effect;
 pub mod entry;
 pub(crate) mod kind;
+mod lags;
 pub(crate) mod location;
 mod lookup;
 pub mod scale;

@@ -86,22 +86,7 @@ impl ReducedMachine {
                 placed(&mut probe, across(*z), FeedbackLaw::Dashpot)
             }
             (EffectKind::AddedMass, Location::Position(z)) => placed(&mut probe, across(*z), FeedbackLaw::Mass),
-            (EffectKind::AddedDisc, Location::Position(z)) => {
-                let [at, slope] = across(*z).map(&mut probe);
-                let [turned, along] = [Probe::Rotation(*z), Probe::RotationAlong(*z)].map(probe);
-                let of = |i: usize| effect.values.get(i).copied().unwrap_or_default();
-                let (mass, turning) = (FeedbackLaw::Mass, FeedbackLaw::Gyroscopic);
-                vec![
-                    vec![(1.0, Term::Bond(at, mass))],
-                    vec![(1.0, Term::Bond(turned, turning))],
-                    vec![(1.0, Term::Bond(turned, mass))],
-                    vec![
-                        (value, Term::Shift(at, slope, mass)),
-                        (of(1), Term::Shift(turned, along, turning)),
-                        (of(2), Term::Shift(turned, along, mass)),
-                    ],
-                ]
-            }
+            (EffectKind::AddedDisc, Location::Position(z)) => disc_terms(effect, *z, &mut probe),
             (EffectKind::ToolMass, _) => {
                 let tip = probe(Probe::Station(self.span_m().0));
                 vec![vec![(1.0, Term::Bond(tip, FeedbackLaw::Mass))]]
@@ -154,4 +139,22 @@ impl ReducedMachine {
             _ => effect.values.iter().map(|_| vec![]).collect(),
         }
     }
+}
+
+/// Derivatives to mass, polar and diametral inertia of a disc, and to its position.
+fn disc_terms(effect: &Effect, z: f64, probe: &mut dyn FnMut(Probe) -> usize) -> Vec<Sum> {
+    let probes = [Probe::Station(z), Probe::Slope(z), Probe::Rotation(z), Probe::RotationAlong(z)];
+    let [at, slope, turned, along] = probes.map(probe);
+    let of = |i: usize| effect.values.get(i).copied().unwrap_or_default();
+    let (mass, turning) = (FeedbackLaw::Mass, FeedbackLaw::Gyroscopic);
+    vec![
+        vec![(1.0, Term::Bond(at, mass))],
+        vec![(1.0, Term::Bond(turned, turning))],
+        vec![(1.0, Term::Bond(turned, mass))],
+        vec![
+            (of(0), Term::Shift(at, slope, mass)),
+            (of(1), Term::Shift(turned, along, turning)),
+            (of(2), Term::Shift(turned, along, mass)),
+        ],
+    ]
 }
