@@ -87,7 +87,7 @@ pub(crate) struct EffectTopic {
 #[serde(untagged)]
 enum RivalTopic {
     Several { effects: Vec<EffectTopic> },
-    One(EffectTopic),
+    One(Box<EffectTopic>),
 }
 
 /// What a free law at a place explains.
@@ -140,7 +140,7 @@ impl DiagnosisTopic {
     /// The effects whose parameters are shown: all members of a tie, or what was named.
     fn shown_effects(&self) -> Vec<&EffectTopic> {
         let members = self.tie.iter().flat_map(|rival| match rival {
-            RivalTopic::One(effect) => std::slice::from_ref(effect),
+            RivalTopic::One(effect) => std::slice::from_ref(effect.as_ref()),
             RivalTopic::Several { effects } => effects.as_slice(),
         });
         let tied: Vec<&EffectTopic> = members.collect();
