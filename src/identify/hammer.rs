@@ -16,6 +16,9 @@ use crate::spindle::Plant;
 /// Relative standard deviation of 3 dB.
 const WORST_DEVIATION: f64 = 0.4125;
 
+/// Relative standard deviation that repeated hammer tests differ by.
+const REPEATABILITY: f64 = 0.005;
+
 /// An FRF of a hammer test.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HammerFrf {
@@ -68,8 +71,8 @@ impl HammerFrf {
     fn channel(&self) -> Channel {
         let lines = 0..self.frequency_hz.len();
         let noise = noise_of_lines(&self.frequency_hz, &self.compliance);
-        // A floor of half a percent: what repeated hammer tests differ by.
-        let sigma = |k: usize| self.sigma(k, 0.005);
+        // What repeated tests differ by is as smooth as the response itself: lines that are alike share one error.
+        let sigma = |k: usize| self.sigma(k, REPEATABILITY * self.lines_alike(k).sqrt());
         Channel {
             name: "h".to_owned(),
             value: self.compliance.clone(),
@@ -78,6 +81,14 @@ impl HammerFrf {
                 None => lines.map(|k| sigma(k).hypot(noise[k])).collect(),
             },
         }
+    }
+
+    /// Lines over which the compliance changes by its own size, next to a peak those of its half bandwidth; 1 at least.
+    fn lines_alike(&self, line: usize) -> f64 {
+        let h = &self.compliance;
+        let (before, after) = (line.saturating_sub(1), (line + 1).min(h.len() - 1));
+        let change = (h[after] - h[before]).norm();
+        if change > 0.0 { (h[line].norm() * (after - before) as f64 / change).max(1.0) } else { 1.0 }
     }
 
     /// Standard deviation of the complex compliance at a line, √E|δH|², m/N, with `floor` × |H| added in squares.

@@ -33,6 +33,9 @@ const WORST_RELATIVE_SD: f64 = 0.005;
 /// Degree of the smooth part round a pole: in a window of a quarter of the frequency, what degree two leaves of the
 /// modes beside it is many standard deviations.
 const DEGREE: usize = 4;
+/// Most poles beside a window that are fitted along: with more their responses and the polynomial depend on each other
+/// to the last digit, and the fit is lost.
+const MOST_BESIDE: usize = 6;
 /// Two poles replace one when it leaves this χ² per degree of freedom and they bring it down by this factor.
 const SPLIT_RESIDUAL: f64 = 2.0;
 const SPLIT_GAIN: f64 = 0.7;
@@ -207,8 +210,8 @@ impl<'a> Survey<'a> {
         let free: Vec<usize> = (0..others.len()).filter(|k| place(*k) < 1.0).collect();
         let mut fixed: Vec<usize> = (0..others.len()).filter(|k| (1.0..3.0).contains(&place(*k))).collect();
         fixed.sort_by(|i, j| place(*i).total_cmp(&place(*j)));
-        // Two lines for every coefficient: the nearest poles shape the window most.
-        fixed.truncate((data.x.len() / 2).saturating_sub(free.len() + DEGREE + 2));
+        // Two lines for every coefficient; the nearest poles shape the window most, and many beside it are as one.
+        fixed.truncate((data.x.len() / 2).saturating_sub(free.len() + DEGREE + 2).min(MOST_BESIDE));
         Some((window, data, free, fixed))
     }
 

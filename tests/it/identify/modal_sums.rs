@@ -1,6 +1,7 @@
 //! Resonances of sums of modes with known poles: how many are found, how many do not exist, and whether intervals of
 //! 90 % cover. Seeds of this file have not served to choose a constant of the method.
 
+use muspin::identify::HammerFrf;
 use muspin::identify::peaks::{Channel, Resonance, poly_reference};
 use muspin::linalg::c64;
 use rand::{Rng, SeedableRng};
@@ -38,6 +39,8 @@ struct Case {
     lines: Vec<f64>,
     channels: Vec<Channel>,
     inputs: usize,
+    /// Modal shapes at the outputs, the first ones the inputs.
+    shapes: Vec<Vec<f64>>,
 }
 
 impl Case {
@@ -87,31 +90,24 @@ impl Case {
                 channels.push(Channel { name: format!("g_{o}{i}"), value, sigma });
             }
         }
-        Self { modes, lines, channels, inputs }
+        Self { modes, lines, channels, inputs, shapes }
     }
 
-    /// Modes that the record can show: two lines in the half bandwidth, at some line ten times the noise and ten times
-    /// what a neighbour within two half bandwidths would leave.
-    fn visible(&self, exact: &[(f64, f64)], k: usize) -> bool {
-        let (f, z) = exact[k];
-        let inside = self.lines.iter().filter(|l| (*l - f).abs() < z * f).count();
-        let apart = exact.iter().enumerate().filter(|(i, _)| *i != k);
-        let alone = apart.map(|(_, (g, y))| (f - g).abs() / (z * f).max(y * g)).fold(f64::INFINITY, f64::min);
-        inside >= 2 && alone > 2.0 && self.prominence(f, z) > 10.0
-    }
-
-    /// How far the mode's peak stands above the noise: the fall of the response at one bandwidth from the peak.
-    fn prominence(&self, f: f64, z: f64) -> f64 {
-        let nearest = |at: f64| {
-            let off = |l: &usize| (self.lines[*l] - at).abs();
-            (0..self.lines.len()).min_by(|i, j| off(i).total_cmp(&off(j))).unwrap()
-        };
-        let (low, mid, high) = (nearest(f * (1.0 - 2.0 * z)), nearest(f), nearest(f * (1.0 + 2.0 * z)));
-        let each = self.channels.iter().map(|c| {
-            let bend = c.value[mid] - 0.5 * (c.value[low] + c.value[high]);
-            bend.norm() / c.sigma[mid].max(c.sigma[low]).max(c.sigma[high])
+    /// Whether the record can show a mode: within three half bandwidths its own response is ten times the noise, in the
+    /// root of the sum of squares over lines and channels. Neighbours, however close, and lines beside the peak count.
+    fn visible(&self, k: usize) -> bool {
+        let (f, z) = self.modes[k];
+        let near = (0..self.lines.len()).filter(|l| (self.lines[*l] - f).abs() < 3.0 * z * f);
+        let squares = near.map(|l| {
+            let line = self.lines[l];
+            let peak = c64::new(f * f - line * line, 2.0 * z * f * line).norm();
+            let each = self.channels.iter().enumerate().map(|(c, channel)| {
+                let residue = self.shapes[k][c / self.inputs] * self.shapes[k][c % self.inputs];
+                (residue / (peak * channel.sigma[l])).powi(2)
+            });
+            each.sum::<f64>()
         });
-        each.fold(0.0, f64::max)
+        squares.sum::<f64>() > 100.0
     }
 }
 
@@ -150,30 +146,32 @@ mod long {
 }
 
 fn hold_shares(seeds: std::ops::Range<u64>, coverage: std::ops::Range<f64>) {
-    let (mut visible, mut found, mut reported, mut invented) = (0, 0, 0, 0);
+    let (mut visible, mut found, mut reported, mut invented) = (0usize, 0usize, 0usize, 0usize);
     let mut errors: Vec<f64> = vec![];
     for seed in seeds {
         let case = Case::of(seed);
         let (resonances, _) = poly_reference(&case.lines, &case.channels, case.inputs);
         let mut left: Vec<&Resonance> = resonances.iter().collect();
         reported += left.len();
-        for (k, (f, z)) in case.modes.iter().enumerate() {
+        let mut hits: Vec<Option<&Resonance>> = vec![];
+        for (f, z) in &case.modes {
             let off = |r: &Resonance| (r.frequency_hz - f).abs();
-            let near = left.iter().enumerate().min_by(|(_, a), (_, b)| off(a).total_cmp(&off(b)));
-            let near = near.map(|(i, r)| (i, off(r), r.standard_deviation_hz));
-            let hit = near.filter(|(_, off, sd)| *off < (z * f).max(6.0 * sd).max(2e-4 * f));
-            let must = case.visible(&case.modes, k);
-            visible += usize::from(must);
-            if let Some((i, _, _)) = hit {
-                let r = left.remove(i);
-                if must {
-                    found += 1;
+            let near = (0..left.len()).min_by(|i, j| off(left[*i]).total_cmp(&off(left[*j])));
+            let within = |r: &Resonance| (z * f).max(6.0 * r.standard_deviation_hz).max(2e-4 * f);
+            hits.push(near.filter(|i| off(left[*i]) < within(left[*i])).map(|i| left.remove(i)));
+        }
+        for (k, (f, z)) in case.modes.iter().enumerate().filter(|(k, _)| case.visible(*k)) {
+            visible += 1;
+            found += usize::from(hits[k].is_some());
+            // One resonance for two within a half bandwidth is neither of them: a mode is missing, no interval is wrong.
+            let beside = case.modes.iter().zip(&hits).filter(|((g, y), _)| (f - g).abs() < (z * f).max(y * g));
+            match hits[k] {
+                Some(r) if beside.clone().all(|(_, hit)| hit.is_some()) => {
                     errors.push((r.frequency_hz - f) / r.standard_deviation_hz);
                     errors.push((r.damping_ratio - z) * f / r.standard_deviation_hz);
                 }
-            }
-            if must && hit.is_none() {
-                println!("seed {seed}: {f:.2} Hz, damping {z:.1e} is missing");
+                Some(_) => {}
+                None => println!("seed {seed}: {f:.2} Hz, damping {z:.1e} is missing"),
             }
         }
         invented += left.len();
@@ -291,4 +289,38 @@ fn poles_agree_with_an_independent_least_squares() {
         let ratio = sd / number("frequency_standard_deviation_hz", k);
         assert!((0.9..4.0).contains(&ratio), "{f} {ratio}");
     }
+}
+
+/// A tool in its machine: sixteen damped modes that overlap, hit once, every spectral line told; the force sensor rings on
+/// so that all lines are off by 0.5 %, lines that are near each other alike.
+#[test]
+fn damped_modes_of_one_tap_are_found_and_an_error_that_ripples_is_none() {
+    let modes: Vec<(f64, f64)> =
+        (0..16).map(|k| (250.0 * 1.2f64.powi(k), [0.03, 0.02, 0.04][k as usize % 3])).collect();
+    let mut draw = Draw(ChaCha8Rng::seed_from_u64(3));
+    let frequency_hz: Vec<f64> = (100..5000).map(f64::from).collect();
+    let compliance: Vec<c64> = frequency_hz
+        .iter()
+        .map(|f| {
+            let each = modes.iter().enumerate().map(|(k, (g, z))| {
+                let sign = if k % 2 == 0 { 1.0 } else { -0.6 };
+                c64::new(sign * 0.1, 0.0) / c64::new(g * g - f * f, 2.0 * z * g * f)
+            });
+            let ripple = c64::new(1.0, 0.0) + c64::from_polar(5e-3, f / 30.0);
+            let h = each.sum::<c64>() * ripple;
+            h + draw.noise(1e-3 * h.norm())
+        })
+        .collect();
+    let tap = HammerFrf { speed_rpm: 0.0, frequency_hz, compliance, coherence: None, averages: None };
+    let found = tap.resonances();
+    let near = |f: f64| found.iter().min_by(|a, b| (a.frequency_hz - f).abs().total_cmp(&(b.frequency_hz - f).abs()));
+    // The last mode has part of its peak beyond the last line.
+    for (f, z) in modes.iter().filter(|(f, _)| *f < 3500.0) {
+        let own = near(*f).unwrap();
+        assert!(
+            (own.frequency_hz / f - 1.0).abs() < 0.01 && (own.damping_ratio / z - 1.0).abs() < 0.2,
+            "{f} {z} {own:?}"
+        );
+    }
+    assert!(found.len() <= modes.len() + 1, "{found:?}");
 }
