@@ -35,6 +35,7 @@ mod schema;
 mod shell;
 mod simulate;
 mod solve;
+mod spectra;
 mod speeds;
 mod start;
 mod stdout;
@@ -87,6 +88,8 @@ enum Command {
     Modes(modes::Arguments),
     /// Open-loop frequency responses, or the closed-loop tool compliance (CSV)
     Frf(frf::Arguments),
+    /// Samples of force and response to a frequency response with coherence (CSV); modes of a free decay
+    Spectra(spectra::Arguments),
     /// Measured sweeps to FRFs, resonances and antiresonances (JSON)
     Identify(identify::Arguments),
     /// Move the element moduli until resonances and antiresonances match
@@ -172,6 +175,7 @@ fn carry_out(command: Option<Command>, console: &Console) -> Result<Outcome, Fai
         Some(Command::Run(a)) => run::run(&a, console),
         Some(Command::Modes(a)) => modes::run(&a, console),
         Some(Command::Frf(a)) => frf::run(&a, console),
+        Some(Command::Spectra(a)) => spectra::run(&a, console),
         Some(Command::Identify(a)) => identify::run(&a, console),
         Some(Command::Update(a)) => update::run(&a, console),
         Some(Command::Design(a)) => design::run(&a, console),
@@ -195,7 +199,7 @@ fn carry_out(command: Option<Command>, console: &Console) -> Result<Outcome, Fai
 }
 
 /// Arguments that are input files or folders.
-const FILES: [&str; 7] = ["spindle", "tool", "weights", "measurement", "controller", "tools", "file"];
+const FILES: [&str; 8] = ["spindle", "tool", "weights", "measurement", "controller", "tools", "file", "time"];
 
 /// The input files that were given on the command line, not those of the defaults.
 fn files(matches: &ArgMatches) -> Vec<String> {

@@ -3,7 +3,9 @@
 
 mod antiresonances;
 mod channel;
+pub mod decay;
 mod drift;
+mod fourier;
 pub(crate) mod free_free;
 pub mod frf;
 pub(crate) mod hammer;
@@ -16,6 +18,7 @@ pub mod polluted;
 pub(crate) mod rehearsal;
 pub(crate) mod repeat_scatter;
 mod selection;
+pub mod spectra;
 mod stabilisation;
 mod window;
 

@@ -6,8 +6,8 @@
 use super::error::InputError;
 use super::uff::UffFunction;
 use super::uff_units::{FORCE, SAME_FACTOR, UffUnit, read_frequency_unit, read_unit};
+use crate::identify::spectra::Motion;
 use crate::linalg::c64;
-use std::f64::consts::TAU;
 
 /// An FRF converted to compliance.
 #[derive(Clone, Debug, PartialEq)]
@@ -40,13 +40,6 @@ impl UffFrf {
             self.number, self.description, self.response.0, self.response.1, self.reference.0, self.reference.1
         )
     }
-}
-
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum UffMotion {
-    Displacement,
-    Velocity,
-    Acceleration,
 }
 
 /// All frequency responses of the file as compliances.
@@ -137,12 +130,7 @@ pub(super) fn frf_of(number: usize, function: &UffFunction) -> Result<UffFrf, St
         if frequency_hz.last().is_some_and(|last| f <= last) {
             return Err(format!("frequencies do not ascend at {f} Hz"));
         }
-        let s = c64::new(0.0, TAU * f);
-        let h = match motion {
-            UffMotion::Displacement => *y,
-            UffMotion::Velocity => y / s,
-            UffMotion::Acceleration => y / (s * s),
-        };
+        let h = y * motion.to_displacement(*f);
         frequency_hz.push(*f);
         compliance.push(h * factor);
     }
@@ -160,7 +148,7 @@ pub(super) fn frf_of(number: usize, function: &UffFunction) -> Result<UffFrf, St
     })
 }
 
-impl UffMotion {
+impl Motion {
     /// What a type of the ordinate is; none where the type is general or unknown.
     fn of_type(function: &UffFunction) -> Result<Option<Self>, String> {
         match function.ordinate.kind {
@@ -199,11 +187,11 @@ impl UffMotion {
 }
 
 /// What moves, the factor from file units to SI, and what was taken for granted.
-fn motion(function: &UffFunction) -> Result<(UffMotion, f64, Vec<String>), String> {
+fn motion(function: &UffFunction) -> Result<(Motion, f64, Vec<String>), String> {
     if !matches!(function.denominator.kind, 0 | 1 | 9 | 13) {
         return Err(format!("the denominator (type {}) is not a force", function.denominator.kind));
     }
-    let typed = UffMotion::of_type(function)?;
+    let typed = Motion::of_type(function)?;
     let read = |label: &str| read_unit(label).map_err(|part| format!("the unit {label:?} is not understood: {part}"));
     let (ordinate, denominator) = (read(&function.ordinate.units)?, read(&function.denominator.units)?);
     check_system(function, ordinate, denominator)?;
@@ -221,7 +209,7 @@ fn motion(function: &UffFunction) -> Result<(UffMotion, f64, Vec<String>), Strin
                 0 => unit.si / force,
                 _ => unit.si,
             };
-            let found = UffMotion::of_exponents([length, time]).filter(|_| matches!(newton, 0 | -1)).ok_or(format!(
+            let found = Motion::of_exponents([length, time]).filter(|_| matches!(newton, 0 | -1)).ok_or(format!(
                 "the unit {:?} of the ordinate is no displacement, velocity or acceleration, over force or not",
                 function.ordinate.units
             ))?;

@@ -6,3 +6,4 @@ mod modal_sums;
 mod partial_records;
 mod polluted_lines;
 mod record_plausibility;
+mod spectra;

@@ -1,0 +1,245 @@
+//! `muspin spectra`: samples of force and response to a frequency response with coherence, as the CSV of a hammer
+//! record; modes of a free decay.
+
+use super::console::{CommandEnd, Console};
+use super::{Failure, Outcome, stdout};
+use crate::identify::decay::decay_modes;
+use crate::identify::spectra::{
+    AveragedFrf, Averaging, Estimator, Excitation, Leakage, Motion, SpectralWindow, averaged_frf,
+};
+use crate::input::time_record::{TimeRecord, load_time_record};
+use crate::linalg::c64;
+use serde_json::json;
+
+/// Arguments of `muspin spectra`.
+#[derive(clap::Args, Debug)]
+pub(super) struct Arguments {
+    /// Time record (CSV, WAV, UFF, MAT); given again for every further tap
+    #[arg(long, required = true)]
+    time: Vec<String>,
+    /// Signal of the force: column, channel from 1, node:direction, variable
+    #[arg(long, required_unless_present = "decay")]
+    force: Option<String>,
+    /// Signal of the response; with --decay it may be given several times
+    #[arg(long, required = true)]
+    response: Vec<String>,
+    /// What the response is
+    #[arg(long, value_enum, default_value = "displacement")]
+    motion: MotionName,
+    /// N in a unit of the force signal; negative for a sensor that points the other way
+    #[arg(long, default_value_t = 1.0, allow_hyphen_values = true)]
+    force_scale: f64,
+    /// m, m/s or m/s² in a unit of the response signal
+    #[arg(long, default_value_t = 1.0, allow_hyphen_values = true)]
+    response_scale: f64,
+    /// Samples a second, Hz, where the file does not say it
+    #[arg(long)]
+    sample_rate_hz: Option<f64>,
+    /// Noise is that of the response (h1), of the force (h2) or of both (hv)
+    #[arg(long, value_enum, default_value = "h1")]
+    estimator: EstimatorName,
+    /// Hann for what goes on, rectangular for taps that die away, exponential for taps that do not
+    #[arg(long, value_enum, default_value = "hann")]
+    window: WindowName,
+    /// Samples of a segment; default: a quarter of the record, without a Hann window all of it
+    #[arg(long)]
+    segment: Option<usize>,
+    /// Share of a segment that the next one takes up again
+    #[arg(long, default_value_t = 0.5)]
+    overlap: f64,
+    /// The response decays freely, without force: its modes with damping (JSON)
+    #[arg(long, conflicts_with_all = ["force", "segment"])]
+    decay: bool,
+    /// Start of the decay, s; default: the largest sample of the first response
+    #[arg(long, requires = "decay")]
+    from_s: Option<f64>,
+}
+
+#[derive(clap::ValueEnum, Clone, Copy, Debug)]
+enum MotionName {
+    Displacement,
+    Velocity,
+    Acceleration,
+}
+
+#[derive(clap::ValueEnum, Clone, Copy, Debug)]
+enum EstimatorName {
+    H1,
+    H2,
+    Hv,
+}
+
+#[derive(clap::ValueEnum, Clone, Copy, Debug)]
+enum WindowName {
+    Hann,
+    Rectangular,
+    Exponential,
+}
+
+/// Runs the command.
+pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
+    let records = arguments.time.iter().map(|file| load_time_record(file)).collect::<Result<Vec<_>, _>>()?;
+    let rate = sample_rate_hz(arguments, &records)?;
+    if arguments.decay {
+        return decay(arguments, &records, rate, console);
+    }
+    let (force, response) = (arguments.force.as_deref().unwrap_or_default(), &arguments.response);
+    let [response] = response.as_slice() else {
+        return Err(Failure::new("--response: a frequency response has one").with_hint("call it again for the others"));
+    };
+    let scaled_by = |signal: &[f64], scale: f64| signal.iter().map(|x| x * scale).collect::<Vec<f64>>();
+    let mut signals = vec![];
+    for record in &records {
+        let (force, response) = (record.signal(force)?, record.signal(response)?);
+        signals.push((scaled_by(force, arguments.force_scale), scaled_by(response, arguments.response_scale)));
+    }
+    let excitations: Vec<Excitation<'_>> =
+        signals.iter().map(|(force, response)| Excitation { force, response }).collect();
+    let averaging = Averaging {
+        window: match arguments.window {
+            WindowName::Hann => SpectralWindow::Hann,
+            WindowName::Rectangular => SpectralWindow::Rectangular,
+            WindowName::Exponential => SpectralWindow::Exponential,
+        },
+        estimator: match arguments.estimator {
+            EstimatorName::H1 => Estimator::H1,
+            EstimatorName::H2 => Estimator::H2,
+            EstimatorName::Hv => Estimator::Hv,
+        },
+        segment: arguments.segment,
+        overlap: arguments.overlap,
+    };
+    let found = averaged_frf(&excitations, rate, &averaging).map_err(|words| {
+        Failure::new(words).with_hint("choose --segment, --overlap and --window, or take longer records")
+    })?;
+    let notes = notes(&found);
+    notes.iter().for_each(|words| eprintln!("note: {words}"));
+    let motion = match arguments.motion {
+        MotionName::Displacement => Motion::Displacement,
+        MotionName::Velocity => Motion::Velocity,
+        MotionName::Acceleration => Motion::Acceleration,
+    };
+    let lines = found.frequency_hz.iter().zip(&found.response);
+    let compliance: Vec<c64> = lines.map(|(hz, h)| h * motion.to_displacement(*hz)).collect();
+    write(&found, &compliance, console)?;
+    Ok(Outcome::Done)
+}
+
+fn sample_rate_hz(arguments: &Arguments, records: &[TimeRecord]) -> Result<f64, Failure> {
+    let mut rate = arguments.sample_rate_hz;
+    for own in records.iter().filter_map(|r| r.sample_rate_hz) {
+        // Times that are printed with four digits make a rate of four digits.
+        if rate.is_some_and(|rate: f64| (rate / own - 1.0).abs() > 1e-3) {
+            return Err(Failure::new("the records, or --sample-rate-hz, have different sample rates")
+                .with_hint("records of one call are taken at one rate"));
+        }
+        rate = rate.or(Some(own));
+    }
+    rate.filter(|rate| rate.is_finite() && *rate > 0.0).ok_or_else(|| {
+        Failure::new("no sample rate").with_hint("give --sample-rate-hz, or a column time_s in the file")
+    })
+}
+
+/// What is to be said of a response.
+fn notes(found: &AveragedFrf) -> Vec<String> {
+    let resolution = found.frequency_hz.first().copied().unwrap_or(0.0);
+    let mut notes = vec![format!(
+        "{} segments of {} samples, lines of {resolution:.4} Hz, as good as {:.1} independent averages",
+        found.segments, found.segment, found.averages
+    )];
+    if found.segments == 1 {
+        notes.push("a single segment has no coherence: its column is left out".to_owned());
+    }
+    match found.leakage {
+        Leakage::OfPeak { frequency_hz, relative_error } => notes.push(format!(
+            "leakage: the highest peak, at {frequency_hz:.2} Hz, is wrong by {:.1} % of its size, judged by segments \
+             half as long",
+            100.0 * relative_error
+        )),
+        Leakage::LeftAtEnd(part) => notes.push(format!(
+            "leakage: {:.1} % of the response are left at the end of the segments, noise included",
+            100.0 * part
+        )),
+    }
+    if found.added_damping_hz > 0.0 {
+        notes.push(format!(
+            "the exponential window adds {:.4} Hz to damping ratio times frequency of every mode",
+            found.added_damping_hz
+        ));
+    }
+    notes
+}
+
+fn write(found: &AveragedFrf, compliance: &[c64], console: &Console) -> Result<(), Failure> {
+    let coherent = found.segments > 1;
+    if console.writes_data() {
+        return stdout::data(|out| {
+            writeln!(out, "frequency_hz,h_re,h_im{}", if coherent { ",coherence,averages" } else { "" })?;
+            for (k, h) in compliance.iter().enumerate() {
+                write!(out, "{},{:e},{:e}", found.frequency_hz[k], h.re, h.im)?;
+                if coherent {
+                    // Readers take a coherence above zero.
+                    write!(out, ",{:e},{}", found.coherence[k].max(f64::MIN_POSITIVE), found.averages.max(1.0))?;
+                }
+                writeln!(out)?;
+            }
+            Ok(())
+        });
+    }
+    let parts = |part: fn(&c64) -> f64| compliance.iter().map(part).collect::<Vec<f64>>();
+    let columns = || {
+        json!({
+            "frequency_hz": found.frequency_hz,
+            "h_re": parts(|h| h.re),
+            "h_im": parts(|h| h.im),
+            "coherence": coherent.then_some(&found.coherence),
+            "averages": found.averages,
+            "added_damping_hz": found.added_damping_hz,
+        })
+    };
+    console.other(String::new, columns, || {
+        CommandEnd::done(format!("{} lines", compliance.len()))
+            .next("the same command with > hammer.csv writes a hammer record, --json prints its columns")
+    })
+}
+
+fn decay(arguments: &Arguments, records: &[TimeRecord], rate: f64, console: &Console) -> Result<Outcome, Failure> {
+    let [record] = records else {
+        return Err(Failure::new("--decay: one record").with_hint("modes of several decays are found one by one"));
+    };
+    let names = arguments.response.iter();
+    let signals = names.map(|name| record.signal(name)).collect::<Result<Vec<&[f64]>, _>>()?;
+    let first = signals.first().copied().unwrap_or_default();
+    let largest = || (0..first.len()).max_by(|a, b| first[*a].abs().total_cmp(&first[*b].abs())).unwrap_or(0);
+    let from = arguments.from_s.map_or_else(largest, |from| (from * rate).round().max(0.0) as usize);
+    if from >= first.len() {
+        return Err(Failure::new("--from-s lies behind the end of the record").with_hint("it counts from the start"));
+    }
+    let modes = decay_modes(&signals, rate, from);
+    let list: Vec<_> = modes
+        .iter()
+        .map(|mode| {
+            json!({
+                "frequency_hz": mode.frequency_hz,
+                "standard_deviation_hz": mode.standard_deviation_hz,
+                "damping_ratio": mode.damping_ratio,
+                "damping_ratio_standard_deviation": mode.standard_deviation_hz / mode.frequency_hz,
+            })
+        })
+        .collect();
+    let answer = json!({ "from_s": from as f64 / rate, "modes": list });
+    console.json(&format!("{answer:#}\n"), || {
+        let shown = CommandEnd::done(format!("{} modes of the decay", modes.len()));
+        let shown = shown.row(["Hz", "standard deviation, Hz", "damping ratio", "standard deviation"]);
+        modes.iter().fold(shown, |shown, mode| {
+            let sd = mode.standard_deviation_hz;
+            shown.row([
+                format!("{:.3}", mode.frequency_hz),
+                format!("{sd:.4}"),
+                format!("{:.6}", mode.damping_ratio),
+                format!("{:.6}", sd / mode.frequency_hz),
+            ])
+        })
+    })?;
+    Ok(if modes.is_empty() { Outcome::TargetMissed } else { Outcome::Done })
+}
