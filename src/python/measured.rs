@@ -27,7 +27,8 @@ pub(super) fn identify(machine: &Machine, measurement: &str, stop: &Stop) -> Res
         let records = Records::of(&loaded, Some(machine), &|| stop.here())?;
         let found = identify_records(&loaded, Some(machine), &records, &|| stop.here())?;
         let (met, sentence) = found.verdict();
-        let mut report = Report { folder: found.folder, ..Report::of("identify", machine) };
+        let mut report = Report::of("identify", machine);
+        report.folder = found.folder;
         report.verdict(met, &sentence);
         if let Value::Object(topics) = found.answer {
             topics.into_iter().for_each(|(key, value)| report.summary.set(&key, value));

@@ -359,7 +359,7 @@ pub fn simulate(
             Location::Bearing(which) => which.includes(axis / 2),
             _ => false,
         };
-        of(kind).filter(here).next_back().map(|e| e.values.clone())
+        of(kind).rfind(here).map(|e| e.values.clone())
     };
     let first = |values: Vec<f64>| values[0];
     // 6×6: sensors and tool from currents and tool force.
