@@ -270,6 +270,18 @@ fn course(
             }
         }
     }
+    let rest = without_one_record(&trial, &plain, &gross, progress)?;
+    Ok(rest.unwrap_or(plain))
+}
+
+/// The diagnosis of all records but one that contradicts them, where they agree with the machine, or with an effect
+/// that a free law reads off.
+fn without_one_record(
+    trial: &Trial,
+    plain: &Diagnosis,
+    gross: &[FoundFault],
+    progress: &(dyn Fn(&str) + Sync),
+) -> Result<Option<Diagnosis>, DiagnoseError> {
     for record in trial.measurement.records() {
         let rest = trial.measurement.without(record);
         if rest.sweeps.is_empty() {
@@ -279,15 +291,15 @@ fn course(
         let alone = FoundFault { record, fault: RecordFault::Disagrees, name: None };
         let faults = gross.iter().cloned().chain([alone]).collect();
         if rest.complete {
-            return conclude(&rest.trial, &rest.null, (faults, MOST_EFFECTS), progress);
+            return conclude(&rest.trial, &rest.null, (faults, MOST_EFFECTS), progress).map(Some);
         }
         if matches!(record, RecordId::Hammer(_))
             && let Some(found) = conclude_located(&rest.trial, &rest.null, &plain.localisation, faults, progress)?
         {
-            return Ok(found);
+            return Ok(Some(found));
         }
     }
-    Ok(plain)
+    Ok(None)
 }
 
 /// An effect beside mistakes of the rig, where neither alone explains the records: one effect explains all records but

@@ -135,8 +135,9 @@ fn smallest(h: &Hypothesis, left: f64, needed: f64) -> Option<Detectable> {
             _ => break,
         }
     }
-    let named_from = h.effect(&of_size(size)?);
-    Some(Detectable { effect, named_from })
+    let theta = of_size(size)?;
+    // A disc without inertia has no name at any mass.
+    h.matters(&theta).then(|| Detectable { effect, named_from: h.effect(&theta) })
 }
 
 fn problem<'a>(case: &Case<'a>, effects: &'a [Hypothesis]) -> Problem<'a> {

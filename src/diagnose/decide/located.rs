@@ -36,6 +36,7 @@ impl Case<'_> {
                 finalists.extend(self.begin_at(&reading, port).filter(matters));
             }
         }
+        self.add_like_masses(finalists, MODEL_ERRORS[1]);
         self.rank(finalists);
     }
 

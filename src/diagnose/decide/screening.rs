@@ -16,7 +16,7 @@ use super::super::fit::hypothesis::Hypothesis;
 use super::super::fit::linearise::assembled_with_size;
 use super::super::fit::problem::Point;
 use super::candidate::{Candidate, MODEL_ERRORS, Standing, failing_chi2, fails, next_model_error};
-use crate::spindle::{Effect, EffectKind};
+use crate::spindle::{Effect, EffectKind, Location};
 use rayon::prelude::*;
 
 /// Least fall of the score for another effect.
@@ -379,13 +379,17 @@ fn ahead(
 
 type Screened = (Hypothesis, Point, f64);
 
-/// Hypotheses by predicted χ²: the best `most`, and one start of each effect that has one place
-/// only (a sharp resonance that moves far is not predicted by a linear step).
+/// Hypotheses by predicted χ²: the best `most`, of those of one axis the best of each kind, and one start of each
+/// effect that has one place only (a sharp resonance that moves far is not predicted by a linear step).
 fn shortlist(mut all: Vec<Screened>, most: usize) -> Vec<Screened> {
     all.sort_by(|a, b| a.2.total_cmp(&b.2));
     let mut kept: Vec<Screened> = vec![];
     for entry in all {
         let first = !kept.iter().any(|k| k.0.same_name(&entry.0));
+        let of_axis = |h: &Hypothesis| matches!(h.place, Location::Axis(_));
+        if of_axis(&entry.0) && first && kept.iter().any(|k| of_axis(&k.0) && k.0.kind == entry.0.kind) {
+            continue;
+        }
         if first && entry.0.sole() || kept.len() < most {
             kept.push(entry)
         }

@@ -318,8 +318,8 @@ pub const TABLE: &[Entry] = &[
             ),
         ],
         sites: &[Site::Shaft],
-        // As for a mass.
-        matters: |size, _, _| size.abs() > 0.04,
+        // As for a mass, with a radius of gyration of a fortieth of the distance between the magnets: below, it is one.
+        matters: |size, t, _| size.abs() > 0.04 && t.get(2).is_some_and(|inertia| *inertia > 0.04 * size.abs()),
         starts: Starts::At(&[&[0.0, 0.0, 0.0]]),
         sentence: "a disc of {0} with {1} about the axis and {2} about a diameter sits at {at}",
         advice: "look for a nut, a balancing ring or a thrust disc that is not in the drawing",
