@@ -59,10 +59,7 @@ pub(crate) fn solve_normal(a: &Mat<f64>, b: &Mat<f64>) -> Result<Mat<f64>, Numer
     let unit = |k: usize| if a[(k, k)] > 0.0 { a[(k, k)].sqrt().recip() } else { 1.0 };
     let units: Vec<f64> = (0..a.nrows()).map(unit).collect();
     let scaled = |m: &Mat<f64>| Mat::from_fn(m.nrows(), m.ncols(), |i, j| units[i] * m[(i, j)]);
-    let even = Mat::from_fn(a.nrows(), a.ncols(), |i, j| {
-        // A parameter on which nothing depends has a row of zeros; the smallest solution leaves it where it is.
-        if i == j && a[(i, i)] == 0.0 { 1.0 } else { units[i] * a[(i, j)] * units[j] }
-    });
+    let even = Mat::from_fn(a.nrows(), a.ncols(), |i, j| units[i] * a[(i, j)] * units[j]);
     Ok(scaled(&solve(&even, &scaled(b))?))
 }
 

@@ -353,7 +353,8 @@ fn separation(a: &Predicted, b: &Predicted, member: &Candidate) -> Result<f64, D
         if i >= known {
             matrix[(i, i)] += AXIS_GAIN_SD.powi(-2);
         }
-        matrix[(i, i)] *= 1.0 + 1e-12;
+        // On a number of which no record knows nothing depends.
+        matrix[(i, i)] = if matrix[(i, i)] == 0.0 { 1.0 } else { matrix[(i, i)] * (1.0 + 1e-12) };
     }
     let right = Mat::from_fn(n, 1, |i, _| dot(&columns[i], &d));
     let step = solve_normal(&matrix, &right)?;
