@@ -17,7 +17,6 @@ use super::super::fit::linearise::assembled_with_size;
 use super::super::fit::prediction::Linear;
 use super::super::fit::problem::{Point, Problem};
 use super::screening::{FIRST_EFFECT_BIC_GAIN, FURTHER_EFFECT_BIC_GAIN};
-use crate::linalg::Mat;
 use crate::linalg::dense::solve_normal;
 use crate::spindle::{Effect, EffectKind};
 use rayon::prelude::*;
@@ -99,9 +98,7 @@ fn remaining(base: &Linear, further: &Jacobian) -> Result<Vec<f64>, DiagnoseErro
     let (jacobian, normal) = base.parts();
     let shared = jacobian.transpose_times_columns(further);
     let own = further.normal_of_each(&vec![1; further.columns()]);
-    // A number on which nothing depends, the polar inertia of a disc at rest, absorbs nothing.
-    let entry = |i: usize, j: usize| if i == j && normal[(i, i)] == 0.0 { 1.0 } else { normal[(i, j)] };
-    let absorbed = solve_normal(&Mat::from_fn(normal.nrows(), normal.ncols(), entry), &shared)?;
+    let absorbed = solve_normal(normal, &shared)?;
     let each = (0..shared.ncols()).map(|c| {
         let taken: f64 = (0..shared.nrows()).map(|i| shared[(i, c)] * absorbed[(i, c)]).sum();
         let own = own[c][(0, 0)];

@@ -45,6 +45,10 @@ impl Problem<'_> {
         for (k, (weight, _)) in self.model.layout.pull(&at.p).enumerate() {
             normal[(k, k)] += weight;
         }
+        // A number on which nothing depends, the polar inertia of a disc at rest, stays where it is.
+        for k in (0..normal.nrows()).filter(|k| normal[(*k, *k)] == 0.0).collect::<Vec<usize>>() {
+            normal[(k, k)] = 1.0;
+        }
         Ok(Linear { residual, jacobian, normal, shaft })
     }
 
