@@ -253,7 +253,7 @@ fn machine_data(shaft: &SampledShaft, period_s: f64, quantum_m: f64) -> String {
         let _ = writeln!(text, "#define {name} {value:e}");
     }
     text += "struct magnet {\n    double ki_n_per_a, kappa_per_m, bias_a, max_a, max_n, corner_rad_s, slew_a_per_s, \
-        inductance_h;\n};\nstatic const struct magnet magnets[2] = {\n";
+        inductance_h;\n};\nstatic const struct magnet magnets[AXES] = {\n";
     for m in &shaft.magnets {
         let values =
             [m.ki_n_per_a, m.kappa_per_m, m.bias_a, m.max_a, m.max_n, m.corner_rad_s, m.slew_a_per_s, m.inductance_h];

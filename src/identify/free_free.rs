@@ -155,9 +155,9 @@ fn channel(frf: &MeasuredFrf, machine: &Machine, output: usize, input: usize) ->
         .frequency_hz
         .iter()
         .map(|f| {
-            let amplifier = actuator.axes[input % 2].amplifier;
+            let current = actuator.axes[input % 2].coil_current(c64::new(0.0, TAU * f));
             c64::from_polar(actuator.ki_n_per_a * sensor.sensor_gain, -TAU * f * effective.delay_s)
-                * amplifier.gain(c64::new(0.0, TAU * f))
+                * current
                 * (one / c64::new(1.0, f / electronics.sensor_bandwidth_hz))
         })
         .collect();

@@ -4,15 +4,12 @@
 //! that a resonance of the loop amplifies grows with the signal there. A single repeat does not tell.
 
 use super::frf::{AXES, MeasuredFrf, SweepRecord};
-use super::repeat_scatter::RepeatScatter;
+use super::repeat_scatter::{RepeatScatter, rare_ratio};
 
 /// Neighbours on either side that a line is compared with.
 const NEIGHBOURS: usize = 6;
 /// A line with fewer neighbours to compare with is taken as it is.
 const FEWEST: usize = 4;
-/// Probability of a quiet line to count as disturbed, as −ln p: one record in a thousand has one among a thousand
-/// lines.
-const RARE: f64 = 14.0;
 /// What the medians of some eleven neighbours may be too low by.
 const MEDIAN_MARGIN: f64 = 1.5;
 /// Excess, as power, of a line beside a disturbed one that counts as its skirt: as much disturbance as noise.
@@ -126,17 +123,6 @@ fn with_skirts(mut is_polluted: Vec<bool>, excess: &[f64]) -> Vec<usize> {
         }
     }
     (0..excess.len()).filter(|k| is_polluted[*k]).collect()
-}
-
-/// The ratio t that a mean of n exponentially distributed squares exceeds with the probability e^(−[`RARE`]) at most:
-/// n (t − 1 − ln t) = [`RARE`] (Chernoff's bound).
-fn rare_ratio(n: f64) -> f64 {
-    let mut t = 1.0 + (2.0 * RARE / n).sqrt();
-    // Newton's steps on a convex function from its right side.
-    for _ in 0..20 {
-        t -= (t - 1.0 - t.ln() - RARE / n) / (1.0 - 1.0 / t);
-    }
-    t
 }
 
 /// Scatter of every line relative to that of its neighbours, as power, mean over the axes; the smaller of the plain

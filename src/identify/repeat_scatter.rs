@@ -7,9 +7,9 @@
 use super::frf::{AXES, MeasuredFrf, SweepRecord};
 use crate::linalg::c64;
 
-/// Standard deviations by which the common part of the scatter of independent experiments is not exceeded: one record
-/// in a thousand million.
-const COMMON: f64 = 6.0;
+/// Probability of noise to count as more than noise, as −ln p: one record in a thousand has one such line among a
+/// thousand.
+const RARE: f64 = 14.0;
 /// Rounds of gains and weights, which depend on each other only weakly.
 const ROUNDS: usize = 3;
 
@@ -92,9 +92,19 @@ impl RepeatScatter {
             }
             // Of independent experiments the square of the sum is the sum of the squares, on average over the lines
             // and repeats; each is distributed exponentially.
-            let draws = (lines * (repeats - 1)) as f64;
-            common / lines as f64 > 1.0 + COMMON / draws.sqrt()
+            common / lines as f64 > rare_ratio((lines * (repeats - 1)) as f64)
         });
         found
     }
+}
+
+/// The ratio t that a mean of n exponentially distributed squares exceeds with the probability e^(−[`RARE`]) at most:
+/// n (t − 1 − ln t) = [`RARE`] (Chernoff's bound).
+pub(super) fn rare_ratio(n: f64) -> f64 {
+    let mut t = 1.0 + (2.0 * RARE / n).sqrt();
+    // Newton's steps on a convex function from its right side.
+    for _ in 0..20 {
+        t -= (t - 1.0 - t.ln() - RARE / n) / (1.0 - 1.0 / t);
+    }
+    t
 }

@@ -1,27 +1,22 @@
 //! What a corrected machine changes for the controller that levitated it: decay of the loop, stiffness at the tool.
 
 use super::PipelineError;
-use super::loop_stability::loop_poles;
+use super::comparison::predict;
 use crate::controller::Controller;
 use crate::controller::verification::rate_words;
-use crate::lti::FrequencyGrid;
-use crate::predict::stiffness::{dynamic_stiffness, stiffness_words};
-use crate::spindle::{Machine, ModelDetail, Plant};
-use std::f64::consts::TAU;
+use crate::predict::stiffness::stiffness_words;
+use crate::spindle::Machine;
 
-/// Lowest line, Hz, and highest as part of the sample rate.
-const BAND: (f64, f64) = (5.0, 0.45);
-/// Lines, and lines on either side of a resonance.
-const LINES: (usize, usize) = (300, 4);
-/// Change of the stiffness within which a design on either model is the same for its user.
+/// Change of the stiffness that is not worth another design.
 const SMALL_CHANGE: f64 = 0.05;
 
 /// A loop at one speed.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct LoopState {
+pub(crate) struct LoopOutcome {
     /// Largest growth rate, 1/s; negative: stable.
     pub growth_rate_per_s: f64,
-    /// Least dynamic stiffness at the tool in x and y, N/m; none of an unstable loop.
+    /// Least dynamic stiffness at the tool in x and y over the stiffness band of the machine, N/m; none of an unstable
+    /// loop.
     pub least_stiffness_n_per_m: Option<f64>,
 }
 
@@ -32,21 +27,18 @@ pub(crate) struct Consequence {
     pub record: String,
     /// Its speed, rpm.
     pub speed_rpm: f64,
-    pub given: LoopState,
-    pub corrected: LoopState,
+    pub given: LoopOutcome,
+    pub corrected: LoopOutcome,
 }
 
-impl LoopState {
-    /// The loop of a machine with a controller.
+impl LoopOutcome {
+    /// The loop of a machine with a controller, as [`predict`] has it.
     pub(crate) fn of(machine: &Machine, controller: &Controller, speed_rpm: f64) -> Result<Self, PipelineError> {
-        let plant = Plant::new(machine, speed_rpm * TAU / 60.0, ModelDetail::Full)?;
-        let poles = loop_poles(&plant, controller)?;
-        let top_hz = BAND.1 / plant.sample_period_s();
-        let grid = FrequencyGrid::log_hz(BAND.0, top_hz, LINES.0).refine_round_poles(&poles.poles_rad_s, LINES.1);
-        let least = |axis: usize| dynamic_stiffness(&plant, controller, axis, &grid).minimum().map(|(k, _)| k);
-        let both = || [0, 1].into_iter().filter_map(least).reduce(f64::min);
-        let is_stable = poles.growth_rate_per_s < 0.0;
-        Ok(Self { growth_rate_per_s: poles.growth_rate_per_s, least_stiffness_n_per_m: is_stable.then(both).flatten() })
+        let predicted = predict(machine, controller, speed_rpm)?;
+        Ok(Self {
+            growth_rate_per_s: predicted.growth_rate_per_s,
+            least_stiffness_n_per_m: predicted.is_stable().then_some(predicted.minimum.0),
+        })
     }
 }
 
@@ -55,12 +47,12 @@ impl Consequence {
     pub(crate) fn words(&self) -> String {
         let Self { record, speed_rpm, given, corrected } = self;
         let lead = format!("With the controller of {record} at {speed_rpm:.0} rpm");
-        let decay = |state: &LoopState| rate_words(-state.growth_rate_per_s, 1);
+        let decay = |state: &LoopOutcome| rate_words(-state.growth_rate_per_s, 1);
         match (given.least_stiffness_n_per_m, corrected.least_stiffness_n_per_m) {
             (Some(before), Some(after)) => {
                 let change = after / before - 1.0;
                 let ends = if change.abs() < SMALL_CHANGE {
-                    "a design on either model is the same within 5 %".to_owned()
+                    "the correction changes this stiffness by less than 5 %".to_owned()
                 } else {
                     format!("{:+.0} %: design with the corrected files", 100.0 * change)
                 };

@@ -259,8 +259,8 @@ pub(crate) struct SampledShaft {
     state: Mat<f64>,
     currents: [f64; AXES],
     voltages: [f64; AXES],
-    /// Front and rear.
-    pub(crate) magnets: [Magnet; 2],
+    /// Axis by axis.
+    pub(crate) magnets: [Magnet; AXES],
     /// Forces of the axes (x, y) to forces on the shaft.
     pub(crate) force_matrices: [[[f64; 2]; 2]; 2],
     /// Both backup bearings.
@@ -318,8 +318,10 @@ impl SampledShaft {
         let e = exponential(&joint)?;
         let part = |column: usize, width: usize| e.submatrix(0, column, n, width).to_owned();
         let displacements = system.c.submatrix(AXES, 0, LOADS, n).to_owned();
-        let pair = |side: Side, k: usize| {
-            Magnet::new(machine.spindle.bearing(side), &effective.bearings[k], settings.bus_voltage_v)
+        let magnet = |k: usize| {
+            let (side, own) = ([Side::Front, Side::Rear][k / 2], &effective.bearings[k / 2]);
+            let magnet = Magnet::new(machine.spindle.bearing(side), own, settings.bus_voltage_v);
+            magnet.with_amplifier(own.axes[k % 2].amplifier)
         };
         Ok(Self {
             phi: part(0, n),
@@ -329,7 +331,7 @@ impl SampledShaft {
             state: Mat::zeros(n, 1),
             currents: [0.0; AXES],
             voltages: [0.0; AXES],
-            magnets: [pair(Side::Front, 0), pair(Side::Rear, 1)],
+            magnets: std::array::from_fn(magnet),
             force_matrices: effective.bearings.each_ref().map(|b| {
                 let (cross, [x, y]) = (b.coupling_ratio, b.axes.map(|axis| axis.force_factor));
                 [[x, cross * y], [cross * x, y]]
@@ -359,8 +361,7 @@ impl SampledShaft {
             let at = [x[(AXES + 2 + first, 0)], x[(AXES + 3 + first, 0)]];
             let moving = [v[(2 + first, 0)], v[(3 + first, 0)]];
             if live {
-                let magnet = &self.magnets[bearing];
-                let own = [0, 1].map(|axis| magnet.force_n(self.currents[first + axis], at[axis]));
+                let own = [0, 1].map(|axis| self.magnets[first + axis].force_n(self.currents[first + axis], at[axis]));
                 let matrix = &self.force_matrices[bearing];
                 for axis in 0..2 {
                     magnetic[first + axis] = matrix[axis][0] * own[0] + matrix[axis][1] * own[1];
@@ -387,7 +388,7 @@ impl SampledShaft {
         let mut limited = false;
         if live {
             for (k, current) in self.currents.iter_mut().enumerate() {
-                let magnet = &self.magnets[k / 2];
+                let magnet = &self.magnets[k];
                 let (next, held) = magnet.advance(*current, command[k], self.step_s);
                 let voltage = magnet.voltage_v(next - *current, self.step_s);
                 if voltage.abs() > self.voltages[k].abs() {

@@ -7,11 +7,12 @@
 //! cos α at any gap and current (Schweitzer and Maslen, Magnetic Bearings, 2009, section 3.2); the pull of each coil is
 //! cut off at the `max_force_n` of the bearing. Below it the law is unchanged; the bend of real iron before saturation
 //! is left out.
+//! An amplifier of second order counts as one of first order with the same lag; eddy currents, the delay that one axis
+//! has beyond the others and what sensors pick up of the currents are left out.
 //! Current: i̇ = ω_a (u − i), held to what the bus voltage drives through the coil, |i̇| ≤ U/L, L = k_i s₀/(2 i₀ κ).
 //! Contact: beyond the clearance, normal force k_c·depth + c_c·approach (never pulling), Coulomb friction μ.
 
-use crate::spindle::Bearing;
-use crate::spindle::EffectiveBearing;
+use crate::spindle::{Amplifier, Bearing, EffectiveBearing};
 use std::f64::consts::TAU;
 
 /// A gap this close to the pole face, as a part of it, is where the force law ends.
@@ -33,7 +34,7 @@ pub struct Magnet {
 }
 
 impl Magnet {
-    /// The magnet of a bearing after effects, fed from a bus of `bus_voltage_v`.
+    /// The magnet of a bearing after effects, with the amplifier of its x axis, fed from a bus of `bus_voltage_v`.
     pub fn new(bearing: &Bearing, effective: &EffectiveBearing, bus_voltage_v: f64) -> Self {
         let ki = effective.ki_n_per_a;
         let kappa = effective.ks_n_per_m * bearing.gap_m / (ki * bearing.bias_current_a);
@@ -48,6 +49,12 @@ impl Magnet {
             slew_a_per_s: bus_voltage_v / inductance,
             inductance_h: inductance,
         }
+    }
+
+    /// The same with another amplifier: one of second order as that of first order with the same lag.
+    #[must_use]
+    pub(crate) fn with_amplifier(self, amplifier: Amplifier) -> Self {
+        Self { corner_rad_s: TAU * amplifier.lag_bandwidth_hz(), ..self }
     }
 
     /// Force on the rotor, N, at control current `current_a` and displacement `displacement_m`.

@@ -5,7 +5,7 @@ use super::summary::omit_absent;
 use crate::diagnose::conclude::verdict::Rival;
 use crate::diagnose::locate::localisation::PortScore;
 use crate::diagnose::{Diagnosis, NamedEffect, Verdict};
-use crate::pipeline::consequence::{Consequence, LoopState};
+use crate::pipeline::consequence::{Consequence, LoopOutcome};
 use crate::spindle::effects::AXIS_NAMES as AXES;
 use crate::spindle::{Effect, Location};
 use serde::Serialize;
@@ -87,7 +87,7 @@ pub(crate) fn diagnosis_topic(d: &Diagnosis) -> Value {
 
 /// `diagnosis.consequence`: what the corrected machine changes for the controller of a record.
 pub(crate) fn consequence_topic(c: &Consequence) -> Value {
-    let state = |s: &LoopState| {
+    let state = |s: &LoopOutcome| {
         json!({
             "growth_rate_per_s": s.growth_rate_per_s,
             "least_stiffness_n_per_m": s.least_stiffness_n_per_m,

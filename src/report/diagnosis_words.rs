@@ -233,7 +233,8 @@ fn place(location: &Location) -> String {
         Location::InPlane(z, plane) => format!("z = {:.0} mm in {}", 1e3 * z, plane.name()),
         Location::Mode(mode) => format!("flexible mode {mode}"),
         Location::Region(region) => format!("region {region}"),
-        Location::None => String::new(),
+        // Of the whole machine only the delay names its place.
+        Location::None => "the loop".to_owned(),
     }
 }
 

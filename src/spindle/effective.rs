@@ -61,6 +61,13 @@ pub struct AxisElectronics {
     pub signal_factor: f64,
 }
 
+impl AxisElectronics {
+    /// Coil current per command at s, rad/s, without the delay of the loop.
+    pub(crate) fn coil_current(&self, s: c64) -> c64 {
+        self.amplifier.gain(s) * (-s * self.further_delay_s).exp()
+    }
+}
+
 /// A bearing with its chain after all effects.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EffectiveBearing {

@@ -7,7 +7,7 @@ use crate::controller::Controller;
 use crate::diagnose::data::measurement::{ControlAxis, HammerTest, RecordSet};
 use crate::diagnose::{DiagnoseError, Diagnosis, Verdict, diagnose_with};
 use crate::input::{Measurement, machine_files};
-use crate::pipeline::consequence::{Consequence, LoopState};
+use crate::pipeline::consequence::{Consequence, LoopOutcome};
 use crate::pipeline::loop_stability::unstable_words;
 use crate::report::corrected_records::record_faults;
 use crate::report::diagnosis::stage;
@@ -93,13 +93,13 @@ pub(crate) fn diagnose_records(
     let (mut unstable, mut consequence) = (vec![], None);
     for (hammer, controller) in loaded.hammers.iter().zip(&records.controllers) {
         let rpm = hammer.frf.speed_rpm;
-        let corrected = LoopState::of(&found.corrected, controller, rpm)?;
+        let corrected = LoopOutcome::of(&found.corrected, controller, rpm)?;
         if corrected.growth_rate_per_s >= 0.0 {
             let words = unstable_words(corrected.growth_rate_per_s, rpm);
             unstable.push(format!("{}: with the corrected model {words}", hammer.name));
         } else if consequence.is_none() && found.verdict != Verdict::Unexplained {
             let record = file_name(&hammer.name).to_owned();
-            let given = LoopState::of(machine, controller, rpm)?;
+            let given = LoopOutcome::of(machine, controller, rpm)?;
             consequence = Some(Consequence { record, speed_rpm: rpm, given, corrected });
         }
     }

@@ -132,7 +132,7 @@ impl<'a> Begun<'a> {
         let case = self.trial.case(&[], &|_| {});
         for set in sets {
             let from = Point { theta: set.fit.at.theta.clone(), ..case.origin() };
-            // What fails on some of the lines fails on all of them.
+            // What some of the lines refute is not fitted to all of them.
             if !explains(&case.fit_down(&set.effects, &from, case.thin())?.candidate) {
                 continue;
             }

@@ -299,12 +299,7 @@ impl Transfer {
         match self.kind {
             Kind::Sweep | Kind::Hammer => *f,
             Kind::CoilCurrent => std::array::from_fn(|n| {
-                if n % SIDE < 4 {
-                    let axis = &self.axes[n % SIDE];
-                    f[n] * (s * (self.delay_s + axis.further_delay_s)).exp() / axis.amplifier.gain(s)
-                } else {
-                    f[n]
-                }
+                if n % SIDE < 4 { f[n] * (s * self.delay_s).exp() / self.axes[n % SIDE].coil_current(s) } else { f[n] }
             }),
             // The stator moves by its flexibility times the force, which is near 1 N/A times ki: its size against the
             // shaft's response tells it from nothing; without a housing there is no motion at all.

@@ -72,7 +72,7 @@ static void forces(const unit *u, const double *state, double *magnetic, double 
             const int at = 2 + 2 * b + axis;
             x[axis] = row(outputs[AXES + at], state, STATES);
             v[axis] = row(velocities[at], state, STATES);
-            own[axis] = pull(&magnets[b], u->base.value[CURRENT + 2 * b + axis], x[axis]);
+            own[axis] = pull(&magnets[2 * b + axis], u->base.value[CURRENT + 2 * b + axis], x[axis]);
         }
         for (axis = 0; axis < 2; ++axis) {
             magnetic[2 * b + axis] = force_matrices[b][axis][0] * own[0] + force_matrices[b][axis][1] * own[1];
@@ -115,7 +115,7 @@ static void substep(unit *u)
     }
     total(u, u->state, start);
     for (k = 0; k < AXES; ++k) {
-        const struct magnet *m = &magnets[k / 2];
+        const struct magnet *m = &magnets[k];
         const double reach = fmax(m->max_a - m->bias_a, m->bias_a), most = m->slew_a_per_s * STEP_S;
         const double wanted = (held(command[k], -reach, reach) - v[CURRENT + k]) * (1.0 - exp(-m->corner_rad_s * STEP_S));
         const double change = held(wanted, -most, most), voltage = m->inductance_h * change / STEP_S;

@@ -124,6 +124,9 @@ pub struct Entry {
     pub advice: &'static str,
 }
 
+/// A frequency as it is.
+pub(super) const HERTZ: Shown = Shown::Scaled(1.0, " Hz");
+
 /// What most effects have in common.
 pub(super) const COMMON: Entry = Entry {
     kind: EffectKind::LoopDelay,

@@ -1,12 +1,11 @@
 //! Entries of the table for what makes a loop later: delay, amplifiers, eddy currents, low-passes of the sensors.
 
 use super::coordinate::Coordinate;
-use super::entry::{ELECTRONIC, Entry, Shown, Site, Starts, positive, signed_parameter};
+use super::entry::{ELECTRONIC, Entry, HERTZ, Shown, Site, Starts, positive, signed_parameter};
 use super::kind::EffectKind;
 use super::location::LocationKind;
 use super::scale::MachineScale;
 
-const HERTZ: Shown = Shown::Scaled(1.0, " Hz");
 /// Start of a corner frequency that is far above the band.
 const FROM_HIGH_CORNER: Starts = Starts::At(&[&[0.1]]);
 
@@ -26,7 +25,7 @@ pub(super) const LOOP_DELAY: Entry = Entry {
     sites: &[Site::Loop],
     // A hundredth of a sample.
     matters: |size, _, _| size.abs() > 0.05,
-    sentence: "the loop is {0} {way} than the model",
+    sentence: "{at} is {0} {way} than the model",
     advice: "design with the corrected file, and look for computing or PWM time that the model leaves out",
     ..ELECTRONIC
 };

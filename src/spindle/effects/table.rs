@@ -6,7 +6,7 @@
 //! *Dynamics of Rotating Machines*, Cambridge 2010, chapter 7.
 
 use super::coordinate::Coordinate;
-use super::entry::{COMMON, ELECTRONIC, Entry, Parameter, Shown, Site, Starts, positive, signed_parameter};
+use super::entry::{COMMON, ELECTRONIC, Entry, HERTZ, Parameter, Shown, Site, Starts, positive, signed_parameter};
 use super::kind::EffectKind;
 use super::lags;
 use super::location::LocationKind;
@@ -27,7 +27,6 @@ const OFFSET: Parameter = signed_parameter(
 const GRAMS: Shown = Shown::Either(1e3, " g", ["less", "more"]);
 const NEWTONS_PER_METRE: Shown = Shown::Scaled(1.0, " N/m");
 const SQUARE_MILLIMETRES: Shown = Shown::Scaled(1e6, " kg mm²");
-const HERTZ: Shown = Shown::Scaled(1.0, " Hz");
 
 /// Every effect.
 pub const TABLE: &[Entry] = &[

@@ -165,15 +165,10 @@ pub(crate) fn sheet_flux(q: c64) -> c64 {
     if x.norm() < 1e-6 { c64::new(1.0, 0.0) - q / 3.0 } else { tanh / x }
 }
 
-/// Coil current per command, without the delay of the loop.
-fn coil_current(axis: &AxisElectronics, s: c64) -> c64 {
-    axis.amplifier.gain(s) * (-s * axis.further_delay_s).exp()
-}
-
-/// The same, weakened by eddy currents: tanh(√(s/ω_l))/√(s/ω_l) / (1 + √(s/ω_e)).
+/// Coil current per command, weakened by eddy currents: tanh(√(s/ω_l))/√(s/ω_l) / (1 + √(s/ω_e)).
 pub(super) fn actuator(axis: &AxisElectronics, s: c64) -> c64 {
     let sheets = axis.lamination_corner_hz.map_or(c64::new(1.0, 0.0), |corner| sheet_flux(s / (TAU * corner)));
-    let gain = sheets * coil_current(axis, s);
+    let gain = sheets * axis.coil_current(s);
     match axis.eddy_corner_hz {
         None => gain,
         Some(corner) => gain / ((s / (TAU * corner)).sqrt() + 1.0),
@@ -193,7 +188,7 @@ pub(super) fn pickup(machine: &Effective, s: c64) -> [c64; 16] {
     let delay = (-s * machine.delay_s).exp();
     std::array::from_fn(|k| {
         let (to, from) = (k / 4, k % 4);
-        let current = coil_current(&machine.bearings[from / 2].axes[from % 2], s);
+        let current = machine.bearings[from / 2].axes[from % 2].coil_current(s);
         s * delay * current * machine.current_pickup[to][from]
     })
 }

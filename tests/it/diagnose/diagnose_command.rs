@@ -1,5 +1,7 @@
 //! `muspin diagnose` on a folder with a record that it cannot use.
 
+use muspin::input::{load_controller, load_machine};
+use muspin::pipeline::comparison::predict;
 use serde_json::Value;
 use std::path::Path;
 use std::process::Command;
@@ -45,6 +47,38 @@ fn a_hammer_test_under_an_unknown_controller_is_left_out() {
     assert_eq!(diagnosis["verdict"], "adequate");
     assert_eq!(diagnosis["left_out"][0]["record"], "hammer-0.csv");
     assert_eq!(diagnosis["held_out"], "rear sensors from front currents");
+}
+
+/// A loop that is 30 µs slower than its file: what is said of the controller is what it does on the given machine and on
+/// the corrected one, at the speed of the hammer test.
+#[test]
+fn a_diagnosis_ends_with_what_the_controller_does_on_both_machines() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/diagnosis/c01");
+    let out = tempfile::tempdir().unwrap();
+    let mut program = Command::new(env!("CARGO_BIN_EXE_muspin"));
+    let ended = program.args(["diagnose", "--measurement"]).arg(&folder).arg("--out").arg(out.path()).output().unwrap();
+    let text = std::fs::read_to_string(out.path().join("summary.json")).unwrap();
+    let said = &serde_json::from_str::<Value>(&text).unwrap()["diagnosis"]["consequence"];
+    assert_eq!(said["record"], "hammer-0.csv");
+    let words = said["sentence"].as_str().unwrap();
+    assert!(String::from_utf8(ended.stderr).unwrap().contains(words), "{words}");
+    let controller = load_controller(folder.join("pid.json").to_str().unwrap()).unwrap();
+    let rpm = said["speed_rpm"].as_f64().unwrap();
+    let mut growth = vec![];
+    for (name, files) in [("given", folder.as_path()), ("corrected", out.path())] {
+        let [spindle, tool] = ["spindle.yaml", "tool.yaml"].map(|file| files.join(file));
+        let machine = load_machine(spindle.to_str().unwrap(), tool.to_str().unwrap()).unwrap();
+        let expected = predict(&machine, &controller, rpm).unwrap();
+        let close = |key: &str, value: f64| {
+            let found = said[name][key].as_f64().unwrap();
+            assert!((found / value - 1.0).abs() < 1e-6, "{name} {key}: {found} {value}");
+        };
+        close("growth_rate_per_s", expected.growth_rate_per_s);
+        close("least_stiffness_n_per_m", expected.minimum.0);
+        growth.push(expected.growth_rate_per_s);
+    }
+    // The delay moves the poles.
+    assert!((growth[0] / growth[1] - 1.0).abs() > 1e-3, "{growth:?}");
 }
 
 /// Tests of several seconds each: `cargo test --release --test it long:: -- --ignored`.

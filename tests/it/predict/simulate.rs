@@ -19,7 +19,7 @@ use muspin::predict::time::TimeSettings;
 use muspin::predict::time_cases::{Quantisation, StandardCase, figures, run_case};
 use muspin::predict::time_force::{BackupBearing, Magnet};
 use muspin::rotor::PlanarModes;
-use muspin::spindle::{Machine, ModelDetail, Plant};
+use muspin::spindle::{Effect, EffectKind, Location, Machine, ModelDetail, Plant};
 use std::f64::consts::TAU;
 use std::sync::OnceLock;
 
@@ -210,6 +210,31 @@ fn unless_given_every_mode_below_four_tenths_of_the_sample_rate_takes_part() {
     };
     assert_eq!(with(None), with(Some(inside)));
     assert_ne!(with(None), with(Some(inside - 1)));
+}
+
+/// A push in x at rest, where y stays still: the amplifier of x counts, that of y does not.
+#[test]
+fn each_axis_has_its_own_amplifier() {
+    let (_, law) = pid();
+    let case = StandardCase::Impulse { force_n: 20.0, length_s: 2e-4 };
+    let currents = |effect: Option<(EffectKind, usize, Vec<f64>)>| -> Vec<[f64; 4]> {
+        let mut machine = machine();
+        if let Some((kind, axis, values)) = effect {
+            machine = machine.with_effect(Effect::new(kind, Location::Axis(axis), values).unwrap());
+        }
+        let settings = TimeSettings::default();
+        let found = run_case(&machine, &program(&law), case, 0.0, 0.01, &settings).unwrap();
+        found.samples.iter().map(|sample| sample.currents_a).collect()
+    };
+    let slow = |axis| Some((EffectKind::AmplifierBandwidth, axis, vec![700.0]));
+    let nominal = currents(None);
+    assert_eq!(currents(slow(1)), nominal);
+    assert_ne!(currents(slow(0)), nominal);
+    // One of second order counts as that of first order with the same lag, ω/2ζ.
+    let second = currents(Some((EffectKind::AmplifierSecondOrder, 0, vec![840.0, 0.6])));
+    for (found, expected) in second.iter().flatten().zip(currents(slow(0)).iter().flatten()) {
+        assert!((found - expected).abs() < 1e-9, "{found} {expected}");
+    }
 }
 
 #[test]

@@ -116,6 +116,16 @@ fn the_formats_page_has_a_row_for_every_effect_with_its_place_and_its_numbers() 
 }
 
 #[test]
+fn a_delay_of_one_axis_is_no_delay_of_the_loop() {
+    let said = |location| {
+        let effect = Effect::new(EffectKind::LoopDelay, location, vec![2e-5]).unwrap();
+        statement(&NamedEffect::from(effect))
+    };
+    assert!(said(Location::None).starts_with("the loop is 20 µs slower"), "{}", said(Location::None));
+    assert!(said(Location::Axis(3)).starts_with("rear_y is 20 µs slower"), "{}", said(Location::Axis(3)));
+}
+
+#[test]
 fn a_sentence_shows_every_number_and_leaves_no_placeholder() {
     for kind in EffectKind::all() {
         for sign in [1.0, -1.0] {
