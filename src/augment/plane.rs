@@ -38,6 +38,9 @@ pub(crate) fn isotropic(machine: &Machine) -> Machine {
     let effects = &mut isotropic.spindle.effects;
     let of_one_axis = |e: &Effect| matches!(e.location, Location::Axis(_) | Location::InPlane(..));
     effects.retain(|e| !e.kind.entry().couples_planes && !of_one_axis(e));
+    if let Some(correction) = &mut isotropic.correction {
+        correction.retain_alike();
+    }
     isotropic
 }
 

@@ -4,7 +4,8 @@
 use super::Failure;
 use super::machine::{Remarks, load_machine, load_with_remarks};
 use crate::controller::{Controller, MachineTag};
-use crate::input::{Warning, load_tagged_controller, usual_tool};
+use crate::input::correction::CORRECTION_FILE;
+use crate::input::{Warning, load_tagged_controller, usual_tool, with_correction};
 use crate::report::summary::Summary;
 use crate::report::whole::machine_tag;
 use crate::spindle::Machine;
@@ -41,6 +42,10 @@ pub(super) struct MachineArguments {
     /// it, else none for a spindle with `output_m` and the paper's for others
     #[arg(long)]
     pub tool: Option<String>,
+    /// Law that a diagnosis recovered, correction.csv of its results, which the model then has beside its effects;
+    /// default: correction.csv beside the controller or in the folder above it, else none
+    #[arg(long)]
+    pub correction: Option<String>,
 }
 
 /// Name of the shipped spindle.
@@ -63,6 +68,8 @@ impl MachineArguments {
             None => usual_tool(&spindle)?.to_owned(),
         };
         let (machine, mut remarks) = load_with_remarks(&spindle, &tool)?;
+        let correction = found(&self.correction, CORRECTION_FILE, None);
+        let machine = correct(machine, correction.as_deref())?;
         let found = ControlledMachine {
             used: machine_tag(&machine, &spindle, &tool),
             controller: loaded.controller,
@@ -77,7 +84,8 @@ impl MachineArguments {
     /// The machine without a controller.
     pub(super) fn alone(&self) -> Result<Machine, Failure> {
         let spindle = self.spindle.as_deref().unwrap_or(SPINDLE);
-        load_machine(spindle, self.tool.as_deref().map_or_else(|| usual_tool(spindle), Ok)?)
+        let machine = load_machine(spindle, self.tool.as_deref().map_or_else(|| usual_tool(spindle), Ok)?)?;
+        correct(machine, self.correction.as_deref())
     }
 }
 
@@ -102,6 +110,14 @@ impl ControlledMachine {
     pub(super) fn add_to(&self, summary: &mut Summary) {
         summary.set("machine", self.used_machine());
     }
+}
+
+/// The machine with the law of a file.
+fn correct(machine: Machine, file: Option<&str>) -> Result<Machine, Failure> {
+    Ok(match file {
+        Some(file) => with_correction(machine, file)?,
+        None => machine,
+    })
 }
 
 /// What to say of a controller whose tag names another machine than the one that is used.

@@ -9,6 +9,7 @@ use super::reading::load_measurement;
 use super::timings::Timings;
 use super::{Failure, Outcome};
 use crate::report::diagnosis_words::sentence;
+use crate::report::place_words::place_words;
 use crate::workflow::diagnose::{diagnose_records, unused_rows, without_unknown_controllers};
 use crate::workflow::plausibility::Records;
 use crate::workflow::surroundings::Surroundings;
@@ -62,7 +63,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
             .file(format!("{out}/report.html"))
             .file(format!("{out}/spindle.yaml"))
     })?;
-    eprintln!("{}", sentence(found));
-    diagnosed.consequence.iter().for_each(|c| eprintln!("{}", c.words()));
+    eprintln!("{}", place_words(&machine, sentence(found)));
+    diagnosed.consequence.iter().for_each(|c| eprintln!("{}", place_words(&machine, c.words())));
     Ok(ended)
 }

@@ -13,6 +13,7 @@ use crate::pipeline::simulation::{
     SimulationCase, SimulationWish, USUAL_GRADE_MM_S, USUAL_RAMP_S, simulate_controller,
 };
 use crate::predict::time::{TimeError, TimeSettings};
+use crate::report::place_words::place_words;
 use crate::report::time_response::simulation_report;
 
 /// Arguments of `muspin simulate`.
@@ -115,7 +116,8 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     console.writing(|| report.write(&arguments.out))?;
     let (found, out) = (&simulated.found, arguments.out.as_str());
     console.json(&report.summary.to_json(), || {
-        CommandEnd::met(found.met, format!("{name} at {speed_rpm:.0} rpm: {}", found.end))
+        let words = place_words(machine, format!("{name} at {speed_rpm:.0} rpm: {}", found.end));
+        CommandEnd::met(found.met, words)
             .file(format!("{out}/report.html"))
     })?;
     Ok(if found.met { Outcome::Done } else { Outcome::TargetMissed })

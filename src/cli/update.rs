@@ -140,21 +140,24 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     arguments.timings.print(&progress.times());
     drop(progress);
     let (met, sentence) = verdict(&delivered.fit, &records);
-    console.json(&text, || show_update(arguments, met, &delivered.fit))?;
+    console.json(&text, || show_update(arguments, met, &delivered.fit, machine.tool.is_absent()))?;
     if !delivered.fit.explanation.explained {
         eprintln!("{sentence}");
     }
     Ok(if met { Outcome::Done } else { Outcome::TargetMissed })
 }
 
-fn show_update(arguments: &Arguments, met: bool, fit: &Updated) -> CommandEnd {
+fn show_update(arguments: &Arguments, met: bool, fit: &Updated, toolless: bool) -> CommandEnd {
     let out = arguments.out.as_str();
-    CommandEnd::met(met, fit.explanation.statement.as_str())
+    let tool = (!toolless).then(|| format!("{out}/tool.yaml"));
+    let with_tool = tool.iter().map(|file| format!(" --tool {file}")).collect::<String>();
+    let end = CommandEnd::met(met, fit.explanation.statement.as_str())
         .row(["largest error of a frequency, %".to_owned(), format!("{:.4}", fit.largest_error_percent())])
         .row(["evaluations".to_owned(), fit.evaluations.to_string()])
-        .file(format!("{out}/spindle.yaml"))
-        .file(format!("{out}/tool.yaml"))
-        .next(format!("muspin design --spindle {out}/spindle.yaml --tool {out}/tool.yaml"))
+        .file(format!("{out}/spindle.yaml"));
+    tool.into_iter()
+        .fold(end, CommandEnd::file)
+        .next(format!("muspin design --spindle {out}/spindle.yaml{with_tool}"))
         .next(format!("muspin diagnose --measurement {}", arguments.measurement))
 }
 

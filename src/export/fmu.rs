@@ -84,6 +84,9 @@ pub fn machine_unit(machine: &Machine, speed_rad_s: f64, settings: &TimeSettings
     let period_s = machine.spindle.electronics.sample_period_s();
     let step_s = period_s / settings.substeps as f64;
     let shaft = SampledShaft::new(machine, speed_rad_s, settings, step_s)?;
+    if shaft.has_command_laws() {
+        return Err(TimeError::NoUnit);
+    }
     let data = machine_data(&shaft, period_s, settings.quantum_m);
     let sources = vec![("machine_data.h".to_owned(), data.into_bytes()), ("unit_machine.c".to_owned(), MACHINE.into())];
     let inputs = [variables("command", &AXIS_NAMES, "A"), variables("load", &PLACES, "N")].concat();

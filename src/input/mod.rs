@@ -5,6 +5,7 @@
 
 mod by_plane;
 mod consistency;
+pub(crate) mod correction;
 pub mod controller;
 pub(crate) mod controller_law;
 mod curve;
@@ -57,6 +58,7 @@ pub mod weights;
 pub mod write;
 pub mod yaml;
 
+pub use correction::with_correction;
 pub use controller::{load_controller, load_tagged_controller, read_controller};
 pub use error::InputError;
 pub use measurement::{Measurement, load_measurement, load_measurement_watched};

@@ -4,12 +4,14 @@
 use crate::rotor::{Disc, Material, Section};
 use crate::spindle::effects::AXIS_NAMES;
 use crate::spindle::machine::STIFFNESS_BAND_HZ;
+use super::correction::CORRECTION_FILE;
 use crate::spindle::{Effect, Location, Machine, RotorOnSupports, Side, Spindle, Tool};
 
-/// `spindle.yaml` and, where there is one, `tool.yaml` of a machine.
+/// `spindle.yaml` and, where there are such, `tool.yaml` and `correction.csv` of a machine.
 pub(crate) fn machine_files(machine: &Machine) -> Vec<(&'static str, String)> {
     let tool = (!machine.tool.is_absent()).then(|| ("tool.yaml", tool_yaml(&machine.tool)));
-    [("spindle.yaml", spindle_yaml(&machine.spindle))].into_iter().chain(tool).collect()
+    let correction = machine.correction.as_ref().map(|correction| (CORRECTION_FILE, correction.text.clone()));
+    [("spindle.yaml", spindle_yaml(&machine.spindle))].into_iter().chain(tool).chain(correction).collect()
 }
 
 /// The file of a rotor without magnets (formats.md, section 1).

@@ -9,6 +9,7 @@ pub(crate) mod level_set;
 pub(crate) mod line_maximum;
 pub mod matched;
 pub mod norm;
+pub(crate) mod partial_fractions;
 pub(crate) mod pole_residues;
 pub(crate) mod responder;
 pub(crate) mod response;

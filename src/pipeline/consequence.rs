@@ -54,7 +54,7 @@ impl Consequence {
                 let ends = if change.abs() < SMALL_CHANGE {
                     "the correction changes this stiffness by less than 5 %".to_owned()
                 } else {
-                    format!("{:+.0} %: design with the corrected files", 100.0 * change)
+                    format!("{:+.0} %: design with the corrected model", 100.0 * change)
                 };
                 format!(
                     "{lead} the tool is {} stiff at least on the corrected model and {} on the given one, and the loop \

@@ -10,9 +10,11 @@
 use super::time_force::{BackupBearing, Magnet};
 use crate::controller::arithmetic::Float32Program;
 use crate::linalg::{Mat, NumericError, exponential};
+use crate::lti::delay::hold;
 use crate::rotor::PlanarModes;
+use crate::spindle::correction::{LawSite, PlacedLaw};
 use crate::spindle::plant::AXES;
-use crate::spindle::{Machine, ModelDetail, Plant, Side, SpindleError};
+use crate::spindle::{Effective, Machine, ModelDetail, Plant, Side, SpindleError};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::collections::VecDeque;
@@ -123,6 +125,9 @@ pub enum TimeError {
         /// The rule.
         rule: &'static str,
     },
+    /// A law without a name acts at currents.
+    #[error("a co-simulation unit has no place for the law that a correction puts at currents")]
+    NoUnit,
 }
 
 /// Runs a scenario with a controller from rest states.
@@ -272,6 +277,40 @@ pub(crate) struct SampledShaft {
     pub(crate) delay_s: f64,
     noise_m: f64,
     touching: bool,
+    /// Laws without a name at currents, before the amplifiers.
+    command_laws: Vec<CommandLaw>,
+}
+
+/// The factor 1 + X(s) of a law at the current of an axis, held over a substep.
+struct CommandLaw {
+    axis: usize,
+    /// State to state, and command to state.
+    step: (Mat<f64>, Mat<f64>),
+    read: Mat<f64>,
+    direct: f64,
+    state: Mat<f64>,
+}
+
+impl CommandLaw {
+    fn of_machine(effective: &Effective, step_s: f64) -> Result<Vec<Self>, NumericError> {
+        let one = |own: &PlacedLaw| {
+            let LawSite::Current(axis) = own.site else { return Ok(None) };
+            let law = own.law.state_space()?;
+            let state = Mat::zeros(law.order(), 1);
+            let step = hold(&law.a, &law.b, step_s)?;
+            Ok(Some(Self { axis, step, read: law.c, direct: 1.0 + law.d[(0, 0)], state }))
+        };
+        effective.laws.iter().filter_map(|own| one(own).transpose()).collect()
+    }
+
+    /// The command that the amplifier gets; the law moves on by a substep.
+    fn advance(&mut self, command: f64) -> f64 {
+        let seen = (0..self.state.nrows()).map(|k| self.read[(0, k)] * self.state[(k, 0)]).sum::<f64>();
+        let seen = seen + self.direct * command;
+        let forced = Mat::from_fn(self.state.nrows(), 1, |i, _| self.step.1[(i, 0)] * command);
+        self.state = &self.step.0 * &self.state + forced;
+        seen
+    }
 }
 
 impl SampledShaft {
@@ -348,7 +387,13 @@ impl SampledShaft {
             delay_s: effective.delay_s,
             noise_m: machine.spindle.electronics.sensor_noise_m,
             touching: false,
+            command_laws: CommandLaw::of_machine(&effective, step_s)?,
         })
+    }
+
+    /// Whether laws without a name act at currents.
+    pub(crate) fn has_command_laws(&self) -> bool {
+        !self.command_laws.is_empty()
     }
 
     /// Magnetic and contact forces at a state: (front_x, front_y, rear_x, rear_y) each.
@@ -387,6 +432,10 @@ impl SampledShaft {
         let (start, touching) = self.total(&self.state, live, &load(0.0));
         let mut limited = false;
         if live {
+            let mut command = *command;
+            for law in &mut self.command_laws {
+                command[law.axis] = law.advance(command[law.axis]);
+            }
             for (k, current) in self.currents.iter_mut().enumerate() {
                 let magnet = &self.magnets[k];
                 let (next, held) = magnet.advance(*current, command[k], self.step_s);

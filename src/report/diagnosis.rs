@@ -229,7 +229,7 @@ fn overview(d: &Diagnosis) -> Named {
 }
 
 /// Tables of the laws: those on the same lines share one, the others follow under a number.
-fn law_tables(folder: &mut ResultsFolder, laws: &[Law]) -> Result<(), ResultsError> {
+fn law_tables(folder: &mut ResultsFolder, place: &Place, laws: &[Law]) -> Result<(), ResultsError> {
     let mut alike: Vec<Vec<&Law>> = vec![];
     for law in laws {
         match alike.iter_mut().find(|group| group[0].frequency_hz == law.frequency_hz) {
@@ -245,6 +245,7 @@ fn law_tables(folder: &mut ResultsFolder, laws: &[Law]) -> Result<(), ResultsErr
             let unit = law.unit.key();
             header.extend([format!("{name}_{unit}_re"), format!("{name}_{unit}_im"), format!("{name}_{unit}_sd")]);
         }
+        header.push("place".to_owned());
         let mut table = Table::new(header);
         for (k, hz) in group[0].frequency_hz.iter().enumerate() {
             let mut row = vec![*hz];
@@ -252,7 +253,8 @@ fn law_tables(folder: &mut ResultsFolder, laws: &[Law]) -> Result<(), ResultsErr
                 let value = law.values.get(k).copied().unwrap_or(c64::new(f64::NAN, f64::NAN));
                 row.extend([value.re, value.im, law.sd.get(k).copied().unwrap_or(f64::NAN)]);
             }
-            table.push_numbers(&row);
+            let cells = row.into_iter().map(Table::number).chain([place.name_in_files()]);
+            table.push(cells.collect());
         }
         let name = if number == 0 { "correction.csv".to_owned() } else { format!("correction-{}.csv", number + 1) };
         folder.add_table(&name, &table)?;
@@ -264,7 +266,7 @@ fn correction(folder: &mut ResultsFolder, d: &Diagnosis) -> Result<(), ResultsEr
     let (Some(c), Some(best)) = (&d.correction, d.localisation.named_port()) else {
         return Ok(());
     };
-    law_tables(folder, &best.laws)?;
+    law_tables(folder, &best.place, &best.laws)?;
     // The header of `muspin frf`, so that whoever reads that reads this.
     let mut header = vec!["frequency_hz".to_owned()];
     for i in 1..=4 {

@@ -5,6 +5,7 @@ use crate::diagnose::data::measurement::RecordId;
 use crate::diagnose::fit::model::FurtherOff;
 use crate::diagnose::locate::place::Place;
 use crate::diagnose::{Diagnosis, FoundFault, NamedEffect, Verdict};
+use crate::spindle::correction::is_taken;
 use crate::spindle::effects::AXIS_NAMES;
 use crate::spindle::effects::entry::Shown;
 use crate::spindle::{Effect, EffectKind, Location};
@@ -88,12 +89,17 @@ fn verdict_sentence(d: &Diagnosis) -> String {
                 }
                 _ => "; no single place stands out".to_owned(),
             };
-            let correction = d.correction.as_ref().map_or(String::new(), |_| {
+            let correction = d.correction.as_ref().map_or(String::new(), |c| {
+                let taken = if is_taken(&c.place.name_in_files()) {
+                    "design, compare and simulate take it (--correction correction.csv)"
+                } else {
+                    "correction.csv has it, but no model takes a law at this place"
+                };
                 let ((ub, ua), (hb, ha)) = (d.gaps(false), d.gaps(true));
                 format!(
                     " With the law recovered there as a correction without a name the gap falls from {ub:.2} σ to \
                      {ua:.2} σ on the records it was taken from, and from {hb:.2} σ to {ha:.2} σ on held-out data \
-                     ({}): use correction.csv for predictions, and look for the cause before a design.",
+                     ({}): {taken}; look for the cause first.",
                     d.held_out
                 )
             });

@@ -25,6 +25,7 @@ use crate::pipeline::design::Design;
 use crate::pipeline::loop_curves::LoopCurves;
 use crate::pipeline::problem_set::ProblemSet;
 use crate::spindle::{Machine, SpindleError};
+use serde_json::json;
 use std::path::Path;
 use thiserror::Error;
 
@@ -64,6 +65,10 @@ impl Report {
         summary.set("run", command);
         summary.set("spindle", machine.spindle.name.as_str());
         summary.set("tool", machine.tool.name.as_str());
+        if let Some(correction) = &machine.correction {
+            let poles = correction.laws.iter().map(|own| own.law.order()).max().unwrap_or_default();
+            summary.set("correction", json!({"poles": poles, "left_out_share": correction.left_out}));
+        }
         report
     }
 

@@ -1,6 +1,7 @@
 //! Bearings, electronics and what is attached to the shaft, after all effects: what the plant is built from besides the
 //! rotor.
 
+use super::correction::{LawSite, PlacedLaw};
 use super::effects::Plane;
 use crate::linalg::c64;
 use crate::rotor::Support;
@@ -197,6 +198,8 @@ pub struct Effective {
     pub attachments: Vec<Attachment>,
     /// Housing modes.
     pub housings: Vec<Housing>,
+    /// Laws without a name.
+    pub(crate) laws: Vec<PlacedLaw>,
 }
 
 impl Effective {
@@ -213,6 +216,12 @@ impl Effective {
     /// Whether a sensor picks up the rate of a current.
     pub(crate) fn has_pickup(&self) -> bool {
         self.current_pickup.as_flattened().iter().any(|share| *share != 0.0)
+    }
+
+    /// The factor 1 + X(jω) of the laws at a site.
+    pub(crate) fn law_gain(&self, site: LawSite, omega_rad_s: f64) -> c64 {
+        let here = self.laws.iter().filter(|own| own.site == site);
+        here.fold(c64::new(1.0, 0.0), |gain, own| gain * (own.law.at(omega_rad_s) + 1.0))
     }
 
     /// The delay that all axes share, s: the least of theirs.

@@ -3,6 +3,7 @@
 
 use super::SpindleError;
 use super::backup::{BackupBearings, BackupContact};
+use super::correction::Correction;
 use super::effective::{Amplifier, AxisElectronics, Effective, EffectiveBearing, Motion};
 use super::effects::{Effect, EffectKind, Location, action};
 use super::rule::{BrokenRules, MOST_DELAY_SAMPLES, rule};
@@ -237,6 +238,8 @@ pub struct Machine {
     pub spindle: Spindle,
     /// The tool in it.
     pub tool: Tool,
+    /// A law without a name that acts beside the effects.
+    pub(crate) correction: Option<Correction>,
 }
 
 impl Machine {
@@ -249,7 +252,7 @@ impl Machine {
         if !tool.is_absent() {
             tool.validate()?;
         }
-        let machine = Self { spindle, tool };
+        let machine = Self { spindle, tool, correction: None };
         match machine.broken_effect_rules().into_iter().next() {
             Some(error) => Err(error),
             None => Ok(machine),
@@ -277,12 +280,12 @@ impl Machine {
 
     /// Every rule that a spindle and a tool break together; each keeps its own.
     pub(crate) fn broken_rules(spindle: &Spindle, tool: &Tool) -> Vec<SpindleError> {
-        Self { spindle: spindle.clone(), tool: tool.clone() }.broken_effect_rules()
+        Self { spindle: spindle.clone(), tool: tool.clone(), correction: None }.broken_effect_rules()
     }
 
     /// The same machine with one more effect. The effect's numbers are checked when a plant is built from it.
     pub fn with_effect(&self, effect: Effect) -> Self {
-        Self { spindle: self.spindle.with_effect(effect), tool: self.tool.clone() }
+        Self { spindle: self.spindle.with_effect(effect), ..self.clone() }
     }
 
     /// Name of files and symbols: that of the tool, or of a spindle without one.
@@ -306,7 +309,7 @@ impl Machine {
             let joint = action::joint(&self.spindle.effects);
             rotor = Rotor::join(&self.tool.rotor()?, &rotor, joint).map_err(SpindleError::Shaft)?;
         }
-        for effect in &self.spindle.effects {
+        for effect in self.all_effects() {
             rotor = action::on_rotor(effect, rotor).map_err(SpindleError::Shaft)?;
         }
         Ok(rotor)
@@ -381,11 +384,18 @@ impl Machine {
             current_pickup: [[0.0; 4]; 4],
             attachments: vec![],
             housings: vec![],
+            laws: vec![],
         };
-        for effect in &s.effects {
+        for effect in self.all_effects() {
             action::on_machine(effect, &mut all);
         }
+        all.laws.extend(self.correction.iter().flat_map(|c| c.laws.clone()));
         all
+    }
+
+    /// The effects of the file, then those of a correction.
+    fn all_effects(&self) -> impl Iterator<Item = &Effect> {
+        self.spindle.effects.iter().chain(self.correction.iter().flat_map(|c| &c.effects))
     }
 
     /// Effects of one kind, in file order.
@@ -435,6 +445,17 @@ impl Machine {
             ),
             _ => Ok(()),
         }
+    }
+
+    /// Places of a correction against the length of the shaft.
+    pub(super) fn check_correction(&self) -> Result<(), SpindleError> {
+        let [start, end] = self.ends_m();
+        let places = self.correction.iter().flat_map(Correction::positions_m);
+        for z in places {
+            let text = format!("must lie on the rotor, between {start:.6} and {end:.6}");
+            rule(z >= start - 1e-6 && z <= end + 1e-6, "place".into(), z, &text)?;
+        }
+        Ok(())
     }
 
     /// What all effects together make of planes and delay.

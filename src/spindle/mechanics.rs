@@ -8,6 +8,7 @@
 
 use super::SpindleError;
 use super::band::sweep_end_rad_s;
+use super::correction::{LawSite, PlacedLaw};
 use super::effective::{Attachment, Effective, FeedbackLaw, Motion};
 use super::machine::Machine;
 use super::model_detail::ModelDetail;
@@ -17,6 +18,7 @@ use super::response::feedback::{Feedback, PlaneLaw, close, laws_in_one_plane, li
 use super::response::pairs::whole;
 use super::whirl_form::WhirlModes;
 use crate::linalg::{Mat, c64, solve_complex};
+use crate::lti::partial_fractions::PartialFractions;
 use crate::rotor::basis::Cut;
 use crate::rotor::modes::RIGID;
 use crate::rotor::{Basis, PlanarModes, Rotor};
@@ -52,6 +54,15 @@ const FULL_AT_LEAST: usize = 8;
 /// closed magnet loop hides the difference to 1e-7.
 const RIGID_FLOOR_RAD_S: f64 = 0.1;
 
+/// A force −Δ(s) x against the displacement of a port.
+#[derive(Clone, Debug)]
+pub(crate) struct ShaftLaw {
+    /// Port that the law reads and acts at.
+    pub port: usize,
+    /// Δ, N/m.
+    pub law: PartialFractions,
+}
+
 /// The shaft on its magnets at one speed, one complex plane.
 #[derive(Clone, Debug)]
 pub(crate) struct Mechanics {
@@ -66,6 +77,8 @@ pub(crate) struct Mechanics {
     feedback: Vec<Feedback>,
     /// Springs in one plane, open here.
     plane_laws: Vec<PlaneLaw>,
+    /// Laws with poles, closed in the receptance and open for a realisation.
+    shaft_laws: Vec<ShaftLaw>,
     /// Made when a response is first asked for.
     open: OnceLock<OpenReceptance>,
     /// Whirl modes, which do not depend on the ports: the same for this shaft at any of them.
@@ -98,7 +111,7 @@ impl Mechanics {
     ) -> Result<Self, SpindleError> {
         let rotor = machine.rotor()?;
         let modes = PlanarModes::new(&rotor)?;
-        let Ports { rows, mut feedback, plane_laws } = Ports::new(machine, effective, &rotor, &modes)?;
+        let Ports { rows, mut feedback, plane_laws, shaft_laws } = Ports::new(machine, effective, &rotor, &modes)?;
         let (flexible, cut) = match detail {
             ModelDetail::Full => {
                 let flexible = &modes.omega_rad_s[RIGID..];
@@ -155,6 +168,7 @@ impl Mechanics {
             residual,
             feedback,
             plane_laws,
+            shaft_laws,
             open: OnceLock::new(),
             whirl: Arc::default(),
         })
@@ -205,6 +219,11 @@ impl Mechanics {
         &self.plane_laws
     }
 
+    /// The laws with poles, which [`Self::close_loop`] leaves open.
+    pub(crate) fn shaft_laws(&self) -> &[ShaftLaw] {
+        &self.shaft_laws
+    }
+
     /// True when the two planes do not couple, so that the response at −ω is the conjugate of that at ω; springs in one
     /// plane, which stand outside of it, do not count.
     pub(crate) fn planes_are_decoupled(&self) -> bool {
@@ -217,18 +236,20 @@ impl Mechanics {
     #[must_use]
     pub(crate) fn at_ports(&self, ports: &[usize]) -> Self {
         let mut kept = ports.to_vec();
-        for feedback in &self.feedback {
-            if !kept.contains(&feedback.port) {
-                kept.push(feedback.port);
+        for port in self.feedback.iter().map(|f| f.port).chain(self.shaft_laws.iter().map(|l| l.port)) {
+            if !kept.contains(&port) {
+                kept.push(port);
             }
         }
         let number = |port: usize| kept.iter().position(|p| *p == port);
+        let laws = self.shaft_laws.iter().filter_map(|l| number(l.port).map(|port| ShaftLaw { port, ..l.clone() }));
         let feedback = self.feedback.iter().filter_map(|f| number(f.port).map(|port| Feedback { port, ..*f }));
         let (p, n) = (kept.len(), self.omega_rad_s.len());
         Self {
             ports: Mat::from_fn(p, n, |i, k| self.ports[(kept[i], k)]),
             residual: Mat::from_fn(p, p, |i, j| self.residual[(kept[i], kept[j])]),
             feedback: feedback.collect(),
+            shaft_laws: laws.collect(),
             plane_laws: vec![],
             open: OnceLock::new(),
             ..self.clone()
@@ -273,11 +294,12 @@ impl Mechanics {
         for (k, open) in open.iter_mut().enumerate() {
             *open += self.residual[(k / p, k % p)];
         }
-        if self.feedback.is_empty() {
+        let ports: Vec<usize> = self.feedback.iter().map(|f| f.port).chain(self.shaft_laws.iter().map(|l| l.port)).collect();
+        if ports.is_empty() {
             return open;
         }
-        let gains: Vec<c64> = self.feedback.iter().map(|f| f.gain(w)).collect();
-        close(&open, p, &self.feedback, &gains)
+        let gains = self.feedback.iter().map(|f| f.gain(w)).chain(self.shaft_laws.iter().map(|l| -l.law.at(w)));
+        close(&open, p, &ports, &gains.collect::<Vec<c64>>())
     }
 
     /// Second-order matrices with the feedback closed, for a realisation.
@@ -287,7 +309,8 @@ impl Mechanics {
         let real = |x: f64| c64::new(x, 0.0);
         // Springs and circulatory laws; a dashpot stands in the damping.
         let gains: Vec<c64> = f.iter().map(|f| f.gain(0.0)).collect();
-        let springs: Vec<usize> = self.plane_laws.iter().map(|s| s.port).collect();
+        let open = self.plane_laws.iter().map(|s| s.port).chain(self.shaft_laws.iter().map(|l| l.port));
+        let springs: Vec<usize> = open.collect();
         let inputs = [&[0usize, 1, 2, 3, 4], springs.as_slice()].concat();
         let outputs = [&[5usize, 6, 2, 3, 4], springs.as_slice()].concat();
         let count = inputs.len();
@@ -336,6 +359,7 @@ struct Ports {
     rows: Vec<Vec<f64>>,
     feedback: Vec<Feedback>,
     plane_laws: Vec<PlaneLaw>,
+    shaft_laws: Vec<ShaftLaw>,
 }
 
 impl Ports {
@@ -387,6 +411,13 @@ impl Ports {
             }
         }
         let plane_laws = laws_in_one_plane(effective, &mut rows, |z| at("attachment", z))?;
-        Ok(Self { rows, feedback, plane_laws })
+        let mut shaft_laws = vec![];
+        for PlacedLaw { site, law } in &effective.laws {
+            if let LawSite::Shaft(z) = site {
+                shaft_laws.push(ShaftLaw { port: rows.len(), law: law.clone() });
+                rows.push(at("correction", *z)?);
+            }
+        }
+        Ok(Self { rows, feedback, plane_laws, shaft_laws })
     }
 }

@@ -2,6 +2,7 @@
 
 pub mod backup;
 pub(crate) mod band;
+pub(crate) mod correction;
 pub mod effective;
 pub mod effects;
 pub mod halved;

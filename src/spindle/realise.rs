@@ -7,7 +7,8 @@
 //! there.
 
 use super::SpindleError;
-use super::effective::{Amplifier, AxisElectronics, EffectiveBearing, FeedbackLaw};
+use super::correction::LawSite;
+use super::effective::{Amplifier, AxisElectronics, FeedbackLaw};
 use super::plant::{AXES, CHANNELS, Plant};
 use super::response::electronics::LOWPASS_DAMPING;
 use super::response::feedback::Feedback;
@@ -85,14 +86,13 @@ impl Plant {
         }
         let plane = 2 * self.mechanics.omega_rad_s().len();
         let mut sizes = vec![];
-        for bearing in &self.effective.bearings {
-            let [x, y] = &bearing.axes;
-            sizes.push([self.actuator_axis(x)?.order(), self.actuator_axis(y)?.order()]);
+        for x in [0, 2] {
+            sizes.push([self.actuator_axis(x)?.order(), self.actuator_axis(x + 1)?.order()]);
         }
         sizes.push([plane; 2]);
-        for bearing in &self.effective.bearings {
-            let [x, y] = &bearing.axes;
-            sizes.push([self.sensor_axis(x)?.order(), self.sensor_axis(y)?.order()]);
+        sizes.extend(self.mechanics.shaft_laws().iter().map(|law| [law.law.order(); 2]));
+        for x in [0, 2] {
+            sizes.push([self.sensor_axis(x)?.order(), self.sensor_axis(x + 1)?.order()]);
         }
         let undelayed = sizes.as_flattened().iter().sum::<usize>();
         sizes.extend(vec![[1; 2]; order.saturating_sub(undelayed) / 2]);
@@ -126,11 +126,10 @@ impl Plant {
 
     /// The plant without its delay.
     fn realise_undelayed(&self, modes: usize) -> Result<StateSpace<Continuous>, SpindleError> {
-        let [front, rear] = &self.effective.bearings;
-        let before = append(&self.actuator_chain(front)?, &self.actuator_chain(rear)?);
+        let before = append(&self.actuator_chain(0)?, &self.actuator_chain(1)?);
         let crosstalk = &self.effective.crosstalk;
         let mix = Mat::from_fn(4, 4, |i, j| f64::from(u8::from(i == j)) + crosstalk[i][j]);
-        let after = append(&self.sensor_chain(front)?, &self.sensor_chain(rear)?).scale_outputs(&mix);
+        let after = append(&self.sensor_chain(0)?, &self.sensor_chain(1)?).scale_outputs(&mix);
         let shaft = self.shaft(modes)?;
         let pass = |n: usize| StateSpace::gain(Mat::identity(n, n), Continuous);
         let ports = 2 * modes.min(self.mechanics.flexible());
@@ -144,20 +143,35 @@ impl Plant {
     }
 
     /// Displacements (x, y) to signals (x, y) of one bearing.
-    fn sensor_chain(&self, bearing: &EffectiveBearing) -> Result<StateSpace<Continuous>, NumericError> {
-        let axes = bearing.axes_matrix();
-        let gain = Mat::from_fn(2, 2, |i, j| bearing.sensor_gain * axes[i][j]);
-        let [x, y] = &bearing.axes;
-        Ok(append(&self.sensor_axis(x)?, &self.sensor_axis(y)?).scale_inputs(&gain))
+    fn sensor_chain(&self, bearing: usize) -> Result<StateSpace<Continuous>, NumericError> {
+        let own = &self.effective.bearings[bearing];
+        let axes = own.axes_matrix();
+        let gain = Mat::from_fn(2, 2, |i, j| own.sensor_gain * axes[i][j]);
+        let x = 2 * bearing;
+        Ok(append(&self.sensor_axis(x)?, &self.sensor_axis(x + 1)?).scale_inputs(&gain))
     }
 
     /// The lag of the sensor of one axis.
-    fn sensor_axis(&self, axis: &AxisElectronics) -> Result<StateSpace<Continuous>, NumericError> {
-        let own = first_order(self.effective.sensor_bandwidth_hz)?;
-        match axis.sensor_lowpass_hz {
-            Some(hz) => series(&own, &second_order(hz, LOWPASS_DAMPING)?),
-            None => Ok(own),
+    fn sensor_axis(&self, axis: usize) -> Result<StateSpace<Continuous>, NumericError> {
+        let mut chain = first_order(self.effective.sensor_bandwidth_hz)?;
+        if let Some(hz) = self.effective.bearings[axis / 2].axes[axis % 2].sensor_lowpass_hz {
+            chain = series(&chain, &second_order(hz, LOWPASS_DAMPING)?)?;
         }
+        self.behind_laws(chain, LawSite::Signal(axis))
+    }
+
+    /// A chain with the factors 1 + X of the laws at a site behind it.
+    fn behind_laws(
+        &self,
+        chain: StateSpace<Continuous>,
+        site: LawSite,
+    ) -> Result<StateSpace<Continuous>, NumericError> {
+        let here = self.effective.laws.iter().filter(|own| own.site == site);
+        here.map(|own| own.law.state_space()).try_fold(chain, |chain, law| {
+            let mut factor = law?;
+            factor.d[(0, 0)] += 1.0;
+            series(&chain, &factor)
+        })
     }
 
     /// Command to coil current of one axis, with its delay beyond that of the others.
@@ -171,22 +185,23 @@ impl Plant {
     }
 
     /// Command to the current that makes force, of one axis.
-    fn actuator_axis(&self, axis: &AxisElectronics) -> Result<StateSpace<Continuous>, NumericError> {
-        let mut chain = self.coil_current(axis)?;
-        if let Some(corner) = axis.eddy_corner_hz {
+    fn actuator_axis(&self, axis: usize) -> Result<StateSpace<Continuous>, NumericError> {
+        let own = &self.effective.bearings[axis / 2].axes[axis % 2];
+        let mut chain = self.coil_current(own)?;
+        if let Some(corner) = own.eddy_corner_hz {
             chain = series(&chain, &half_order_lag(corner)?)?;
         }
-        if let Some(corner) = axis.lamination_corner_hz {
+        if let Some(corner) = own.lamination_corner_hz {
             chain = series(&chain, &sheet_lag(corner)?)?;
         }
-        Ok(chain)
+        self.behind_laws(chain, LawSite::Current(axis))
     }
 
     /// Currents (x, y) to forces (x, y) of one bearing.
-    fn actuator_chain(&self, bearing: &EffectiveBearing) -> Result<StateSpace<Continuous>, NumericError> {
-        let force = bearing.force_matrix();
-        let [x, y] = &bearing.axes;
-        let both = append(&self.actuator_axis(x)?, &self.actuator_axis(y)?);
+    fn actuator_chain(&self, bearing: usize) -> Result<StateSpace<Continuous>, NumericError> {
+        let force = self.effective.bearings[bearing].force_matrix();
+        let x = 2 * bearing;
+        let both = append(&self.actuator_axis(x)?, &self.actuator_axis(x + 1)?);
         Ok(both.scale_outputs(&Mat::from_fn(2, 2, |i, j| force[i][j])))
     }
 
@@ -215,9 +230,9 @@ impl Plant {
         let closed = self.mechanics.close_loop();
         let omega = self.mechanics.omega_rad_s();
         let (n, m) = (omega.len(), modes.min(self.mechanics.flexible()));
-        let laws = self.mechanics.plane_laws();
-        let (size, channels) = (2 * n, 5 + m + laws.len());
-        // Port of a channel: named ones, then those of laws in one plane; modal ones have none.
+        let (laws, filters) = (self.mechanics.plane_laws(), self.mechanics.shaft_laws());
+        let (size, channels) = (2 * n, 5 + m + laws.len() + filters.len());
+        // Port of a channel: named ones, then those of laws in one plane and with poles; modal ones have none.
         let port = |channel: usize| match channel {
             named @ 0..5 => Some(named),
             modal if modal < 5 + m => None,
@@ -281,14 +296,19 @@ impl Plant {
             both(&d, by_pair, by_pair),
             Continuous,
         )?;
-        if laws.is_empty() {
+        if laws.is_empty() && filters.is_empty() {
             return Ok(open);
         }
         let loops: Vec<Feedback> = (5 + m..).zip(laws).map(|(k, s)| s.beside(k)).collect();
-        let kept = (0..2 * (5 + m)).chain(loops.iter().map(|f| f.port));
+        let filtered = 2 * (5 + m + laws.len())..2 * channels;
+        let kept = (0..2 * (5 + m)).chain(loops.iter().map(|f| f.port)).chain(filtered);
         let kept: Vec<usize> = kept.collect();
         let law = Mat::from_fn(loops.len(), loops.len(), |i, j| if i == j { -loops[i].value } else { 0.0 });
-        let law = StateSpace::gain(law, Continuous);
+        let mut law = StateSpace::gain(law, Continuous);
+        for filter in filters {
+            let force = filter.law.state_space()?.scale_outputs(&Mat::from_fn(1, 1, |_, _| -1.0));
+            law = append(&law, &append(&force, &force));
+        }
         Ok(lower_lft(&open.select(&kept, &kept), &law)?)
     }
 }

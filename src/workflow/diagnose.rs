@@ -5,6 +5,7 @@ use super::plausibility::Records;
 use super::surroundings::Surroundings;
 use crate::controller::Controller;
 use crate::diagnose::data::measurement::{ControlAxis, HammerTest, RecordSet};
+use crate::diagnose::locate::recovered_law::Law;
 use crate::diagnose::{DiagnoseError, Diagnosis, Verdict, diagnose_with};
 use crate::input::{Measurement, machine_files};
 use crate::pipeline::consequence::{Consequence, LoopOutcome};
@@ -16,6 +17,7 @@ use crate::report::identification::{file_name, plausibility_topic};
 use crate::report::page_summary::diagnosis_verdict;
 use crate::report::whole::Report;
 use crate::spindle::Machine;
+use crate::spindle::correction::{Correction, RecoveredLaw};
 use serde::Serialize;
 
 /// A failure that names the measurement where the error itself does not name a file.
@@ -33,7 +35,8 @@ pub(crate) struct DiagnosedRecords {
     pub(crate) found: Diagnosis,
     /// Hammer tests whose loop is unstable with the corrected machine, in words.
     pub(crate) unstable: Vec<String>,
-    /// What the corrected machine changes for the first of them, where the records are explained.
+    /// What the corrected machine changes for the first of them, where the records are explained or a model takes the
+    /// law that explains them without a name.
     pub(crate) consequence: Option<Consequence>,
 }
 
@@ -90,6 +93,7 @@ pub(crate) fn diagnose_records(
     let evidence = evidence(loaded, &records.controllers);
     let found = diagnose_with(machine, &evidence, &known.alternatives(), said)
         .map_err(|error| name_failure(&loaded.folder.display().to_string(), error))?;
+    let unnamed = with_recovered_law(&found);
     let (mut unstable, mut consequence) = (vec![], None);
     for (hammer, controller) in loaded.hammers.iter().zip(&records.controllers) {
         let rpm = hammer.frf.speed_rpm;
@@ -97,13 +101,23 @@ pub(crate) fn diagnose_records(
         if corrected.growth_rate_per_s >= 0.0 {
             let words = unstable_words(corrected.growth_rate_per_s, rpm);
             unstable.push(format!("{}: with the corrected model {words}", hammer.name));
-        } else if consequence.is_none() && found.verdict != Verdict::Unexplained {
+        } else if consequence.is_none() && (unnamed.is_some() || found.verdict != Verdict::Unexplained) {
             let record = file_name(&hammer.name).to_owned();
             let given = LoopOutcome::of(machine, controller, rpm)?;
+            let corrected = unnamed.as_ref().map_or(Ok(corrected), |own| LoopOutcome::of(own, controller, rpm))?;
             consequence = Some(Consequence { record, speed_rpm: rpm, given, corrected });
         }
     }
     Ok(DiagnosedRecords { found, unstable, consequence })
+}
+
+/// The machine with the law that was recovered without a name; none where there is no such law, or where no model takes
+/// it.
+fn with_recovered_law(found: &Diagnosis) -> Option<Machine> {
+    let (_, port) = found.correction.as_ref().zip(found.localisation.named_port())?;
+    let laws: Vec<RecoveredLaw> = port.laws.iter().map(Law::to_recovered).collect();
+    let correction = Correction::fit(&port.place.name_in_files(), &laws, String::new()).ok()?;
+    found.corrected.clone().with_correction(correction).ok()
 }
 
 /// A record that a diagnosis cannot use.

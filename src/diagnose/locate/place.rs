@@ -1,10 +1,10 @@
 //! Places where something may be missing: on the shaft, in the electronics, in one nuisance parameter.
 
 use super::super::fit::model::Model;
-use crate::spindle::effects::LocationKind;
+use crate::spindle::effects::{AXIS_NAMES, LocationKind};
 use crate::spindle::effects::entry::Site;
 use crate::spindle::response::probe::Probe;
-use crate::spindle::{EffectKind, Location};
+use crate::spindle::{EffectKind, Location, Side};
 
 /// A place; bearings and axes by index, front first, x first.
 #[derive(Clone, Debug, PartialEq)]
@@ -128,6 +128,28 @@ impl Place {
         match self {
             Self::Station(z) | Self::Apart(z) | Self::Circulating(z) => Some(*z),
             _ => None,
+        }
+    }
+
+    /// The name in files, which says what the laws found here act on.
+    pub fn name_in_files(&self) -> String {
+        let bearing = |b: &usize| Side::BOTH[*b].name();
+        let axis = |axis: &usize| AXIS_NAMES[*axis];
+        match self {
+            Self::Nowhere | Self::Freed(_) => "nowhere".into(),
+            Self::Station(z) | Self::Apart(z) | Self::Circulating(z) => format!("shaft:{z}"),
+            Self::Joint => "joint".into(),
+            Self::Housing => "housing".into(),
+            Self::Sensors(b) => format!("signals:{}", bearing(b)),
+            Self::Sensor(k) => format!("signals:{}", axis(k)),
+            Self::Currents(b) => format!("currents:{}", bearing(b)),
+            Self::Current(k) => format!("currents:{}", axis(k)),
+            Self::Loop => "loop".into(),
+            Self::Turned(b) => format!("sensor_axes:{}", bearing(b)),
+            Self::Coupled(b) => format!("axis_coupling:{}", bearing(b)),
+            Self::SensorPlane(b) => format!("sensor_plane:{}", bearing(b)),
+            Self::ActuatorPlane(b) => format!("actuator_plane:{}", bearing(b)),
+            Self::Crosstalk(b) => format!("crosstalk:{}", bearing(b)),
         }
     }
 

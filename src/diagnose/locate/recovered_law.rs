@@ -9,6 +9,7 @@
 
 use super::place::LawUnit;
 use crate::linalg::{Mat, c64, solve};
+use crate::spindle::correction::RecoveredLaw;
 use crate::spindle::response::ZERO;
 use std::f64::consts::TAU;
 
@@ -72,6 +73,13 @@ impl Law {
     pub fn new(name: &str, unit: LawUnit, frequency_hz: Vec<f64>, values: Vec<c64>, sd: Vec<f64>) -> Self {
         let (shape, fitted, carried) = shape(&frequency_hz, &values, &sd, unit);
         Self { name: name.to_owned(), unit, frequency_hz, values, sd, shape, fitted, carried }
+    }
+
+    /// As a correction takes it.
+    pub(crate) fn to_recovered(&self) -> RecoveredLaw {
+        let lines = self.frequency_hz.iter().zip(&self.values).zip(&self.sd);
+        let lines = lines.map(|((hz, value), sd)| (TAU * hz, *value, *sd)).collect();
+        RecoveredLaw { name: self.name.clone(), lines }
     }
 
     /// Median of |law|.

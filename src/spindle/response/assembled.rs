@@ -92,6 +92,11 @@ impl Assembled {
         self.speed_rad_s * self.effective.gyroscopic_factor
     }
 
+    /// The port of every feedback.
+    pub(super) fn feedback_ports(&self) -> Vec<usize> {
+        self.feedback.iter().map(|f| f.port).collect()
+    }
+
     /// Force per displacement of every feedback, N/m.
     pub(super) fn gains(&self, w: f64) -> Vec<c64> {
         self.feedback.iter().map(|f| f.gain(w)).collect()
@@ -173,6 +178,6 @@ impl Assembled {
                 h[i * p + j] = h[j * p + i];
             }
         }
-        PlanarLine { x, driven: p, closed: close(&h, p, &self.feedback, &self.gains(w)) }
+        PlanarLine { x, driven: p, closed: close(&h, p, &self.feedback_ports(), &self.gains(w)) }
     }
 }

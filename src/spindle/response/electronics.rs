@@ -5,6 +5,7 @@
 
 use super::channels::{SIDE, Square, ZERO, planar};
 use crate::linalg::c64;
+use crate::spindle::correction::LawSite;
 use crate::spindle::effective::{AxisElectronics, Effective, EffectiveBearing};
 use std::f64::consts::TAU;
 
@@ -33,12 +34,18 @@ impl ElectronicsLine {
         Self {
             crosstalk: machine.has_crosstalk().then_some(machine.crosstalk),
             pickup: machine.has_pickup().then(|| pickup(machine, s)),
-            force: machine.bearings.each_ref().map(|b| {
-                let (shape, gains) = (b.force_matrix(), b.axes.map(|axis| delay * actuator(&axis, s)));
+            force: std::array::from_fn(|b| {
+                let own = &machine.bearings[b];
+                let law = |p: usize| machine.law_gain(LawSite::Current(2 * b + p), omega_rad_s);
+                let gains = [0, 1].map(|p| delay * actuator(&own.axes[p], s) * law(p));
+                let shape = own.force_matrix();
                 std::array::from_fn(|k| gains[k % 2] * shape[k / 2][k % 2])
             }),
-            axes: machine.bearings.each_ref().map(|b| {
-                let (shape, gains) = (b.axes_matrix(), b.axes.map(|axis| sensor * b.sensor_gain * lowpass(&axis, s)));
+            axes: std::array::from_fn(|b| {
+                let own = &machine.bearings[b];
+                let law = |p: usize| machine.law_gain(LawSite::Signal(2 * b + p), omega_rad_s);
+                let gains = [0, 1].map(|p| sensor * own.sensor_gain * lowpass(&own.axes[p], s) * law(p));
+                let shape = own.axes_matrix();
                 std::array::from_fn(|k| gains[k / 2] * shape[k / 2][k % 2])
             }),
         }

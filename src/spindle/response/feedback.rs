@@ -79,8 +79,9 @@ pub(crate) fn close_in_planes(
 ) -> (Vec<Feedback>, Vec<c64>) {
     let pairs = (first..).zip(laws);
     let loops: Vec<Feedback> = pairs.map(|(pair, law)| law.beside(pair)).collect();
+    let ports: Vec<usize> = loops.iter().map(|f| f.port).collect();
     let gains: Vec<c64> = loops.iter().map(|f| f.gain(w)).collect();
-    let closed = close(open, side, &loops, &gains);
+    let closed = close(open, side, &ports, &gains);
     (loops, closed)
 }
 
@@ -89,24 +90,24 @@ pub(crate) fn list_attached(effective: &Effective) -> impl Iterator<Item = &Atta
     effective.attachments.iter().filter(|a| a.plane.is_none() && a.value != 0.0)
 }
 
-/// Closes the loops `feedback` with their `gains` round an open receptance. That has a row for every port and a column
+/// Closes loops at `ports` with their `gains` round an open receptance. That has a row for every port and a column
 /// for each of the first `driven` ports, at which forces act; the ports of the loops are among these.
-pub(crate) fn close(open: &[c64], driven: usize, feedback: &[Feedback], gains: &[c64]) -> Vec<c64> {
-    let (p, m) = (driven, feedback.len());
+pub(crate) fn close(open: &[c64], driven: usize, ports: &[usize], gains: &[c64]) -> Vec<c64> {
+    let (p, m) = (driven, ports.len());
     let mut unit = vec![ZERO; m * m];
     let mut rows = vec![ZERO; m * p];
-    for (a, f) in feedback.iter().enumerate() {
-        for (b, g) in feedback.iter().enumerate() {
+    for (a, f) in ports.iter().enumerate() {
+        for (b, g) in ports.iter().enumerate() {
             let own = c64::new(f64::from(u8::from(a == b)), 0.0);
-            unit[a * m + b] = own - open[f.port * p + g.port] * gains[b];
+            unit[a * m + b] = own - open[f * p + g] * gains[b];
         }
-        rows[a * p..(a + 1) * p].copy_from_slice(&open[f.port * p..(f.port + 1) * p]);
+        rows[a * p..(a + 1) * p].copy_from_slice(&open[f * p..(f + 1) * p]);
     }
     eliminate(&mut unit, &mut rows, m, p);
     let mut closed = open.to_vec();
     for (closed, open) in closed.chunks_mut(p).zip(open.chunks(p)) {
-        for ((f, gain), row) in feedback.iter().zip(gains).zip(rows.chunks(p)) {
-            let through = open[f.port] * gain;
+        for ((f, gain), row) in ports.iter().zip(gains).zip(rows.chunks(p)) {
+            let through = open[*f] * gain;
             for (closed, row) in closed.iter_mut().zip(row) {
                 *closed += through * row;
             }
