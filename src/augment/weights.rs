@@ -72,12 +72,15 @@ pub struct Weights {
     pub curves: GivenCurves,
     /// Bands in which the tool has to be stiff: limits of the polish, judged beside the specification.
     pub tool_stiffness: Vec<StiffnessFloor>,
-    /// Relative shift of all natural frequencies together, up or down, that the polish keeps the loop stable with,
-    /// beside the specification; none by default.
-    pub mode_shift: Option<f64>,
+    /// Relative shift of the natural frequencies, alone, combined and together, that the loop is to bear beside the
+    /// specification, as that of a tuned PID; zero: none.
+    pub mode_shift: f64,
     /// What the file leaves to the machine; [`Weights::on`] puts it in. Empty unless the file says `defaults: machine`.
     pub open: Vec<FreeQuantity>,
 }
+
+/// Shift of the natural frequencies that a loop is asked to bear, as that of a tuned PID.
+pub(crate) const MODE_SHIFT: f64 = 0.03;
 
 /// A floor of the tool's dynamic stiffness over a band, at rest and at top speed.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -112,11 +112,8 @@ fn read_inputs(arguments: &Arguments, progress: &Progress) -> Result<Given, Fail
         (Some(given), _) => given.as_str(),
         (None, None) => "paper-frequencies",
         (None, Some(_)) => {
-            let files = MachineArguments {
-                spindle: arguments.spindle.clone(),
-                tool: arguments.tool.clone(),
-                correction: None,
-            };
+            let files =
+                MachineArguments { spindle: arguments.spindle.clone(), tool: arguments.tool.clone(), correction: None };
             return Ok(Given { nominal: files.alone()?, targets: None, identification: None });
         }
     };

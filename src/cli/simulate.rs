@@ -117,8 +117,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     let (found, out) = (&simulated.found, arguments.out.as_str());
     console.json(&report.summary.to_json(), || {
         let words = place_words(machine, format!("{name} at {speed_rpm:.0} rpm: {}", found.end));
-        CommandEnd::met(found.met, words)
-            .file(format!("{out}/report.html"))
+        CommandEnd::met(found.met, words).file(format!("{out}/report.html"))
     })?;
     Ok(if found.met { Outcome::Done } else { Outcome::TargetMissed })
 }

@@ -11,7 +11,8 @@ use std::f64::consts::TAU;
 /// The file of a diagnosis, and of a machine that was designed with it.
 pub(crate) const CORRECTION_FILE: &str = "correction.csv";
 /// What the header must be.
-const HEADER: &str = "frequency_hz, then law_re, law_im, law_sd with unit (law_n_per_m_re) once for each law, then place";
+const HEADER: &str =
+    "frequency_hz, then law_re, law_im, law_sd with unit (law_n_per_m_re) once for each law, then place";
 
 /// The machine with the law of a file beside its effects (correction.csv of a diagnosis).
 ///

@@ -5,9 +5,9 @@
 
 mod by_plane;
 mod consistency;
-pub(crate) mod correction;
 pub mod controller;
 pub(crate) mod controller_law;
+pub(crate) mod correction;
 mod curve;
 mod disc;
 mod effect;
@@ -58,8 +58,8 @@ pub mod weights;
 pub mod write;
 pub mod yaml;
 
-pub use correction::with_correction;
 pub use controller::{load_controller, load_tagged_controller, read_controller};
+pub use correction::with_correction;
 pub use error::InputError;
 pub use measurement::{Measurement, load_measurement, load_measurement_watched};
 pub use plausible::Warning;

@@ -8,7 +8,7 @@ use super::positive::positive;
 use super::shipped::{self, WEIGHTS};
 use super::uncertainty::{UncertaintyFile, uncertainty};
 use super::yaml;
-use crate::augment::weights::{FreeQuantity, Limits, StiffnessFloor, Weights};
+use crate::augment::weights::{FreeQuantity, Limits, MODE_SHIFT, StiffnessFloor, Weights};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -57,8 +57,8 @@ pub(super) struct WeightsFile {
     /// and displacements above. None unless given.
     #[serde(default)]
     tool_stiffness: Vec<ToolStiffnessFile>,
-    /// Relative shift of all natural frequencies together, up or down, with which the polish keeps the loop stable, as
-    /// the search of a PID does with 0.03; none unless given.
+    /// Relative shift of the natural frequencies, alone, combined and together, that the loop is to bear as that of a
+    /// tuned PID does: the polish goes on for it where the loop does not. Zero: none is asked. 0.03 unless given.
     mode_shift: Option<f64>,
     /// Where the keys above come from that the file leaves out: `table`, the values stated here, the same on every
     /// machine, or `machine`: current 5/6 of the bias, roll-off at 0.15 of the sample rate and above the modes of the
@@ -156,7 +156,6 @@ fn check_numbers(errors: &mut ErrorList<'_>, read: &WeightsFile) {
         ("complementary_sensitivity_limit", read.complementary_sensitivity_limit),
         ("integral_corner_hz", read.integral_corner_hz),
         ("tool_tightening", read.tool_tightening),
-        ("mode_shift", read.mode_shift),
     ];
     for (key, value) in open {
         positive(errors, key, value);
@@ -193,7 +192,7 @@ fn weights(errors: &mut ErrorList<'_>, read: WeightsFile) -> Weights {
     Weights {
         uncertainty: uncertainty(errors, &read.uncertainty, &read.over_frequency),
         curves: read.over_frequency.weights(errors),
-        mode_shift: read.mode_shift,
+        mode_shift: read.mode_shift.unwrap_or(MODE_SHIFT),
         tool_stiffness: stiffness_floors(errors, &read.tool_stiffness),
         open,
         tool: limits(&read.tool),

@@ -1,10 +1,10 @@
 //! Spindle and tool values back to YAML that loads everywhere: numbers in shortest round-trip form that YAML 1.1
 //! readers see as numbers too (1.5e+6, not 1.5e6), strings quoted where plain text would be something else.
 
+use super::correction::CORRECTION_FILE;
 use crate::rotor::{Disc, Material, Section};
 use crate::spindle::effects::AXIS_NAMES;
 use crate::spindle::machine::STIFFNESS_BAND_HZ;
-use super::correction::CORRECTION_FILE;
 use crate::spindle::{Effect, Location, Machine, RotorOnSupports, Side, Spindle, Tool};
 
 /// `spindle.yaml` and, where there are such, `tool.yaml` and `correction.csv` of a machine.

@@ -45,7 +45,8 @@ impl PartialFractions {
         let s = c64::new(0.0, omega_rad_s);
         let whole = self.polynomial.iter().rev().fold(c64::new(0.0, 0.0), |sum, c| sum * s + *c);
         self.fractions.iter().fold(whole, |sum, own| {
-            let other = if own.pole.im == 0.0 { c64::new(0.0, 0.0) } else { own.residue.conj() / (s - own.pole.conj()) };
+            let other =
+                if own.pole.im == 0.0 { c64::new(0.0, 0.0) } else { own.residue.conj() / (s - own.pole.conj()) };
             sum + own.residue / (s - own.pole) + other
         })
     }

@@ -122,16 +122,46 @@ const SHIFT_WIDTH: f64 = 1e-3;
 /// Combinations that a shift in the search is judged by, those nearest to instability; all are asked where it ends.
 const NEAREST_COMBINATIONS: usize = 6;
 
-/// The largest relative shift, at most a tenth, with which the loop of a law is stable for every combination that a PID
-/// is certified with, and with all modes together, at rest, half and full top speed; zero for a loop that is unstable
-/// as it is.
+/// What shift of its natural frequencies a loop bears.
+#[derive(Clone, Debug)]
+pub struct ShiftRange {
+    /// The largest relative shift, at most a tenth, with which the loop is stable for every combination that a PID is
+    /// certified with, and with all modes together, at rest, half and full top speed; zero for a loop that is unstable
+    /// as it is.
+    pub largest: f64,
+    /// Numbers of the combinations that are nearest to instability there.
+    nearest: Vec<usize>,
+}
+
+impl ShiftRange {
+    /// Factors on the natural frequencies in the combinations that limit the range, of a relative shift.
+    pub(crate) fn limiting_factors(&self, shift: f64) -> Vec<Vec<f64>> {
+        let all = shift_factors(shift);
+        self.nearest.iter().map(|k| all[*k].clone()).collect()
+    }
+}
+
+/// Whether the loop of a law is stable with natural frequencies shifted by this much, in every combination.
 ///
 /// # Errors
 /// [`VerificationError`] when a plant or its eigenvalues fail.
-pub fn shift_range(machine: &Machine, law: &StateSpace<Discrete>) -> Result<f64, VerificationError> {
+pub(crate) fn bears_shift(
+    machine: &Machine,
+    law: &StateSpace<Discrete>,
+    shift: f64,
+) -> Result<bool, VerificationError> {
+    let loops = ShiftedPlants::new(machine, SHIFTED_SPEEDS)?.loops(law, &shift_factors(shift))?;
+    Ok(loops.iter().all(|own| own.2 < 0.0))
+}
+
+/// What shift of its natural frequencies the loop of a law bears.
+///
+/// # Errors
+/// [`VerificationError`] when a plant or its eigenvalues fail.
+pub fn find_shift_range(machine: &Machine, law: &StateSpace<Discrete>) -> Result<ShiftRange, VerificationError> {
     let plants = ShiftedPlants::new(machine, SHIFTED_SPEEDS)?;
     if plants.loops(law, &[vec![]])?.iter().any(|own| own.2 >= 0.0) {
-        return Ok(0.0);
+        return Ok(ShiftRange { largest: 0.0, nearest: vec![] });
     }
     let of = |shift: f64, chosen: &[usize]| -> Result<Vec<ShiftedLoop>, VerificationError> {
         let all = shift_factors(shift);
@@ -154,7 +184,7 @@ pub fn shift_range(machine: &Machine, law: &StateSpace<Discrete>) -> Result<f64,
         }
         let loops = of(low, &every)?;
         if low == 0.0 || holds(&loops) {
-            return Ok(low);
+            return Ok(ShiftRange { largest: low, nearest: near });
         }
         // A combination that was not asked fails: from below, with those that are nearest now.
         near = nearest(&loops, every.len());

@@ -120,9 +120,23 @@ impl Judged {
     /// are no worse.
     pub(super) fn outdoes(&self, other: &Self, machine: &Machine, rival: &ToolStiffness) -> bool {
         let stiffer = self.tool_stiffness().is_some_and(|own| own.least_ratio_to(rival) > 1.0);
+        stiffer && self.meets_as_much_as(other, machine)
+    }
+
+    /// True when this controller, which gained something else, may take the place of `other`: it meets what the other
+    /// one meets, at no larger µ where that is above one, in no worse zones, and is not softer than `rival` where the
+    /// other one is not.
+    pub(super) fn replaces(&self, other: &Self, machine: &Machine, rival: Option<&ToolStiffness>) -> bool {
+        let stiffer = |judged: &Self, rival| judged.tool_stiffness().is_some_and(|own| own.least_ratio_to(rival) > 1.0);
+        let keeps = rival.is_none_or(|rival| stiffer(self, rival) || !stiffer(other, rival));
+        keeps && self.meets_as_much_as(other, machine) && self.mu <= other.mu.max(1.0)
+    }
+
+    /// True when it meets what the other one meets, in no worse zones.
+    fn meets_as_much_as(&self, other: &Self, machine: &Machine) -> bool {
         let (own, others) = (self.met(machine, None), other.met(machine, None));
         let meets = own.iter().zip(others).all(|(own, other)| *own || !other);
-        stiffer && meets && !(0..2).any(|k| self.is_in_a_worse_zone(other, k))
+        meets && !(0..2).any(|k| self.is_in_a_worse_zone(other, k))
     }
 
     /// Which of [`GOALS`] are met; `rival` are the smallest tool stiffnesses of a tuned PID, if there is one.

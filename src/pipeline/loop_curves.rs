@@ -7,7 +7,7 @@ use super::overspeed::OVERSPEED;
 use crate::controller::Controller;
 use crate::controller::verification::growth_rate_of;
 use crate::lti::{Discrete, FrequencyGrid, StateSpace};
-use crate::pid::shifted_loops::shift_range;
+use crate::pid::shifted_loops::find_shift_range;
 use crate::predict::amplification::{CriticalSpeed, find_critical_speeds};
 use crate::predict::closed_loop::compliance;
 use crate::predict::disc_margins::DiscMargins;
@@ -157,8 +157,8 @@ impl LoopMargins {
         };
         let law = discrete(controller, machine.spindle.electronics.sample_period_s())?;
         let discs = || rayon::join(|| at(0.0), || at(machine.spindle.max_rpm));
-        let ((rest, top), mode_shift) = rayon::join(discs, || shift_range(machine, &law));
-        Ok(Self { discs: [rest?, top?], mode_shift: mode_shift? })
+        let ((rest, top), mode_shift) = rayon::join(discs, || find_shift_range(machine, &law));
+        Ok(Self { discs: [rest?, top?], mode_shift: mode_shift?.largest })
     }
 }
 

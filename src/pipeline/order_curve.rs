@@ -78,6 +78,7 @@ pub(crate) fn lowest_order(
             weights,
             problems: &design.problems,
             floors,
+            shifts: &[],
             speeds: settings.speeds,
             effort: settings.polish.unwrap_or_default(),
         };

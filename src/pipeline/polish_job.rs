@@ -70,6 +70,7 @@ pub(super) struct Goal<'a> {
     plant: &'a GeneralizedPlant,
     /// Floors of the tool's stiffness beside it.
     floors: &'a [StiffnessFloor],
+    shifts: &'a [Vec<f64>],
     /// By what the limits are widened.
     pub widening: Widening,
 }
@@ -80,12 +81,12 @@ const WITHIN_REACH: f64 = 2.0;
 
 impl<'a> Goal<'a> {
     pub(super) fn of(job: &PolishJob<'a>) -> Self {
-        let (problems, floors) = (job.problems, job.floors);
+        let (problems, floors, shifts) = (job.problems, job.floors, job.shifts);
         let widening = problems.widening;
         if widening.tool.max(widening.current) <= WITHIN_REACH {
-            Self { weights: job.weights, plant: &problems.specification, floors, widening: Widening::NONE }
+            Self { weights: job.weights, plant: &problems.specification, floors, shifts, widening: Widening::NONE }
         } else {
-            Self { weights: &problems.aim, plant: &problems.aimed, floors, widening }
+            Self { weights: &problems.aim, plant: &problems.aimed, floors, shifts, widening }
         }
     }
 }
@@ -200,7 +201,13 @@ fn descend(
     goal: &Goal<'_>,
     plane: &StateSpace<Discrete>,
 ) -> Result<(Polished, Realised, Option<KnownMu>), PipelineError> {
-    let task = PolishTask { weights: goal.weights, modes: &problems.written_modes, floors: goal.floors, limits };
+    let task = PolishTask {
+        weights: goal.weights,
+        modes: &problems.written_modes,
+        floors: goal.floors,
+        shifts: goal.shifts,
+        limits,
+    };
     let mut polisher = Polisher::new(machine, task, plane, OVERSPEED)?;
     if !polisher.is_stable() {
         let brought = up_to_speed(machine, task, plane, effort)?;
@@ -269,6 +276,8 @@ pub(super) struct PolishJob<'a> {
     pub problems: &'a Problems,
     /// Floors of the tool's stiffness.
     pub floors: &'a [StiffnessFloor],
+    /// Factors on the natural frequencies with which the loop has to stay stable.
+    pub shifts: &'a [Vec<f64>],
     pub speeds: usize,
     pub effort: PolishEffort,
 }
@@ -282,7 +291,15 @@ impl<'a> PolishJob<'a> {
         settings: &DesignSettings,
     ) -> Option<Self> {
         let floors = &weights.tool_stiffness;
-        Some(Self { machine, weights, problems, floors, speeds: settings.speeds, effort: settings.polish? })
+        Some(Self {
+            machine,
+            weights,
+            problems,
+            floors,
+            shifts: &[],
+            speeds: settings.speeds,
+            effort: settings.polish?,
+        })
     }
 
     /// `plane` as it is, taken through rounding and certificates.

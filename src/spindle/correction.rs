@@ -133,8 +133,7 @@ impl Correction {
         };
         let fitted = self.fit_law(law, powers, poles)?;
         let at = || plane.map_or(Location::Position(z), |plane| Location::InPlane(z, plane));
-        let [spring, damper, mass] =
-            [0, 1, 2].map(|k| fitted.polynomial.get(k).copied().filter(|c| *c != 0.0));
+        let [spring, damper, mass] = [0, 1, 2].map(|k| fitted.polynomial.get(k).copied().filter(|c| *c != 0.0));
         if law.name == "x to y" {
             // The law that couples the planes is a force jq of the displacement x + jy.
             self.effects.extend(spring.map(|k| Effect {

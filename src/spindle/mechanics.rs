@@ -294,7 +294,8 @@ impl Mechanics {
         for (k, open) in open.iter_mut().enumerate() {
             *open += self.residual[(k / p, k % p)];
         }
-        let ports: Vec<usize> = self.feedback.iter().map(|f| f.port).chain(self.shaft_laws.iter().map(|l| l.port)).collect();
+        let ports: Vec<usize> =
+            self.feedback.iter().map(|f| f.port).chain(self.shaft_laws.iter().map(|l| l.port)).collect();
         if ports.is_empty() {
             return open;
         }

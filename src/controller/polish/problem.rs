@@ -23,6 +23,8 @@ pub struct PolishTask<'a> {
     pub modes: &'a [UncertainMode],
     /// Bands in which the tool has to be stiff, at rest and at top speed.
     pub floors: &'a [StiffnessFloor],
+    /// Factors on the natural frequencies with which the loop has to stay stable, at rest and at top speed.
+    pub shifts: &'a [Vec<f64>],
     /// Limits.
     pub limits: LoopLimits,
 }

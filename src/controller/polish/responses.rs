@@ -181,13 +181,12 @@ impl Plants {
         Self { weak: parts.to_vec(), ..self }
     }
 
-    /// With the machine at rest and at its top speed once more for each factor on all natural frequencies: stable with
-    /// the least margin, that of the weakest magnets.
+    /// With the machine at rest and at its top speed once more for each of the `shifts`: stable with the least margin,
+    /// that of the weakest magnets.
     #[must_use]
-    pub(crate) fn with_bare_stability(mut self, factors: [f64; 2]) -> Self {
+    pub(crate) fn with_bare_stability(mut self, shifts: &[Vec<f64>]) -> Self {
         for own in [0, 1] {
-            let modes = self.list[own].plant.flexible_rad_s().len();
-            let shifted = self.list[own].shift_modes(&factors.map(|factor| vec![factor; modes]));
+            let shifted = self.list[own].shift_modes(shifts);
             self.list.extend(shifted.into_iter().map(|rotor| RotorPlant { role: RotorRole::Weakest, ..rotor }));
         }
         self

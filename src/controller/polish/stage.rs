@@ -63,7 +63,7 @@ const WORTHWHILE: f64 = 0.25;
 pub struct Polisher<'a> {
     task: PolishTask<'a>,
     plants: Plants,
-    /// Plants at rest, at top speed and beyond, and what they are when sampled.
+    /// Plants at rest, at top speed and beyond, and those with shifted natural frequencies, as they are when sampled.
     sampled: SampledPlants,
     /// Their poles as continuous ones, rad/s.
     plant_poles: Vec<c64>,
@@ -129,10 +129,9 @@ impl<'a> Polisher<'a> {
             let between = SPEEDS_BETWEEN.map(|share| ShiftedRotor { speed_rad_s: share * top, factors: vec![] });
             plants = plants.with_further(machine, &between)?;
         }
-        if let Some(shift) = task.weights.mode_shift {
-            plants = plants.with_bare_stability([1.0 - shift, 1.0 + shift]);
-        }
-        let roles = [RotorRole::Rest, RotorRole::TopSpeed, RotorRole::Overspeed];
+        plants = plants.with_bare_stability(task.shifts);
+        // Those with shifted natural frequencies and the least margin too: their resonances are as narrow.
+        let roles = [RotorRole::Rest, RotorRole::TopSpeed, RotorRole::Overspeed, RotorRole::Weakest];
         let sampled = SampledPlants::of(&plants, |_, role| roles.contains(&role))?;
         let period_s = plants.period_s();
         let open = StateSpace::gain(Mat::zeros(AXES, AXES), Discrete { period_s });

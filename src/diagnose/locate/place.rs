@@ -1,8 +1,8 @@
 //! Places where something may be missing: on the shaft, in the electronics, in one nuisance parameter.
 
 use super::super::fit::model::Model;
-use crate::spindle::effects::{AXIS_NAMES, LocationKind};
 use crate::spindle::effects::entry::Site;
+use crate::spindle::effects::{AXIS_NAMES, LocationKind};
 use crate::spindle::response::probe::Probe;
 use crate::spindle::{EffectKind, Location, Side};
 

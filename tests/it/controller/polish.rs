@@ -47,7 +47,7 @@ fn reference() -> (Machine, Weights, Vec<UncertainMode>) {
 
 fn polisher<'a>(machine: &Machine, weights: &'a Weights, modes: &'a [UncertainMode]) -> Polisher<'a> {
     let limits = limits(machine);
-    let task = PolishTask { weights, modes, floors: &[], limits };
+    let task = PolishTask { weights, modes, floors: &[], shifts: &[], limits };
     Polisher::new(machine, task, &start(), 1.2).unwrap()
 }
 
@@ -62,7 +62,7 @@ fn start() -> StateSpace<Discrete> {
 fn derivatives_of_every_limit_are_central_differences() {
     let (machine, weights, modes) = reference();
     let floors = [StiffnessFloor { from_hz: 800.0, to_hz: 860.0, at_least_n_per_m: 5e6 }];
-    let task = PolishTask { weights: &weights, modes: &modes, floors: &floors, limits: limits(&machine) };
+    let task = PolishTask { weights: &weights, modes: &modes, floors: &floors, shifts: &[], limits: limits(&machine) };
     let errors = derivative_errors(&machine, &task, &start()).unwrap();
     // A step of 1e-5 leaves 1e-10 of the third derivative and 1e-16/1e-5 of rounding, both magnified by sharp
     // resonances.
@@ -79,6 +79,7 @@ fn a_limit_out_of_reach_is_moved_and_no_other() {
         weights: &weights,
         modes: &modes,
         floors: &[],
+        shifts: &[],
         limits: LoopLimits { weak_sensitivity: 0.5, ..limits(&machine) },
     };
     let mut polisher = Polisher::new(&machine, task, &start(), 1.2).unwrap();
@@ -107,7 +108,7 @@ fn a_floor_of_the_tool_stiffness_is_held_in_its_band() {
     let (machine, weights, modes) = reference();
     let before = softest_round_the_top_speed(&machine, &start());
     let floors = [StiffnessFloor { from_hz: 800.0, to_hz: 866.0, at_least_n_per_m: 1.15 * before }];
-    let task = PolishTask { weights: &weights, modes: &modes, floors: &floors, limits: limits(&machine) };
+    let task = PolishTask { weights: &weights, modes: &modes, floors: &floors, shifts: &[], limits: limits(&machine) };
     let mut polisher = Polisher::new(&machine, task, &start(), 1.2).unwrap();
     // The machine at top speed is softer or stiffer by what the gyroscopics do to it.
     assert!(polisher.figures().over_limit[5] > 1.1, "{:?}", polisher.figures());

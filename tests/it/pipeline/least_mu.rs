@@ -4,7 +4,7 @@ use muspin::augment::assembly::UncertainMode;
 use muspin::augment::weights::Weights;
 use muspin::controller::ControlLaw;
 use muspin::input::{load_controller, load_machine, load_weights};
-use muspin::pid::shifted_loops::shift_range;
+use muspin::pid::shifted_loops::find_shift_range;
 use muspin::pipeline::comparison::predict;
 use muspin::pipeline::least_mu::least_mu_of;
 use muspin::pipeline::problems::whole_machine;
@@ -55,7 +55,7 @@ fn a_loop_bears_the_shift_that_is_said_of_it() {
     let machine = load_machine(&file("spindle.yaml"), &file("tool.yaml")).unwrap();
     let controller = load_controller(&file("pid.json")).unwrap();
     let ControlLaw::Discrete(law) = &controller.law else { panic!("not sampled") };
-    let range = shift_range(&machine, law).unwrap();
+    let range = find_shift_range(&machine, law).unwrap().largest;
     assert!(range > 0.0 && range <= 0.1, "{range}");
     for factor in [1.0 - 0.97 * range, 1.0 + 0.97 * range] {
         let mut shifted = machine.clone();

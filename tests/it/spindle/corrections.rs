@@ -61,9 +61,9 @@ fn a_force_law_at_the_tool_is_one_loop_round_the_plant() {
             let [[a, b], [c, d]] = [4, 5].map(|i| [4, 5].map(|j| one(i, j) + g[(i, j)] * law));
             let inverse = [[d, -b], [-c, a]].map(|row| row.map(|x| x / (a * d - b * c)));
             let expected = Mat::from_fn(10, 10, |i, j| {
-                (0..2).flat_map(|p| (0..2).map(move |q| (p, q))).fold(g[(i, j)], |sum, (p, q)| {
-                    sum - g[(i, 4 + p)] * law * inverse[p][q] * g[(4 + q, j)]
-                })
+                (0..2)
+                    .flat_map(|p| (0..2).map(move |q| (p, q)))
+                    .fold(g[(i, j)], |sum, (p, q)| sum - g[(i, 4 + p)] * law * inverse[p][q] * g[(4 + q, j)])
             });
             let error = block_error(&with.at(TAU * hz), &expected);
             assert!(error < 1e-8, "{speed} {hz} Hz: {error:.1e}");
@@ -105,9 +105,8 @@ fn laws_at_currents_and_signals_are_factors() {
             let g = without.at(TAU * hz);
             let factor = lag(c64::new(0.0, TAU * hz)) + 1.0;
             let hit = |list: Option<&[usize]>, k: usize| list.is_some_and(|list| list.contains(&k));
-            let expected = Mat::from_fn(10, 10, |i, j| {
-                if hit(row, i) || hit(column, j) { g[(i, j)] * factor } else { g[(i, j)] }
-            });
+            let expected =
+                Mat::from_fn(10, 10, |i, j| if hit(row, i) || hit(column, j) { g[(i, j)] * factor } else { g[(i, j)] });
             let error = block_error(&with.at(TAU * hz), &expected);
             assert!(error < 1e-8, "{place} {hz} Hz: {error:.1e}");
         }

@@ -1,6 +1,7 @@
 //! Effects, plant and shipped tools.
 
 pub mod alike;
+mod corrections;
 mod effects_table;
 mod rotors_without_magnets;
 mod spindle_effects;
