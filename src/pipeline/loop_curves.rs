@@ -14,9 +14,10 @@ use crate::predict::disc_margins::DiscMargins;
 use crate::predict::loop_gain::LoopGain;
 use crate::predict::loop_shape::{LoopShape, unbalance_response};
 use crate::predict::loop_sigma::LoopSigma;
+use crate::predict::modes::{LoopMode, loop_modes};
 use crate::predict::tool_step::ToolStep;
 use crate::rotor::modes::PlanarModes;
-use crate::spindle::{Machine, Plant, SpindleError};
+use crate::spindle::{Machine, ModelDetail, Plant, SpindleError};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
@@ -77,6 +78,33 @@ pub struct StableLoop {
     pub sampled_plants: DrawnPlants,
     /// Response to an unbalance.
     pub unbalance: UnbalanceCurve,
+    /// Modes of the closed loop from rest to 1.2 times the top speed.
+    pub campbell: Vec<ModesAtSpeed>,
+}
+
+/// Modes of the closed loop at a speed.
+#[derive(Clone, Debug)]
+pub struct ModesAtSpeed {
+    /// rpm.
+    pub speed_rpm: f64,
+    /// Those that show at the actuators or in a flexible mode, both whirls apart.
+    pub modes: Vec<LoopMode>,
+}
+
+/// Speeds at which the modes of the loop are computed.
+const CAMPBELL_SPEEDS: usize = 7;
+
+impl ModesAtSpeed {
+    /// Of a law from rest to 1.2 times the top speed.
+    fn over_speed(machine: &Machine, law: &StateSpace<Discrete>) -> Result<Vec<Self>, PipelineError> {
+        let at = |k: usize| {
+            let share = k as f64 / (CAMPBELL_SPEEDS - 1) as f64;
+            let speed_rpm = OVERSPEED * machine.spindle.max_rpm * share;
+            let plant = Plant::new(machine, speed_rpm * TAU / 60.0, ModelDetail::Full)?;
+            Ok(Self { speed_rpm, modes: loop_modes(&plant, law)?.visible })
+        };
+        (0..CAMPBELL_SPEEDS).into_par_iter().map(at).collect()
+    }
 }
 
 /// What a loop may change by.
@@ -136,7 +164,9 @@ impl LoopCurves {
         let step = ToolStep::of(&plant.sample_plant()?, &law).map_err(PipelineError::numeric("step at the tool"))?;
         let sampled_plants = DrawnPlants::draw(machine, &plant, (controller, &law), mode_uncertainty)?;
         let unbalance = UnbalanceCurve::of(machine, controller, speed_rpm)?;
-        Ok(Self { whirl, stable: Some(StableLoop { shape, gain, sigma, margins, step, sampled_plants, unbalance }) })
+        let campbell = ModesAtSpeed::over_speed(machine, &law)?;
+        let stable = StableLoop { shape, gain, sigma, margins, step, sampled_plants, unbalance, campbell };
+        Ok(Self { whirl, stable: Some(stable) })
     }
 }
 

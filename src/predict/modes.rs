@@ -30,6 +30,15 @@ pub struct LoopModes {
     /// the magnets are stiff against the shaft and a flexible mode has no pole near its free frequency, also those that
     /// are near none of these.
     pub rigid: Vec<LoopMode>,
+    /// Every pole that shows in one of these modes, forward and backward whirl apart, by frequency.
+    pub visible: Vec<LoopMode>,
+}
+
+impl LoopMode {
+    /// ln of the ratio of two amplitudes one period apart, 2πζ/√(1 − ζ²).
+    pub fn logarithmic_decrement(&self) -> f64 {
+        std::f64::consts::TAU * self.damping_ratio / (1.0 - self.damping_ratio.powi(2)).max(0.0).sqrt()
+    }
 }
 
 /// Flexible modes looked at: the three that the paper names.
@@ -92,6 +101,7 @@ pub(crate) fn modes_of_poles(
             (*s, height)
         })
         .collect();
+    let mut visible = vec![];
     let flexible: Vec<Option<LoopMode>> = (0..count)
         .map(|k| {
             let ratio = |s: &c64| s.norm() / natural[k];
@@ -101,10 +111,9 @@ pub(crate) fn modes_of_poles(
                 .map(|(s, h)| (mode(*s), h[(k, k)]))
                 .collect();
             let highest = near.iter().map(|n| n.1).fold(0.0, f64::max);
-            near.into_iter()
-                .filter(|n| n.1 >= SHARE * highest)
-                .map(|n| n.0)
-                .min_by(|a, b| a.damping_ratio.total_cmp(&b.damping_ratio))
+            let shown: Vec<LoopMode> = near.into_iter().filter(|n| n.1 >= SHARE * highest).map(|n| n.0).collect();
+            visible.extend_from_slice(&shown);
+            shown.into_iter().min_by(|a, b| a.damping_ratio.total_cmp(&b.damping_ratio))
         })
         .collect();
     let lost = flexible.iter().filter(|mode| mode.is_none()).count();
@@ -120,12 +129,17 @@ pub(crate) fn modes_of_poles(
     // At speed every mode comes twice, forwards and backwards; the more visible one of a pair stands for both.
     let mut rigid: Vec<LoopMode> = vec![];
     for (found, height) in low {
+        if height >= RIGID_SHARE * highest {
+            visible.push(found);
+        }
         let twin = |r: &LoopMode| (r.frequency_hz / found.frequency_hz - 1.0).abs() < 0.02;
         if height >= RIGID_SHARE * highest && !rigid.iter().any(twin) && rigid.len() < RIGID + lost {
             rigid.push(found);
         }
     }
-    Ok(LoopModes { flexible, rigid })
+    visible.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
+    visible.dedup();
+    Ok(LoopModes { flexible, rigid, visible })
 }
 
 fn mode(s: c64) -> LoopMode {

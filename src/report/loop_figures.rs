@@ -7,10 +7,11 @@ use super::plot::loops::{ResponseCurve, bode, dynamic_stiffness, nyquist};
 use super::plot::shaft::{CampbellLine, campbell};
 use super::plot::{Color, Curve, Dash, Look, Marker, Role};
 use crate::pipeline::comparison::Prediction;
-use crate::pipeline::loop_curves::{DrawnPlants, LoopCurves, UnbalanceCurve, WhirlLine};
+use crate::pipeline::loop_curves::{DrawnPlants, LoopCurves, ModesAtSpeed, UnbalanceCurve, WhirlLine};
 use crate::predict::loop_gain::LoopGain;
 use crate::predict::loop_shape::LoopShape;
 use crate::predict::loop_sigma::LoopSigma;
+use crate::predict::modes::LoopMode;
 use crate::predict::tool_step::{SETTLED, ToolStep};
 use serde_json::{Value, json};
 use std::f64::consts::TAU;
@@ -32,6 +33,7 @@ pub(crate) fn loop_figures(curves: &LoopCurves, runs: [&Prediction; 2], top_rpm:
     figures.push((Picture::LoopSigma, loop_sigma(&stable.sigma)));
     figures.push((Picture::Nyquist, loci(&stable.shape)));
     figures.push((Picture::Poles, poles(runs)));
+    figures.push((Picture::LoopCampbell, loop_campbell(&stable.campbell, top_rpm)));
     figures.push((Picture::StiffnessSampled, sampled_stiffness(&stable.sampled_plants, runs[0])));
     figures.push((Picture::ToolStep, tool_step(&stable.step)));
     let unbalance = unbalance(&stable.unbalance, top_rpm);
@@ -245,6 +247,33 @@ fn poles(runs: [&Prediction; 2]) -> Figure {
         "Damping ratio of the oscillating poles of the sampled loop over their frequency, s = ln(z)/T.",
         vec![panel],
     )
+}
+
+/// Frequencies of the closed loop over speed with the line of the speed, and their logarithmic decrements.
+fn loop_campbell(speeds: &[ModesAtSpeed], top_rpm: f64) -> Figure {
+    let points = |of: &dyn Fn(&LoopMode) -> f64| -> (Vec<f64>, Vec<f64>) {
+        speeds.iter().flat_map(|at| at.modes.iter().map(|mode| (at.speed_rpm, of(mode)))).unzip()
+    };
+    let look = || Look::points(Color::Blue, Marker::Circle);
+    let speed = || Axis::linear("Speed", "rpm");
+    let mut frequency = Panel::new("Frequency", speed(), Axis::log("Frequency", "Hz"));
+    let (rpm, hz) = points(&|mode| mode.frequency_hz);
+    frequency.series.push(Series::curve("mode", &rpm, &hz, look()));
+    let synchronous: Vec<f64> = rpm.iter().copied().filter(|rpm| *rpm > 0.0).collect();
+    let once: Vec<f64> = synchronous.iter().map(|rpm| rpm / 60.0).collect();
+    frequency.series.push(Series::curve("1 ×", &synchronous, &once, Look::line(Color::Vermillion, Dash::Dashed)));
+    let mut decrement = Panel::new("Logarithmic decrement", speed(), Axis::log("Logarithmic decrement", ""));
+    let (rpm, decrements) = points(&LoopMode::logarithmic_decrement);
+    decrement.series.push(Series::curve("mode", &rpm, &decrements, look()));
+    for panel in [&mut frequency, &mut decrement] {
+        panel.marks.push(Mark::top_speed(top_rpm));
+    }
+    Figure::new(
+        "Modes of the closed loop over speed",
+        "Poles of the sampled loop that show at the actuators or in a flexible mode, both whirls apart, full model.",
+        vec![frequency, decrement],
+    )
+    .with_columns(2)
 }
 
 fn unbalance(curve: &UnbalanceCurve, top_rpm: f64) -> Figure {

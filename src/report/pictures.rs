@@ -52,6 +52,7 @@ kinds! {
     LoopSigma "loop_sigma" Margins,
     Nyquist "nyquist" Sensitivity,
     Poles "poles" Sensitivity,
+    LoopCampbell "loop_campbell" Sensitivity,
     ToolStep "tool_step" Simulation,
     Animation "animation" Simulation,
     Response "response" Simulation,

@@ -280,7 +280,7 @@ impl Plants {
         let ports = modes.iter().map(|m| m.number + 1).max().unwrap_or(0);
         let mut loops = vec![];
         for RotorPlant { role, plant, .. } in &self.list {
-            if *role == RotorRole::Shifted {
+            if matches!(role, RotorRole::Shifted | RotorRole::Weakest) {
                 continue;
             }
             let opened = plant.with_modal_ports(ports);

@@ -71,6 +71,24 @@ fn derivatives_of_every_limit_are_central_differences() {
     }
 }
 
+/// Shifted natural frequencies ask for stability: the specification is that of the machine as it is.
+#[test]
+fn rotors_with_shifted_modes_leave_the_specification_as_it_is() {
+    let (machine, weights, modes) = reference();
+    let shifts = [vec![0.985; 6], vec![1.015; 6], vec![0.985, 1.015]];
+    let figures = |shifts: &[Vec<f64>]| {
+        let task = PolishTask { weights: &weights, modes: &modes, floors: &[], shifts, limits: limits(&machine) };
+        Polisher::new(&machine, task, &start(), 1.2).unwrap().figures()
+    };
+    let (without, with) = (figures(&[]), figures(&shifts));
+    // Sensitivity, gain, noise, µ: on further lines round the poles of the shifted rotors.
+    for k in 0..4 {
+        let ratio = with.over_limit[k] / without.over_limit[k];
+        assert!((ratio - 1.0).abs() < 0.02, "{k}: {without:?} {with:?}");
+    }
+    assert!(with.over_limit[4] >= without.over_limit[4] * 0.999, "{without:?} {with:?}");
+}
+
 #[test]
 fn a_limit_out_of_reach_is_moved_and_no_other() {
     let (machine, weights, modes) = reference();

@@ -131,8 +131,9 @@ fn laws_of_unequal_lines_have_a_table_and_a_picture_each() {
             let text = file(&folder, name);
             assert_eq!(first_columns(&text), hz(lines), "{name}");
             let header = text.lines().next().unwrap();
-            assert_eq!(header.split(',').count(), 4, "{header}");
-            assert!(header.contains(column), "{header}");
+            assert_eq!(header.split(',').count(), 5, "{header}");
+            assert!(header.contains(column) && header.ends_with(",place"), "{header}");
+            assert!(text.lines().skip(1).all(|row| row.ends_with(",shaft:0.1")), "{text}");
         }
         for (k, lines) in LINES.iter().enumerate() {
             let name = if k == 0 { "corrected-frf.csv" } else { "corrected-frf-2.csv" };
@@ -154,7 +155,7 @@ fn laws_of_equal_lines_share_a_table() {
     let mut folder = ResultsFolder::new();
     stage(&mut folder, &d).unwrap();
     let text = file(&folder, "correction.csv");
-    assert_eq!(text.lines().next().unwrap().split(',').count(), 7);
+    assert_eq!(text.lines().next().unwrap().split(',').count(), 8);
     assert_eq!(first_columns(&text), hz(9));
     assert!(folder.files().all(|(path, _)| path != "correction-2.csv"));
 }
