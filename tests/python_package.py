@@ -277,6 +277,14 @@ if hasattr(labelled, "sel"):
 for twin in (copy.copy(spindle), copy.deepcopy(spindle), pickle.loads(pickle.dumps(spindle))):
     check(twin == spindle and np.array_equal(twin.response([500.0]), spindle.response([500.0])), "a copy is the same machine")
 check(pickle.loads(pickle.dumps(corrected)) == corrected, "effects are copied too")
+# A machine without a tool as well; its file says where stiffness counts, so that it needs no tool to be read again.
+bare = muspin.Spindle.load("reference", "none")
+check(pickle.loads(pickle.dumps(bare)) == bare and bare != spindle, "a machine without a tool is copied")
+with tempfile.TemporaryDirectory() as folder:
+    bare.save(os.path.join(folder, "bare.yaml"))
+    check(os.listdir(folder) == ["bare.yaml"], "no tool file is written of no tool")
+    check(muspin.Spindle.load(os.path.join(folder, "bare.yaml")) == bare, "a machine without a tool is read again")
+check(spindle.with_tool("none") == bare, "the tool is taken out")
 check(spindle.with_tool("drill-8") != spindle and spindle.with_tool("drill-8").tool == "drill-8", "another tool")
 try:
     muspin.Spindle.load("reference", {"nonsense": 1})

@@ -302,6 +302,11 @@ impl Contest<'_> {
             return Ok(());
         }
         let mut found = find_shift_range(machine, &own)?;
+        let stiffer = |rival: &&ToolStiffness| {
+            self.judged.tool_stiffness().is_some_and(|own| own.least_ratio_to(rival) > FLOOR_MULTIPLES[1])
+        };
+        let held = rival.filter(stiffer).map(|rival| rival.floors(machine, FLOOR_MULTIPLES[1]));
+        let floors = [self.job.floors, held.as_ref().map_or(&[], |held| held.as_slice())].concat();
         for _ in 0..SHIFT_TRIES {
             // A loop that bears hardly any shift has no rotor beside it to hold on to.
             if found.largest >= asked || found.largest < LEAST_SHIFT {
@@ -309,7 +314,7 @@ impl Contest<'_> {
             }
             let within = if self.judged.zones == [Some(Zone::A); 2] { ZONE_A } else { ZONE_B };
             let shifts = found.limiting_factors(asked.min(SHIFT_HELD * found.largest));
-            let job = PolishJob { shifts: &shifts, ..self.job };
+            let job = PolishJob { shifts: &shifts, floors: &floors, ..self.job };
             let plane = plane_of_law(machine, &self.judged.controller)?;
             let attempt = match polished_from(&job, limits(machine, within)?, &plane) {
                 Ok((judged, delivery, course)) => {

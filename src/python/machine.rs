@@ -13,8 +13,8 @@ use crate::export::json::controller_json;
 use crate::identify::Rehearsal;
 use crate::input::pid::{load_pid, read_pid};
 use crate::input::{
-    load_controller, load_machine, load_weights, read_controller, read_spindle, read_tool, read_weights, shipped,
-    spindle_yaml, tool_yaml,
+    NO_TOOL, load_controller, load_machine, load_weights, read_controller, read_spindle, read_tool, read_weights,
+    shipped, spindle_yaml, tool_yaml, usual_tool,
 };
 use crate::lti::Response;
 use crate::pid::settings::TuneSettings;
@@ -60,26 +60,36 @@ const CHANNELS: usize = 6;
 
 #[pymethods]
 impl NativeMachine {
-    /// Reads a spindle and a tool: paths or shipped names.
+    /// Reads a spindle and a tool: paths, shipped names, or `none` as the tool; without a tool the usual one.
     #[staticmethod]
-    fn load(python: Python<'_>, spindle: String, tool: String) -> PyResult<Self> {
-        compute(python, move |_| load_machine(&spindle, &tool).map_err(|e| words(e.into()))).map(Self)
+    fn load(python: Python<'_>, spindle: String, tool: Option<String>) -> PyResult<Self> {
+        compute(python, move |_| {
+            let tool = tool.map_or_else(|| usual_tool(&spindle).map(str::to_owned), Ok);
+            tool.and_then(|tool| load_machine(&spindle, &tool)).map_err(|e| words(e.into()))
+        })
+        .map(Self)
     }
 
-    /// A machine from the texts of its files, YAML or JSON.
+    /// A machine from the texts of its files, YAML or JSON; `none` stands for no tool.
     #[staticmethod]
     fn read(python: Python<'_>, spindle: String, tool: String) -> PyResult<Self> {
         compute(python, move |_| {
             let spindle = read_spindle("spindle", &spindle).map_err(|e| words(e.into()))?;
+            if tool == NO_TOOL {
+                return Machine::without_tool(spindle).map_err(|e| words(e.into()));
+            }
             let tool = read_tool("tool", &tool, &spindle).map_err(|e| words(e.into()))?;
             Machine::new(spindle, tool).map_err(|e| words(e.into()))
         })
         .map(Self)
     }
 
-    /// The text of a `spindle` or a `tool` that is given by path or shipped name.
+    /// The text of a `spindle` or a `tool` that is given by path or shipped name; `none` stands for no tool.
     #[staticmethod]
     fn text(kind: &str, source: &str) -> PyResult<String> {
+        if kind == "tool" && source == NO_TOOL {
+            return Ok(source.to_owned());
+        }
         let known = if kind == "tool" { shipped::TOOLS } else { shipped::SPINDLES };
         shipped::text(source, kind, known).map_err(|e| to_value_error(words(e.into())))
     }
@@ -94,9 +104,11 @@ impl NativeMachine {
         self.0.spindle.max_rpm
     }
 
-    /// The spindle file and the tool file.
+    /// The spindle file and the tool file, `none` where there is no tool.
     fn files(&self) -> (String, String) {
-        (spindle_yaml(&self.0.spindle), tool_yaml(&self.0.tool))
+        let tool = &self.0.tool;
+        let tool = if tool.is_absent() { NO_TOOL.to_owned() } else { tool_yaml(tool) };
+        (spindle_yaml(&self.0.spindle), tool)
     }
 
     /// The design model at a speed as a continuous system with Padé approximants of the delay.

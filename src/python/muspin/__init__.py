@@ -776,10 +776,13 @@ class Spindle:
         self._machine = machine
 
     @classmethod
-    def load(cls, spindle: Source | Mapping[str, Any] = "reference", tool: Source | Mapping[str, Any] = "paper-tool") -> Spindle:
-        """Reads a spindle and a tool: paths, names of shipped files, or dictionaries with the keys of the files."""
+    def load(cls, spindle: Source | Mapping[str, Any] = "reference", tool: Source | Mapping[str, Any] | None = None) -> Spindle:
+        """Reads a spindle and a tool: paths, names of shipped files, or dictionaries with the keys of the files; ``"none"`` is
+        no tool. Without ``tool`` that is what a spindle with ``output_m`` has, others have the paper's."""
         if not isinstance(spindle, Mapping) and not isinstance(tool, Mapping):
-            return cls(_native.Machine.load(os.fspath(spindle), os.fspath(tool)))
+            return cls(_native.Machine.load(os.fspath(spindle), None if tool is None else os.fspath(tool)))
+        if tool is None:
+            tool = "none" if isinstance(spindle, Mapping) and spindle.get("output_m") is not None else "paper-tool"
         text = [
             json.dumps(given) if isinstance(given, Mapping) else _native.Machine.text(kind, os.fspath(given))
             for kind, given in (("spindle", spindle), ("tool", tool))
@@ -951,9 +954,12 @@ class Spindle:
         machine, native = self._machine.diagnose(os.fspath(measurement))
         return Learnt(*_figures(native), spindle=Spindle(machine))
 
-    def save(self, spindle_file: Source, tool_file: Source) -> None:
-        """Writes the spindle and the tool as YAML."""
-        for path, text in zip((spindle_file, tool_file), self._machine.files()):
+    def save(self, spindle_file: Source, tool_file: Source | None = None) -> None:
+        """Writes the spindle and, where there is one, the tool as YAML."""
+        files = [(path, text) for path, text in zip((spindle_file, tool_file), self._machine.files()) if text != "none"]
+        if any(path is None for path, _ in files):
+            raise ValueError("tool_file: the machine has a tool, and no file for it is given")
+        for path, text in files:
             with open(path, "w", encoding="utf-8") as file:
                 file.write(text)
 

@@ -86,7 +86,6 @@ fn rotors_with_shifted_modes_leave_the_specification_as_it_is() {
         let ratio = with.over_limit[k] / without.over_limit[k];
         assert!((ratio - 1.0).abs() < 0.02, "{k}: {without:?} {with:?}");
     }
-    assert!(with.over_limit[4] >= without.over_limit[4] * 0.999, "{without:?} {with:?}");
 }
 
 #[test]
