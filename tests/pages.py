@@ -3,7 +3,7 @@
 usage: python3 tests/pages.py FOLDER ...    (folders with a report.html; exit 1 when something is found)
 Needs chromium (Debian package `chromium`). Exit 77 says that it is missing.
 
-Found are: errors of the page's script, text that lies on other text of the same figure, a page wider than its window, figures
+Found are: errors of the page's script, a figure that cannot be saved as PNG, text that lies on other text of the same figure, a page wider than its window, figures
 with an axis that names no unit where its values have one, what is cut at its right without a sign, a title without a machine, and
 a long page without contents.
 """
@@ -21,7 +21,7 @@ PROBE = """
 <script>
 window.pageErrors = [];
 window.addEventListener('error', e => window.pageErrors.push(String(e.message)));
-window.addEventListener('load', () => setTimeout(() => {
+window.addEventListener('load', () => setTimeout(async () => {
   const found = window.pageErrors.map(e => 'script: ' + e);
   const width = document.documentElement.scrollWidth;
   if (width > window.innerWidth + 1) found.push('page: ' + width + ' px wide in a window of ' + window.innerWidth);
@@ -61,6 +61,16 @@ window.addEventListener('load', () => setTimeout(() => {
     const read = view.querySelector('.read');
     if (!read || read.hidden || !/\d/.test(read.textContent)) found.push('no value at the pointer: ' + svg.querySelector('title').textContent);
   });
+  // The first figure as a file: the link that the button would follow.
+  const button = document.querySelector('figure .save');
+  if (document.querySelector('figure .view metadata') && !button) found.push('no figure can be saved');
+  if (button) {
+    const saved = new Promise(done => { HTMLAnchorElement.prototype.click = function () { done(this); }; setTimeout(done, 2000); });
+    button.click();
+    const link = await saved;
+    if (!link || !link.href.startsWith('data:image/png') || link.href.length < 4000 || !link.download.endsWith('.png'))
+      found.push('the first figure is not saved as PNG');
+  }
   if (document.querySelector('h1').textContent.trim() === 'muspin') found.push('the title names no machine');
   if (document.documentElement.scrollHeight > 3 * window.innerHeight && document.querySelectorAll('section').length > 1
     && !document.querySelector('nav')) found.push('more than three screens without contents');

@@ -1,11 +1,11 @@
-//! The law that a diagnosis recovered at a place (formats.md, section 7) to [`Correction`].
+//! The law that a diagnosis recovered at a place (formats.md, section 7) to [`ModelCorrection`].
 
 use super::error::InputError;
 use super::shipped::text;
 use super::table::{Columns, at, each_row, first_line, number};
 use crate::linalg::c64;
 use crate::spindle::Machine;
-use crate::spindle::correction::{Correction, RecoveredLaw};
+use crate::spindle::correction::{ModelCorrection, RecoveredLaw};
 use std::f64::consts::TAU;
 
 /// The file of a diagnosis, and of a machine that was designed with it.
@@ -23,7 +23,7 @@ pub fn with_correction(machine: Machine, file: &str) -> Result<Machine, InputErr
     let text = text(file, "correction", &[])?;
     let (place, laws) = read_laws(file, &text)?;
     let rule = |error| InputError::rule(file, &error);
-    let correction = Correction::fit(&place, &laws, text).map_err(rule)?;
+    let correction = ModelCorrection::fit(&place, &laws, text).map_err(rule)?;
     machine.with_correction(correction).map_err(rule)
 }
 

@@ -45,7 +45,7 @@ pub(crate) struct PlacedLaw {
 
 /// What a correction adds to a machine.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Correction {
+pub(crate) struct ModelCorrection {
     /// The file, as it was read.
     pub text: String,
     /// Spring, damper and mass.
@@ -93,7 +93,7 @@ pub(crate) fn is_taken(place: &str) -> bool {
     Site::from_name(place).is_ok()
 }
 
-impl Correction {
+impl ModelCorrection {
     /// Fits the laws at a place.
     ///
     /// # Errors
@@ -224,7 +224,7 @@ impl Machine {
     ///
     /// # Errors
     /// [`SpindleError::Value`] for a place beyond an end.
-    pub(crate) fn with_correction(self, correction: Correction) -> Result<Self, SpindleError> {
+    pub(crate) fn with_correction(self, correction: ModelCorrection) -> Result<Self, SpindleError> {
         let corrected = Self { correction: Some(correction), ..self };
         corrected.check_correction()?;
         Ok(corrected)

@@ -3,7 +3,7 @@
 
 use super::SpindleError;
 use super::backup::{BackupBearings, BackupContact};
-use super::correction::Correction;
+use super::correction::ModelCorrection;
 use super::effective::{Amplifier, AxisElectronics, Effective, EffectiveBearing, Motion};
 use super::effects::{Effect, EffectKind, Location, action};
 use super::rule::{BrokenRules, MOST_DELAY_SAMPLES, rule};
@@ -239,7 +239,7 @@ pub struct Machine {
     /// The tool in it.
     pub tool: Tool,
     /// A law without a name that acts beside the effects.
-    pub(crate) correction: Option<Correction>,
+    pub(crate) correction: Option<ModelCorrection>,
 }
 
 impl Machine {
@@ -450,7 +450,7 @@ impl Machine {
     /// Places of a correction against the length of the shaft.
     pub(super) fn check_correction(&self) -> Result<(), SpindleError> {
         let [start, end] = self.ends_m();
-        let places = self.correction.iter().flat_map(Correction::positions_m);
+        let places = self.correction.iter().flat_map(ModelCorrection::positions_m);
         for z in places {
             let text = format!("must lie on the rotor, between {start:.6} and {end:.6}");
             rule(z >= start - 1e-6 && z <= end + 1e-6, "place".into(), z, &text)?;

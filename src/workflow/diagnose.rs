@@ -17,7 +17,7 @@ use crate::report::identification::{file_name, plausibility_topic};
 use crate::report::page_summary::diagnosis_verdict;
 use crate::report::whole::Report;
 use crate::spindle::Machine;
-use crate::spindle::correction::{Correction, RecoveredLaw};
+use crate::spindle::correction::{ModelCorrection, RecoveredLaw};
 use serde::Serialize;
 
 /// A failure that names the measurement where the error itself does not name a file.
@@ -116,7 +116,7 @@ pub(crate) fn diagnose_records(
 fn with_recovered_law(found: &Diagnosis) -> Option<Machine> {
     let (_, port) = found.correction.as_ref().zip(found.localisation.named_port())?;
     let laws: Vec<RecoveredLaw> = port.laws.iter().map(Law::to_recovered).collect();
-    let correction = Correction::fit(&port.place.name_in_files(), &laws, String::new()).ok()?;
+    let correction = ModelCorrection::fit(&port.place.name_in_files(), &laws, String::new()).ok()?;
     found.corrected.clone().with_correction(correction).ok()
 }
 

@@ -70,6 +70,31 @@
     return (at.name ? at.name + ': ' : '') + across(at.x) + ', ' + up(at.y);
   }
 
+  // A file of the figure as it is shown, twice as fine as on the screen.
+  function savePicture(svg) {
+    var box = svg.viewBox.baseVal;
+    var width = 2 * (svg.getBoundingClientRect().width || 600);
+    var copy = svg.cloneNode(true);
+    copy.setAttribute('xmlns', 'http://www.w3.org/2000/svg');
+    copy.setAttribute('width', Math.round(width));
+    copy.setAttribute('height', Math.round(width * box.height / box.width));
+    var image = new Image();
+    image.addEventListener('load', function () {
+      var canvas = document.createElement('canvas');
+      canvas.width = image.width;
+      canvas.height = image.height;
+      var context = canvas.getContext('2d');
+      context.fillStyle = '#ffffff';
+      context.fillRect(0, 0, canvas.width, canvas.height);
+      context.drawImage(image, 0, 0);
+      var link = document.createElement('a');
+      link.download = svg.querySelector('title').textContent.replace(/[^A-Za-z0-9]+/g, '-') + '.png';
+      link.href = canvas.toDataURL('image/png');
+      link.click();
+    });
+    image.src = 'data:image/svg+xml;charset=utf-8,' + encodeURIComponent(new XMLSerializer().serializeToString(copy));
+  }
+
   function equip(view) {
     var svg = view.querySelector('svg');
     var meta = svg && svg.querySelector('metadata');
@@ -82,6 +107,12 @@
     read.className = 'read';
     read.hidden = true;
     view.appendChild(read);
+    var save = document.createElement('button');
+    save.type = 'button';
+    save.className = 'save';
+    save.textContent = 'save as PNG';
+    save.addEventListener('click', function () { savePicture(svg); });
+    view.parentElement.querySelector('figcaption').appendChild(save);
 
     function place(event) {
       var box = svg.getBoundingClientRect();
