@@ -145,3 +145,34 @@ fn commands_take_a_spindle_without_a_tool_and_speak_of_its_output() {
     assert_eq!(again.tool_plane_m(), 0.01);
     assert!(Path::new(&folder.path().join("c/report.html")).exists());
 }
+
+/// From a rehearsed measurement with a hidden mass to its name, and time responses: nothing speaks of a tool.
+#[test]
+fn records_of_a_shaft_without_a_tool_are_identified_diagnosed_compared_and_simulated() {
+    let folder = TempDir::new().unwrap();
+    let at = folder.path();
+    let truth = format!("{SPINDLE}\neffects:\n  - {{effect: added_mass, position_m: 0.35, mass_kg: 0.06}}\n");
+    std::fs::write(at.join("truth.yaml"), truth).unwrap();
+    let run = |arguments: &str, expected: i32| {
+        let list: Vec<&str> = arguments.split(' ').collect();
+        let (code, text, error) = muspin(&list, at);
+        assert_eq!(code, expected, "{arguments}: {text}{error}");
+        let said = format!("{text}{error}");
+        for words in ["the tool", "its tool", "tool.yaml"] {
+            assert!(!said.contains(words), "{arguments}: {said}");
+        }
+        said
+    };
+    run("rehearse --tool none --truth truth.yaml --lines 160 --out measured --text", 0);
+    run("identify --measurement measured --out identified --text", 0);
+    let said = run("diagnose --measurement measured --out found --text", 0);
+    assert!(said.contains("z = 350 mm") && said.contains("the output is"), "{said}");
+    let corrected = load_machine(&at.join("found/spindle.yaml").display().to_string(), "none").unwrap();
+    assert!((corrected.spindle.effects[0].values[0] / 0.06 - 1.0).abs() < 0.05, "{:?}", corrected.spindle.effects);
+    // The drawing has no such mass: moduli do not explain it.
+    run("update --measurement measured --out updated --text", 1);
+    run("compare --tool none --controller measured/pid.json --measurement measured --out compared --text", 0);
+    for case in ["impulse", "lift-off"] {
+        run(&format!("simulate --tool none --controller measured/pid.json --case {case} --out {case} --text"), 0);
+    }
+}
