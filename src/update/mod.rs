@@ -13,11 +13,13 @@ pub mod hammers;
 pub(crate) mod held_out;
 pub mod machine;
 pub(crate) mod matching;
+mod moduli_fit;
 pub mod nelder_mead;
 pub(crate) mod outcome;
 pub(crate) mod peak_kind;
 mod problem;
 pub(crate) mod shapes;
+pub(crate) mod single_change;
 pub(crate) mod targets;
 
 pub use determine::{Combination, Determined};

@@ -167,7 +167,7 @@ impl Explanation {
 }
 
 /// 99 % quantile of χ² (Wilson and Hilferty 1931, good to 1 %).
-fn chi_squared_99(degrees: usize) -> f64 {
+pub(super) fn chi_squared_99(degrees: usize) -> f64 {
     let n = degrees.max(1) as f64;
     let c = 2.0 / (9.0 * n);
     // 2.326 is the 99 % quantile of the normal distribution.
