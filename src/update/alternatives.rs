@@ -77,7 +77,12 @@ impl RotorParameter {
     }
 
     /// Rotor and targets with the parameter multiplied; none where there is no such parameter.
-    pub(super) fn apply(&self, rotor: &Rotor, targets: &Targets, factor: f64) -> Result<Option<(Rotor, Targets)>, UpdateError> {
+    pub(super) fn apply(
+        &self,
+        rotor: &Rotor,
+        targets: &Targets,
+        factor: f64,
+    ) -> Result<Option<(Rotor, Targets)>, UpdateError> {
         let of_region = |name: &str, change: &dyn Fn(&mut Section)| {
             rotor.with_sections(|section| {
                 if section.region.as_deref() == Some(name) {
@@ -92,6 +97,7 @@ impl RotorParameter {
                 section.outer_diameter_m = section.outer_diameter_m.map(|d| d * factor);
                 section.mass_outer_diameter_m = section.mass_outer_diameter_m.map(|d| d * factor);
             })?,
+            Self::Mass(_) if factor < 1.0 => return Ok(None),
             Self::Mass(position_m) => {
                 let mass_kg = (factor - 1.0) * rotor.mass_properties().mass_kg;
                 rotor.clone().with_added_disc(point_mass(*position_m, mass_kg))?

@@ -6,7 +6,7 @@
 //! analytic sensitivities and a prior ([`gauss_newton()`]), and the Nelder–Mead search of the reference method, Eq. (7)
 //! ([`nelder_mead()`]).
 
-mod alternatives;
+pub(crate) mod alternatives;
 pub(crate) mod determine;
 pub mod gauss_newton;
 pub mod hammers;

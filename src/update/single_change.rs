@@ -5,7 +5,7 @@ use super::UpdateError;
 use super::alternatives::{Refit, RotorParameter, of_regions};
 use super::determine::prior_root;
 use super::moduli_fit::ModuliFit;
-use super::outcome::{chi_squared_99, check_matches};
+use super::outcome::{check_matches, chi_squared_99};
 use super::problem::{UpdateProblem, UpdateSettings};
 use super::targets::Targets;
 use crate::linalg::Mat;
@@ -15,6 +15,9 @@ use crate::rotor::Rotor;
 const MODULUS_SD: f64 = 0.02;
 /// Most places at which a mass is tried: closer ones show the same in the modes that are measured.
 const MOST_PLACES: usize = 40;
+
+/// Halvings of the distance of two nodes: to some hundredth of it, which frequencies hardly tell.
+const PLACE_HALVINGS: usize = 6;
 
 /// A change with what it leaves.
 #[derive(Clone, Debug)]
@@ -71,6 +74,24 @@ pub(crate) fn single_changes(rotor: &Rotor, targets: &Targets) -> Result<SingleC
         }
     }
     changes.sort_by(|a, b| a.statistic.total_cmp(&b.statistic));
+    // A mass need not sit on a node: the best place is sought between those beside it, by halving steps.
+    if let Some(FittedChange { parameter: Some(RotorParameter::Mass(place_m)), .. }) = changes.first().cloned() {
+        let mut step_m = (rotor.to_m() - rotor.from_m()) / MOST_PLACES.min(rotor.node_positions_m().len()) as f64;
+        let mut best_m = place_m;
+        for _ in 0..PLACE_HALVINGS {
+            step_m /= 2.0;
+            for trial_m in [best_m - step_m, best_m + step_m] {
+                let parameter = RotorParameter::Mass(trial_m);
+                let inside = (rotor.from_m().max(0.0)..=rotor.to_m()).contains(&trial_m);
+                let found = if inside { refit.refine(&parameter, (rotor, targets), &moduli)? } else { None };
+                if let Some(found) = found.filter(|found| found.statistic < changes[0].statistic) {
+                    best_m = trial_m;
+                    let change = fitted_change(Some(parameter), found.factor, found.statistic, &found.fit, &sigma);
+                    changes.insert(0, change);
+                }
+            }
+        }
+    }
     let fitted = problem.peaks.iter().filter(|p| p.used).count();
     Ok(SingleChanges {
         as_drawn,
