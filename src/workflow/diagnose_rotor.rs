@@ -52,33 +52,34 @@ pub(crate) fn diagnosis_topic(found: &RotorDiagnosis) -> Value {
         "chi_squared_limit": found.found.limit,
         "as_drawn": of(&found.found.as_drawn),
         "effects": found.named().map(of).into_iter().collect::<Vec<Value>>(),
-        "rivals": found.rivals.iter().filter(|_| found.verdict == Verdict::Tie).map(of).collect::<Vec<Value>>(),
+        "tie": found.rivals.iter().filter(|_| found.verdict == Verdict::Tie).map(of).collect::<Vec<Value>>(),
         "nearest": nearest.map(of),
     });
     omit_absent(topic, &["nearest"])
 }
 
 fn change_topic(found: &RotorDiagnosis, change: &FittedChange) -> Value {
-    let (name, fields) = match &change.parameter {
-        None => ("as_drawn", json!({})),
+    let factor = json!({ "factor": change.factor });
+    let (effect, place, parameters) = match &change.parameter {
+        None => ("as_drawn", json!({}), json!({})),
         Some(RotorParameter::Mass(position_m)) => {
-            ("added_mass", json!({ "position_m": position_m, "mass_kg": found.mass_kg(change) }))
+            ("added_mass", json!({ "position_m": position_m }), json!({ "mass_kg": found.mass_kg(change) }))
         }
-        Some(RotorParameter::Modulus(region)) => ("modulus", json!({ "region": region, "factor": change.factor })),
-        Some(RotorParameter::Density(region)) => ("density", json!({ "region": region, "factor": change.factor })),
-        Some(RotorParameter::Diameter(region)) => ("diameter", json!({ "region": region, "factor": change.factor })),
-        Some(RotorParameter::Discs) => ("discs", json!({ "factor": change.factor })),
-        Some(RotorParameter::Supports) => ("supports", json!({ "factor": change.factor })),
-        Some(RotorParameter::Magnets) => ("magnets", json!({ "factor": change.factor })),
+        Some(RotorParameter::Modulus(region)) => ("region_stiffness", json!({ "region": region }), factor),
+        Some(RotorParameter::Density(region)) => ("region_density", json!({ "region": region }), factor),
+        Some(RotorParameter::Diameter(region)) => ("region_diameter", json!({ "region": region }), factor),
+        Some(RotorParameter::Discs) => ("discs", json!({}), factor),
+        Some(RotorParameter::Supports) => ("supports", json!({}), factor),
+        Some(RotorParameter::Magnets) => ("negative_stiffness", json!({}), factor),
     };
-    let mut topic = json!({ "name": name });
-    for (key, value) in fields.as_object().into_iter().flatten() {
-        topic[key] = value.clone();
-    }
-    topic["chi_squared"] = json!(change.statistic);
-    topic["chi_squared_held_out"] = json!(change.held_out);
-    topic["words"] = json!(found.change_words(change));
-    topic
+    json!({
+        "effect": effect,
+        "where": place,
+        "parameters": parameters,
+        "chi_squared": change.statistic,
+        "chi_squared_held_out": change.held_out,
+        "words": found.change_words(change),
+    })
 }
 
 /// The rotor with a change and the moduli beside it.

@@ -38,9 +38,10 @@ fn a_hidden_mass_is_named_with_its_place_and_the_corrected_file_is_adequate() {
     let (code, found, err) = diagnose(folder.path(), "rotor.yaml");
     assert_eq!((code, &found["verdict"]), (0, &Value::from("named")), "{err}");
     let effect = &found["effects"][0];
-    assert_eq!(effect["name"], "added_mass");
-    let number = |key: &str| effect[key].as_f64().unwrap();
-    assert!((number("position_m") - 0.7).abs() < 0.02 && (number("mass_kg") / 0.2 - 1.0).abs() < 0.1, "{effect}");
+    assert_eq!(effect["effect"], "added_mass");
+    let (place_m, mass_kg) = (effect["where"]["position_m"].as_f64(), effect["parameters"]["mass_kg"].as_f64());
+    // A hundredth of the length, and what half a per cent of noise leaves of a thirtieth of the rotor.
+    assert!((place_m.unwrap() - 0.7).abs() < 0.02 && (mass_kg.unwrap() / 0.2 - 1.0).abs() < 0.1, "{effect}");
     assert!(err.contains("a mass of"), "{err}");
     std::fs::copy(folder.path().join("found/spindle.yaml"), folder.path().join("corrected.yaml")).unwrap();
     let (code, found, err) = diagnose(folder.path(), "corrected.yaml");
@@ -56,8 +57,9 @@ fn a_soft_region_is_named_and_needs_held_out_data_to_be_more_than_probable() {
         let (code, found, err) = diagnose(folder.path(), "rotor.yaml");
         assert_eq!((code, &found["verdict"]), (0, &Value::from(verdict)), "{err}");
         let effect = &found["effects"][0];
-        assert_eq!((&effect["name"], &effect["region"]), (&Value::from("modulus"), &Value::from("end")));
-        assert!((effect["factor"].as_f64().unwrap() / 0.8 - 1.0).abs() < 0.03, "{effect}");
+        assert_eq!(effect["effect"], "region_stiffness");
+        assert_eq!(effect["where"]["region"], "end");
+        assert!((effect["parameters"]["factor"].as_f64().unwrap() / 0.8 - 1.0).abs() < 0.03, "{effect}");
     }
 }
 
