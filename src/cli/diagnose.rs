@@ -2,17 +2,21 @@
 //! Writes the corrected spindle and tool, `summary.json`, the report and its pictures.
 
 use super::console::{CommandEnd, Console};
-use super::machine::of_measurement;
+use super::machine::{files_of_measurement, of_measurement, rotor_of_measurement};
 use super::output::{REPORT, claim};
 use super::progress::Progress;
 use super::reading::load_measurement;
 use super::timings::Timings;
 use super::{Failure, Outcome};
+use crate::input::{Measurement, is_rotor};
 use crate::report::diagnosis_words::sentence;
 use crate::report::place_words::place_words;
 use crate::workflow::diagnose::{diagnose_records, unused_rows, without_unknown_controllers};
+use crate::workflow::diagnose_rotor::{diagnose_taps, diagnosed_folder, diagnosis_topic, is_explained};
 use crate::workflow::plausibility::Records;
 use crate::workflow::surroundings::Surroundings;
+use serde_json::json;
+use std::path::Path;
 
 /// Arguments of `muspin diagnose`.
 #[derive(clap::Args, Debug, Default)]
@@ -35,6 +39,9 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     let mut loaded = load_measurement(&arguments.measurement, console)?;
+    if is_rotor(files_of_measurement(&loaded, arguments.spindle.as_deref(), arguments.tool.as_deref()).0) {
+        return diagnose_rotor(arguments, &loaded, console);
+    }
     let machine = of_measurement(&loaded, arguments.spindle.as_deref(), arguments.tool.as_deref())?;
     let known = Surroundings::of(&loaded, arguments.spindle.as_deref(), arguments.tool.as_deref(), &machine);
     let named = [&arguments.spindle, &arguments.tool].into_iter().flatten();
@@ -66,4 +73,31 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     eprintln!("{}", place_words(&machine, sentence(found)));
     diagnosed.consequence.iter().for_each(|c| eprintln!("{}", place_words(&machine, c.words())));
     Ok(ended)
+}
+
+/// The missing change of a rotor without magnets.
+fn diagnose_rotor(arguments: &Arguments, loaded: &Measurement, console: &Console) -> Result<Outcome, Failure> {
+    let rotor = rotor_of_measurement(loaded, arguments.spindle.as_deref(), arguments.tool.as_deref())?;
+    let given = [&arguments.spindle, &arguments.tool].into_iter().flatten();
+    let read = given.chain([&arguments.measurement]);
+    claim(&arguments.out, &["summary.json", "spindle.yaml"], read.map(String::as_str))?;
+    let records = Records::of(loaded, None, &|| {})?;
+    records.lines().for_each(|line| eprintln!("{line}"));
+    let progress = Progress::start(console);
+    progress.start_stage("resonances, antiresonances and changes that explain them");
+    let (found, notes) = diagnose_taps(&rotor, loaded)?;
+    arguments.timings.print(&progress.times());
+    drop(progress);
+    notes.iter().for_each(|note| eprintln!("{note}"));
+    let folder = diagnosed_folder(&rotor, &found)?;
+    console.writing(|| folder.write(Path::new(&arguments.out)))?;
+    let text = format!("{:#}\n", json!({ "diagnosis": diagnosis_topic(&found) }));
+    let met = is_explained(&found);
+    console.json(&text, || {
+        CommandEnd::met(met, format!("verdict {}", found.verdict.name()))
+            .file(format!("{}/summary.json", arguments.out))
+            .file(format!("{}/spindle.yaml", arguments.out))
+    })?;
+    eprintln!("{}", found.sentence());
+    Ok(if met { Outcome::Done } else { Outcome::TargetMissed })
 }

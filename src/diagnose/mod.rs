@@ -11,6 +11,7 @@ pub mod decide;
 pub mod fit;
 pub mod locate;
 pub(crate) mod records;
+pub(crate) mod rotor_alone;
 
 pub use conclude::course::{diagnose, diagnose_with};
 pub use conclude::verdict::{Diagnosis, NamedEffect, Rival};

@@ -24,6 +24,8 @@ pub struct Resonance {
     pub damping_ratio: f64,
     /// Real part of the residue over its standard deviation per channel: sign and visibility.
     pub residue_over_sd: Vec<f64>,
+    /// Residue per channel on the frequency axis, in units of the channel times Hz; zero where one tells nothing.
+    pub residue: Vec<c64>,
 }
 
 impl Resonance {
@@ -31,5 +33,15 @@ impl Resonance {
     pub(crate) fn pole_hz(&self) -> c64 {
         let z = self.damping_ratio;
         c64::new(self.frequency_hz * (1.0 - z * z).max(0.0).sqrt(), z * self.frequency_hz)
+    }
+
+    /// Amplitude of the mode in every channel, the largest one: residues turned to the phase that they have in common,
+    /// arg(Σ r²)/2.
+    pub fn shape(&self) -> Vec<f64> {
+        let common = 0.5 * self.residue.iter().map(|r| r * r).sum::<c64>().arg();
+        let turned = self.residue.iter().map(|r| (r * c64::from_polar(1.0, -common)).re);
+        let real: Vec<f64> = turned.collect();
+        let largest = real.iter().fold(0.0f64, |most, a| if a.abs() > most.abs() { *a } else { most });
+        real.iter().map(|a| if largest == 0.0 { 0.0 } else { a / largest }).collect()
     }
 }

@@ -65,7 +65,7 @@ impl HammerFrf {
 
     /// Resonances of the record.
     pub fn resonances(&self) -> Vec<Resonance> {
-        resonances(&self.frequency_hz, &[self.channel()])
+        shared_resonances(&[self])
     }
 
     fn channel(&self) -> Channel {
@@ -115,6 +115,12 @@ impl HammerFrf {
         let (c, n) = (c.get(line).copied().unwrap_or(1.0), n.get(line).copied().unwrap_or(1.0));
         h.norm_sqr() * (1.0 - c).max(0.0) / (n * c)
     }
+}
+
+/// Resonances that hammer tests on the same lines share, one channel a test.
+pub fn shared_resonances(taps: &[&HammerFrf]) -> Vec<Resonance> {
+    let channels: Vec<Channel> = taps.iter().map(|tap| tap.channel()).collect();
+    taps.first().map_or(vec![], |tap| resonances(&tap.frequency_hz, &channels))
 }
 
 /// Resonances that hammer tests on the same lines share, and the antiresonances of each from a frequency on.

@@ -25,7 +25,7 @@ mod window;
 pub use drift::{PoleDrift, pole_drift};
 pub use free_free::{Identification, Reading, identify};
 pub use frf::{MeasuredFrf, SweepRecord, open_loop, open_loop_columns};
-pub use hammer::HammerFrf;
+pub use hammer::{HammerFrf, shared_resonances};
 pub use plausibility::{Plausibility, hammer_plausibility, sweep_plausibility};
 pub use rehearsal::Rehearsal;
 

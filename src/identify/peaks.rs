@@ -10,6 +10,7 @@ use super::lscf::Responses;
 use super::selection::{FittedMode, Survey};
 pub use super::stabilisation::DiagramPole;
 use super::stabilisation::{pole_clusters, stabilisation_diagram};
+use crate::linalg::c64;
 
 /// Resonances that the channels share, ascending. All channels have the same lines.
 pub fn resonances(frequency_hz: &[f64], channels: &[Channel]) -> Vec<Resonance> {
@@ -52,7 +53,9 @@ fn with_least_noise(channel: &Channel) -> Channel {
 fn resonance(mode: &FittedMode, told: &[usize], channels: usize) -> Resonance {
     let frequency_hz = mode.pole_hz.norm();
     let mut residue_over_sd = vec![0.0; channels];
+    let mut of_channels = vec![c64::new(0.0, 0.0); channels];
     for (c, (residue, sd)) in told.iter().zip(&mode.residues) {
+        of_channels[*c] = residue * mode.half_hz;
         // Near the pole 1/(f_k² − f²) = −1/((f − f_k)·2f_k): a positive modal product has a negative residue in f.
         residue_over_sd[*c] = -residue.re.signum() * residue.norm() / sd;
     }
@@ -61,5 +64,6 @@ fn resonance(mode: &FittedMode, told: &[usize], channels: usize) -> Resonance {
         standard_deviation_hz: mode.sd_hz,
         damping_ratio: (mode.pole_hz.im / frequency_hz).max(0.0),
         residue_over_sd,
+        residue: of_channels,
     }
 }

@@ -65,7 +65,7 @@ pub(super) struct FittedMode {
     chi_squared: f64,
     /// Part of the response of all channels, root of sums of squares, at the line where the mode is strongest.
     share: f64,
-    half_hz: f64,
+    pub(super) half_hz: f64,
     /// Modes fitted along with it: number among the others, pole.
     beside: Vec<(usize, c64)>,
     /// One of these is the same mode.

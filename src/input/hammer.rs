@@ -68,7 +68,7 @@ pub(crate) fn load_hammer(path: &Path, keys: &HammerKeys, watch: Watch<'_>) -> R
     from_table(&name, rows, keys)
 }
 
-fn is_universal(file: &str) -> bool {
+pub(super) fn is_universal(file: &str) -> bool {
     let lower = file.to_ascii_lowercase();
     lower.ends_with(".uff") || lower.ends_with(".unv")
 }

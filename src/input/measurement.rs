@@ -7,8 +7,9 @@
 use super::error::{InputError, nearest};
 use super::error_list::ErrorList;
 use super::file::Watch;
-use super::hammer::{HammerKeys, load_hammer, load_mode_shapes};
+use super::hammer::{HammerKeys, is_universal, load_hammer, load_mode_shapes};
 use super::keys;
+use super::response_unit::ResponseUnit;
 use super::shipped;
 use super::spindle::load_spindle;
 use super::sweep::load_sweep;
@@ -118,6 +119,8 @@ pub(super) struct RecordFile {
     response_m: Option<f64>,
     /// Where the hammer hits; at the tool plane unless given.
     force_m: Option<f64>,
+    /// Unit of the responses in a table, such as `m/s²`, `mm/s²` or `g` of accelerometers; m unless given.
+    unit: Option<String>,
     /// True for a sweep whose currents were logged as samples in the controller, before the hold.
     #[schemars(extend("default" = false))]
     hold: Option<bool>,
@@ -245,12 +248,16 @@ fn check_keys(record: &RecordFile, broken: &dyn Fn(&str, String) -> InputError) 
             broken("function", rule).with_hint("only a hammer test chooses from a universal file; remove the key")
         );
     }
+    let taken_at_speed = matches!(record.kind.as_str(), "sweep" | "hammer");
+    if record.unit.is_some() && !taken_at_speed {
+        let rule = format!("a record of kind {} has no such key", record.kind);
+        return Err(broken("unit", rule).with_hint("only sweeps and hammer tests have responses; remove the key"));
+    }
     let has_place = record.response_m.is_some() || record.force_m.is_some();
     if has_place && record.kind != "hammer" {
         let rule = format!("a record of kind {} has no such key", record.kind);
         return Err(broken("response_m", rule).with_hint("only a hammer test has a place; remove the key"));
     }
-    let taken_at_speed = matches!(record.kind.as_str(), "sweep" | "hammer");
     if !taken_at_speed {
         let extra = [
             ("speed_rpm", record.speed_rpm.is_some()),
@@ -279,6 +286,23 @@ fn places(record: &RecordFile, broken: &dyn Fn(&str, String) -> InputError) -> R
         (None, _) => missing("response_m"),
         (_, None) => missing("force_m"),
     }
+}
+
+/// Unit of the responses where the list says one.
+fn response_unit(
+    record: &RecordFile,
+    broken: &dyn Fn(&str, String) -> InputError,
+) -> Result<Option<ResponseUnit>, InputError> {
+    let Some(label) = &record.unit else {
+        return Ok(None);
+    };
+    if is_universal(&record.file) {
+        let rule = "a universal file states its units itself".to_owned();
+        return Err(broken("unit", rule).with_hint("remove the key, or correct the labels of the file"));
+    }
+    let unit = ResponseUnit::read(label, record.kind == "hammer");
+    let hint = "write m, m/s or m/s² with a prefix, such as mm/s², or g";
+    unit.map(Some).map_err(|rule| broken("unit", rule).with_hint(hint))
 }
 
 fn resolve(folder: &Path, name: &str, usual: &str) -> String {
@@ -327,6 +351,9 @@ fn read_record(
                 return Err(broken("axis", "a sweep excites all four axes".into()).with_hint("remove the key"));
             }
             let mut read = load_sweep(&path, speed()?, watch)?;
+            if let Some(unit) = response_unit(record, broken)? {
+                unit.to_displacements(&mut read);
+            }
             if record.hold == Some(true) {
                 let spindle = load_spindle(&measurement.spindle)?;
                 read = read.behind_hold(spindle.electronics.sample_period_s());
@@ -344,7 +371,10 @@ fn read_record(
                 }
             };
             let keys = HammerKeys { speed_rpm: speed()?, axis, function: record.function };
-            let tap = load_hammer(&path, &keys, watch)?;
+            let mut tap = load_hammer(&path, &keys, watch)?;
+            if let Some(unit) = response_unit(record, broken)? {
+                unit.to_compliance(&mut tap.frf);
+            }
             measurement.hammers.push(Hammer {
                 frf: tap.frf,
                 name,

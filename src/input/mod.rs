@@ -33,6 +33,7 @@ mod problem_matrix;
 pub mod problem_schema;
 mod problem_system;
 pub(crate) mod quote;
+mod response_unit;
 pub mod ross;
 pub(crate) mod ross_magnet;
 mod ross_notes;

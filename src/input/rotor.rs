@@ -16,7 +16,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 
-/// A rotor without magnets: `muspin modes`, `frf`, `identify` and `update` take it.
+/// A rotor without magnets: `muspin modes`, `frf`, `identify`, `update` and `diagnose` take it.
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RotorModelFile {

@@ -164,7 +164,7 @@ impl Motion {
     }
 
     /// What is measured in a unit of these exponents of metre and second.
-    fn of_exponents(exponents: [i32; 2]) -> Option<Self> {
+    pub(super) fn of_exponents(exponents: [i32; 2]) -> Option<Self> {
         let all = [Self::Displacement, Self::Velocity, Self::Acceleration];
         all.into_iter().find(|motion| motion.exponents() == exponents)
     }

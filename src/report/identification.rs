@@ -7,7 +7,7 @@ use crate::identify::frf::AXIS_NAMES;
 use crate::identify::peaks::Resonance;
 use crate::identify::plausibility::{Plausibility, RecordFault, Signal};
 use crate::identify::polluted::PollutedLines;
-use crate::identify::{Identification, MeasuredFrf, PoleDrift, Reading};
+use crate::identify::{HammerFrf, Identification, MeasuredFrf, PoleDrift, Reading, shared_resonances};
 use crate::input::measurement::Hammer;
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -135,7 +135,7 @@ pub(crate) fn identification_topic(found: &Identification) -> Value {
     })
 }
 
-/// One of `hammers`: the resonances that a hammer test shows by itself.
+/// One of `hammers`: the resonances of a hammer test, or those that the tests of a roving hammer share.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct HammerSummary {
     pub(crate) record: String,
@@ -143,27 +143,94 @@ pub(crate) struct HammerSummary {
     pub(crate) resonances_standard_deviation_hz: Vec<f64>,
     pub(crate) damping_ratio: Vec<f64>,
     pub(crate) damping_ratio_standard_deviation: Vec<f64>,
-    pub(crate) refers_to: String,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    mode_shapes: Vec<ShapeSummary>,
+    refers_to: String,
+}
+
+/// Amplitudes of a mode at the points of a roving hammer, the largest one.
+#[derive(Clone, Debug, Serialize)]
+struct ShapeSummary {
+    mode: usize,
+    position_m: Vec<f64>,
+    amplitude: Vec<f64>,
 }
 
 impl HammerSummary {
-    /// Of a hammer test, whose response is fitted.
-    pub(crate) fn of(hammer: &Hammer) -> Self {
-        let found = hammer.frf.resonances();
+    /// Of a hammer test, or of those of a roving hammer, whose responses are fitted together.
+    pub(crate) fn of(taps: &[&Hammer]) -> Self {
+        let frfs: Vec<&HammerFrf> = taps.iter().map(|tap| &tap.frf).collect();
+        let found = shared_resonances(&frfs);
         let list = |of: fn(&Resonance) -> f64| found.iter().map(of).collect();
-        let held = match &hammer.controller {
+        let names: Vec<&str> = taps.iter().map(|tap| file_name(&tap.name)).collect();
+        let held = match taps.first().and_then(|tap| tap.controller.as_ref()) {
             Some(controller) => format!("the spindle that {} levitates", file_name(controller)),
             None => "the rotor as it was held when it was hit".to_owned(),
         };
+        let positions_m = roving_positions_m(taps);
+        let shape = |(k, resonance): (usize, &Resonance)| {
+            let position_m = positions_m.clone()?;
+            Some(ShapeSummary { mode: k + 1, position_m, amplitude: resonance.shape() })
+        };
         Self {
-            record: file_name(&hammer.name).to_owned(),
+            record: names.join(", "),
             resonances_hz: list(|r| r.frequency_hz),
             resonances_standard_deviation_hz: list(|r| r.standard_deviation_hz),
             damping_ratio: list(|r| r.damping_ratio),
             damping_ratio_standard_deviation: list(|r| r.standard_deviation_hz / r.frequency_hz),
-            refers_to: format!("{held}, at {} rpm", hammer.frf.speed_rpm),
+            mode_shapes: found.iter().enumerate().filter_map(shape).collect(),
+            refers_to: format!("{held}, at {} rpm", frfs.first().map_or(0.0, |frf| frf.speed_rpm)),
         }
     }
+
+    /// The mode shapes as the CSV of a record of that kind; none without a roving hammer.
+    pub(crate) fn shapes_csv(&self) -> Option<String> {
+        let mut text = String::from("mode,position_m,amplitude\n");
+        for shape in &self.mode_shapes {
+            for (z, amplitude) in shape.position_m.iter().zip(&shape.amplitude) {
+                let _ = writeln!(text, "{},{z},{amplitude:e}", shape.mode);
+            }
+        }
+        (!self.mode_shapes.is_empty()).then_some(text)
+    }
+}
+
+/// Hammer tests by sets: those of a roving hammer together, every other one alone.
+pub(crate) fn roving_sets(hammers: &[Hammer]) -> Vec<Vec<&Hammer>> {
+    let mut sets: Vec<Vec<&Hammer>> = vec![];
+    for hammer in hammers {
+        let roves = |set: &&mut Vec<&Hammer>| {
+            let with: Vec<&Hammer> = set.iter().copied().chain([hammer]).collect();
+            roving_positions_m(&with).is_some()
+        };
+        match sets.iter_mut().find(roves) {
+            Some(set) => set.push(hammer),
+            None => sets.push(vec![hammer]),
+        }
+    }
+    sets
+}
+
+/// The places that differ between tests of one free rotor on the same lines whose other place is one: where the hammer
+/// roves, or the sensor does; none where the tests are no such set.
+fn roving_positions_m(taps: &[&Hammer]) -> Option<Vec<f64>> {
+    let (first, others) = taps.split_first()?;
+    let alike = |tap: &&Hammer| {
+        let (own, other) = (&tap.frf, &first.frf);
+        tap.axis == first.axis && own.speed_rpm == other.speed_rpm && own.frequency_hz == other.frequency_hz
+    };
+    if others.is_empty() || taps.iter().any(|tap| tap.controller.is_some()) || !others.iter().all(alike) {
+        return None;
+    }
+    let places = taps.iter().map(|tap| tap.places_m).collect::<Option<Vec<[f64; 2]>>>()?;
+    let differ = |side: usize| {
+        let mut all: Vec<f64> = places.iter().map(|place| place[side]).collect();
+        all.sort_by(f64::total_cmp);
+        all.windows(2).all(|pair| pair[0] < pair[1])
+    };
+    let one = |side: usize| places.iter().all(|place| place[side] == places[0][side]);
+    let roving = (0..2).find(|side| differ(*side) && one(1 - side))?;
+    Some(places.iter().map(|place| place[roving]).collect())
 }
 
 /// `drift`: what the resonances did over the repeats.

@@ -8,10 +8,11 @@
 //! moduli are fitted again beside its factor, which is refined from there; its own x²/s² counts in χ².
 
 use super::UpdateError;
-use super::problem::{UpdateEvaluation, UpdateProblem};
+use super::moduli_fit::{ModuliFit, fit_moduli};
+use super::problem::{UpdateEvaluation, UpdateProblem, UpdateSettings};
 use super::targets::{Target, Targets};
 use crate::linalg::{Mat, solve};
-use crate::rotor::{Rotor, Section};
+use crate::rotor::{Disc, Rotor, Section};
 
 /// A parameter, the factor on it that fits best, and what it leaves.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,39 +32,57 @@ const LONGEST_STEP: f64 = 0.5;
 /// Fits of the moduli beside a factor: the first is near, the others refine.
 const ROUNDS: usize = 3;
 
-/// A parameter beside the moduli.
-enum Parameter<'a> {
-    Density(&'a str),
-    Diameter(&'a str),
+/// A parameter that one factor changes.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum RotorParameter {
+    /// Young's and shear modulus of a region, beyond what moduli scatter by.
+    Modulus(String),
+    /// Density of a region.
+    Density(String),
+    /// Outer diameter of a region.
+    Diameter(String),
+    /// Mass and inertia of all discs.
     Discs,
+    /// Stiffness of all supports.
     Supports,
+    /// Negative stiffness of the magnets.
     Magnets,
+    /// A point mass at a place, m, which makes the rotor heavier by the factor.
+    Mass(f64),
 }
 
-impl Parameter<'_> {
-    fn words(&self) -> String {
+impl RotorParameter {
+    /// As a sentence has it.
+    pub(crate) fn words(&self) -> String {
         match self {
+            Self::Modulus(region) => format!("the modulus of region {region}"),
             Self::Density(region) => format!("the density of region {region}"),
             Self::Diameter(region) => format!("the outer diameter of region {region}"),
             Self::Discs => "mass and inertia of the discs".to_owned(),
             Self::Supports => "the stiffness of the supports".to_owned(),
             Self::Magnets => "the negative stiffness of the magnets".to_owned(),
+            Self::Mass(position_m) => format!("a mass at {position_m:.4} m"),
         }
     }
 
     /// Standard deviation of the logarithm of its factor before the data: drawings give diameters to a few per cent
-    /// with what sits on them, densities and discs to a tenth, magnets to the 5 to 10 % of their constants; supports
-    /// are known to their size.
+    /// with what sits on them, densities and discs to a tenth, magnets to the 5 to 10 % of their constants; what is
+    /// forgotten weighs a tenth of the rotor at most; supports and laminated regions are known to their size.
     fn spread(&self) -> f64 {
         match self {
             Self::Diameter(_) => 0.05,
-            Self::Density(_) | Self::Discs | Self::Magnets => 0.1,
-            Self::Supports => 1.0,
+            Self::Density(_) | Self::Discs | Self::Magnets | Self::Mass(_) => 0.1,
+            Self::Supports | Self::Modulus(_) => 1.0,
         }
     }
 
     /// Rotor and targets with the parameter multiplied; none where there is no such parameter.
-    fn apply(&self, rotor: &Rotor, targets: &Targets, factor: f64) -> Result<Option<(Rotor, Targets)>, UpdateError> {
+    pub(super) fn apply(
+        &self,
+        rotor: &Rotor,
+        targets: &Targets,
+        factor: f64,
+    ) -> Result<Option<(Rotor, Targets)>, UpdateError> {
         let of_region = |name: &str, change: &dyn Fn(&mut Section)| {
             rotor.with_sections(|section| {
                 if section.region.as_deref() == Some(name) {
@@ -72,11 +91,17 @@ impl Parameter<'_> {
             })
         };
         let rotor = match self {
+            Self::Modulus(name) => of_region(name, &|section| section.modulus_scale *= factor)?,
             Self::Density(name) => of_region(name, &|section| section.material.density_kg_m3 *= factor)?,
             Self::Diameter(name) => of_region(name, &|section| {
                 section.outer_diameter_m = section.outer_diameter_m.map(|d| d * factor);
                 section.mass_outer_diameter_m = section.mass_outer_diameter_m.map(|d| d * factor);
             })?,
+            Self::Mass(_) if factor < 1.0 => return Ok(None),
+            Self::Mass(position_m) => {
+                let mass_kg = (factor - 1.0) * rotor.mass_properties().mass_kg;
+                rotor.clone().with_added_disc(point_mass(*position_m, mass_kg))?
+            }
             Self::Discs => match rotor.with_disc_factor(factor) {
                 Some(rotor) => rotor,
                 None => return Ok(None),
@@ -90,6 +115,11 @@ impl Parameter<'_> {
         };
         Ok(Some((rotor, targets.clone())))
     }
+}
+
+/// A disc without inertia.
+pub(super) fn point_mass(position_m: f64, mass_kg: f64) -> Disc {
+    Disc { position_m, mass_kg, polar_inertia_kg_m2: 0.0, diametral_inertia_kg_m2: 0.0 }
 }
 
 /// Readings are free of the magnets: what their stiffness had shifted them by, which is in proportion to it, changes.
@@ -106,18 +136,19 @@ fn with_magnets(targets: &Targets, factor: f64) -> Option<Targets> {
     any.then_some(changed)
 }
 
-/// A fit of the moduli: its problem, its end and its χ².
-pub(super) struct ModuliFit {
-    pub(super) problem: UpdateProblem,
-    pub(super) end: UpdateEvaluation,
-    pub(super) statistic: f64,
-}
-
-/// Standard deviations of the peaks, root of the prior covariance, and the fit of the moduli of another rotor.
+/// Standard deviations of the peaks, root of the prior covariance and options with which moduli are fitted again.
 pub(super) struct Refit<'a> {
     pub(super) sigma: &'a [f64],
     pub(super) root: &'a Mat<f64>,
-    pub(super) fit: &'a dyn Fn(&Rotor, &Targets) -> Result<ModuliFit, UpdateError>,
+    pub(super) settings: &'a UpdateSettings,
+}
+
+/// A parameter with the factor that fits best, and the moduli beside it.
+pub(super) struct RefinedChange {
+    pub(super) factor: f64,
+    /// χ² with the prior of the factor.
+    pub(super) statistic: f64,
+    pub(super) fit: ModuliFit,
 }
 
 impl Refit<'_> {
@@ -160,7 +191,7 @@ impl Refit<'_> {
     /// What a per cent of a parameter changes where `factor` of it is there already.
     fn step_of(
         &self,
-        parameter: &Parameter<'_>,
+        parameter: &RotorParameter,
         given: (&Rotor, &Targets),
         factor: f64,
         about: &ModuliFit,
@@ -172,41 +203,61 @@ impl Refit<'_> {
         self.step(about, &changed, (factor.ln(), parameter.spread())).map(Some)
     }
 
-    /// The parameter that lowers the χ² of the best moduli most; none where no step is within first order.
-    pub(super) fn best_alternative(
+    pub(super) fn fit(&self, rotor: &Rotor, targets: &Targets) -> Result<ModuliFit, UpdateError> {
+        fit_moduli(rotor, targets, self.settings, self.sigma, self.root)
+    }
+
+    /// The factor of a parameter that fits best beside the moduli; none where no step is within first order.
+    pub(super) fn refine(
         &self,
-        rotor: &Rotor,
-        targets: &Targets,
-        moduli: ModuliFit,
-    ) -> Result<Option<Alternative>, UpdateError> {
-        let given = (rotor, targets);
-        let regions: Vec<String> = moduli.problem.chain.regions.iter().map(|region| region.name.clone()).collect();
-        let of_regions = regions.iter().flat_map(|name| [Parameter::Density(name), Parameter::Diameter(name)]);
-        let all = of_regions.chain([Parameter::Discs, Parameter::Supports, Parameter::Magnets]);
-        let mut best: Option<(Parameter<'_>, f64, f64)> = None;
-        for parameter in all {
-            let Some((step, statistic)) = self.step_of(&parameter, given, 1.0, &moduli)? else { continue };
-            if step.abs() < LONGEST_STEP && best.as_ref().is_none_or(|(.., least)| statistic < *least) {
-                best = Some((parameter, step, statistic));
-            }
-        }
-        let Some((parameter, mut step, _)) = best else { return Ok(None) };
-        let mut found: Option<Alternative> = None;
+        parameter: &RotorParameter,
+        given: (&Rotor, &Targets),
+        moduli: &ModuliFit,
+    ) -> Result<Option<RefinedChange>, UpdateError> {
+        let mut found: Option<RefinedChange> = None;
         let mut factor = 1.0;
         for _ in 0..ROUNDS {
+            let about = found.as_ref().map_or(moduli, |found| &found.fit);
+            let Some((step, _)) = self.step_of(parameter, given, factor, about)? else { break };
+            if step.abs() >= LONGEST_STEP {
+                break;
+            }
             factor *= step.exp();
-            let Some((rotor, targets)) = parameter.apply(rotor, targets, factor)? else { break };
-            let fit = (self.fit)(&rotor, &targets)?;
+            let Some((rotor, targets)) = parameter.apply(given.0, given.1, factor)? else { break };
+            let fit = self.fit(&rotor, &targets)?;
             let statistic = fit.statistic + (factor.ln() / parameter.spread()).powi(2);
             if found.as_ref().is_some_and(|found| found.statistic <= statistic) {
                 break;
             }
-            found = Some(Alternative { what: parameter.words(), factor, statistic });
-            match self.step_of(&parameter, given, factor, &fit)? {
-                Some((next, _)) if next.abs() < LONGEST_STEP => step = next,
-                _ => break,
-            }
+            found = Some(RefinedChange { factor, statistic, fit });
         }
         Ok(found)
     }
+
+    /// The parameter that lowers the χ² of the best moduli most to first order, refined.
+    pub(super) fn best_alternative(
+        &self,
+        rotor: &Rotor,
+        targets: &Targets,
+    ) -> Result<Option<Alternative>, UpdateError> {
+        let given = (rotor, targets);
+        let moduli = self.fit(rotor, targets)?;
+        let mut best: Option<(RotorParameter, f64)> = None;
+        let of_parts = [RotorParameter::Discs, RotorParameter::Supports, RotorParameter::Magnets];
+        for parameter in of_regions(&moduli.problem).into_iter().chain(of_parts) {
+            let Some((step, statistic)) = self.step_of(&parameter, given, 1.0, &moduli)? else { continue };
+            if step.abs() < LONGEST_STEP && best.as_ref().is_none_or(|(_, least)| statistic < *least) {
+                best = Some((parameter, statistic));
+            }
+        }
+        let Some((parameter, _)) = best else { return Ok(None) };
+        let found = self.refine(&parameter, given, &moduli)?;
+        Ok(found.map(|c| Alternative { what: parameter.words(), factor: c.factor, statistic: c.statistic }))
+    }
+}
+
+/// Density and outer diameter of every region of the shaft.
+pub(super) fn of_regions(problem: &UpdateProblem) -> Vec<RotorParameter> {
+    let names = problem.chain.regions.iter().map(|region| &region.name);
+    names.flat_map(|name| [RotorParameter::Density(name.clone()), RotorParameter::Diameter(name.clone())]).collect()
 }

@@ -6,18 +6,20 @@
 //! analytic sensitivities and a prior ([`gauss_newton()`]), and the Nelder–Mead search of the reference method, Eq. (7)
 //! ([`nelder_mead()`]).
 
-mod alternatives;
+pub(crate) mod alternatives;
 pub(crate) mod determine;
 pub mod gauss_newton;
 pub mod hammers;
 pub(crate) mod held_out;
 pub mod machine;
 pub(crate) mod matching;
+mod moduli_fit;
 pub mod nelder_mead;
 pub(crate) mod outcome;
 pub(crate) mod peak_kind;
 mod problem;
 pub(crate) mod shapes;
+pub(crate) mod single_change;
 pub(crate) mod targets;
 
 pub use determine::{Combination, Determined};

@@ -106,16 +106,10 @@ impl Explanation {
         let limit = chi_squared_99(data);
         let used = || problem.peaks.iter().zip(&end.compared).filter(|(p, _)| p.used);
         let largest = used().map(|(_, c)| 100.0 * c.residual_ln.abs()).fold(0.0, f64::max);
-        let missing = used().filter(|(_, c)| c.model.is_none()).count();
         let extreme = problem.chain.regions.iter().zip(&end.ln_factors).find(|(_, x)| x.abs() > PLAUSIBLE_FACTOR.ln());
         let of_readings: f64 = used().map(|(_, c)| (c.residual_ln / READING_SD).powi(2)).sum();
-        let (explained, statement) = if missing > 0 {
-            let s = format!(
-                "{missing} measured {} no counterpart in the model whatever the moduli: the moduli cannot explain the \
-                 data",
-                if missing == 1 { "peak has" } else { "peaks have" }
-            );
-            (false, s)
+        let (explained, statement) = if let Some(words) = missing_words(problem, end) {
+            (false, words)
         } else if noise_estimated && largest > READING_ERROR_PERCENT && of_readings > limit {
             let s = format!(
                 "the best moduli leave errors up to {largest:.2} %, more than readings scatter \
@@ -147,6 +141,31 @@ impl Explanation {
     }
 }
 
+/// Which measured peaks no peak of the model belongs to, how far off the others are, and what to do; none where all have
+/// one.
+fn missing_words(problem: &UpdateProblem, end: &UpdateEvaluation) -> Option<String> {
+    let used = || problem.peaks.iter().zip(&end.compared).filter(|(p, _)| p.used);
+    let alone: Vec<String> = used()
+        .filter(|(_, own)| own.model.is_none())
+        .map(|(peak, _)| match peak.kind {
+            PeakKind::Resonance => format!("the resonance at {:.1} Hz", peak.target.frequency_hz),
+            PeakKind::Antiresonance => {
+                format!("the antiresonance {} at {:.1} Hz", problem.frf_names[peak.frf], peak.target.frequency_hz)
+            }
+        })
+        .collect();
+    let met = used().filter(|(_, own)| own.model.is_some());
+    let (count, largest) = met.fold((0, 0.0f64), |(n, e), (_, own)| (n + 1, e.max(100.0 * own.residual_ln.abs())));
+    (!alone.is_empty()).then(|| {
+        format!(
+            "no counterpart in the model, whatever the moduli, of {}; the best moduli meet the other {count} within \
+             {largest:.1} %: if these are peaks of the rig, of the loop or of the other plane, give those of the shaft \
+             in a record of kind frequencies, else the model lacks a part",
+            alone.join(", ")
+        )
+    })
+}
+
 impl Explanation {
     /// With what explains the data instead, or that nothing looked at does.
     pub(super) fn name_alternative(&mut self, found: Option<&Alternative>) {
@@ -167,7 +186,7 @@ impl Explanation {
 }
 
 /// 99 % quantile of χ² (Wilson and Hilferty 1931, good to 1 %).
-fn chi_squared_99(degrees: usize) -> f64 {
+pub(super) fn chi_squared_99(degrees: usize) -> f64 {
     let n = degrees.max(1) as f64;
     let c = 2.0 / (9.0 * n);
     // 2.326 is the 99 % quantile of the normal distribution.

@@ -5,7 +5,7 @@ use super::plausibility::{Records, name_record};
 use crate::identify::{Identification, IdentifyError, identify, pole_drift};
 use crate::input::Measurement;
 use crate::report::identification::{
-    DriftSummary, HammerSummary, identification_topic, plausibility_topic, response_files,
+    DriftSummary, HammerSummary, identification_topic, plausibility_topic, response_files, roving_sets,
 };
 use crate::report::results::ResultsFolder;
 use crate::report::summary::omit_absent;
@@ -87,7 +87,13 @@ pub(crate) fn identify_records(
         folder.add(&name, text)?;
         names.push(name);
     }
-    let hammers: Vec<HammerSummary> = measurement.hammers.iter().map(HammerSummary::of).collect();
+    let hammers: Vec<HammerSummary> =
+        roving_sets(&measurement.hammers).iter().map(|set| HammerSummary::of(set)).collect();
+    for (k, shapes) in hammers.iter().filter_map(HammerSummary::shapes_csv).enumerate() {
+        let name = format!("mode_shapes-{k}.csv");
+        folder.add(&name, shapes)?;
+        names.push(name);
+    }
     let drift = drift.as_ref().map(DriftSummary::from);
     let answer = json!({
         "plausibility": plausibility,

@@ -3,6 +3,7 @@
 
 mod advice;
 pub(crate) mod diagnose;
+pub(crate) mod diagnose_rotor;
 mod failure;
 pub(crate) mod identify;
 pub(crate) mod plausibility;

@@ -11,5 +11,6 @@ mod diagnose_model;
 mod diagnose_next;
 mod diagnose_records;
 mod diagnose_rehearsed;
+mod diagnose_rotor;
 mod diagnose_small;
 pub mod generator;

@@ -8,6 +8,7 @@ mod input_files;
 mod machine_defaults;
 mod mutated_files;
 mod plausible_values;
+mod response_units;
 mod ross;
 mod uff;
 mod uff_units;

@@ -3,7 +3,7 @@
 pub mod alike;
 mod corrections;
 mod effects_table;
-mod rotors_without_magnets;
+pub mod rotors_without_magnets;
 mod spindle_effects;
 pub mod spindle_plant;
 mod springs_in_one_plane;

@@ -2,9 +2,9 @@
 
 use crate::cli::program::muspin;
 use crate::rotor::rotor_reference::receptance;
-use muspin::input::read_rotor;
+use muspin::input::{load_measurement, read_rotor};
 use muspin::linalg::c64;
-use muspin::rotor::Damping;
+use muspin::rotor::{Damping, PlanarModes};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -83,13 +83,16 @@ fn free_shafts_have_the_published_frequencies() {
     assert!((first / 1536.02 - 1.0).abs() < 2e-3, "{first}");
 }
 
-/// Displacement over force with noise, as a hammer gives it, of a bar with soft ends that hangs from two cords.
-fn hits(folder: &Path, places_m: &[[f64; 2]]) {
+/// A bar of two regions that hangs from two cords, as its file has it; `rest` stands behind its elements.
+pub fn hanging_bar(rest: &str) -> String {
+    rotor_file([2.06e11, 7850.0, 0.3], &bar(), &format!("{rest}{CORDS}"))
+}
+
+/// A measurement of the bar: displacement over force with noise, as a hammer gives it, of a rotor file.
+pub fn hits(folder: &Path, truth: &str, places_m: &[[f64; 2]]) {
     let mut rng = ChaCha8Rng::seed_from_u64(3);
     let mut gauss = || -> f64 { StandardNormal.sample(&mut rng) };
-    let text =
-        rotor_file([2.06e11, 7850.0, 0.3], &bar(), CORDS).replace("region: bar", "region: bar, modulus_scale: 0.9");
-    let truth = read_rotor("truth.yaml", &text.replace("region: end", "region: end, modulus_scale: 0.7")).unwrap();
+    let truth = read_rotor("truth.yaml", truth).unwrap();
     let lines: Vec<f64> = (0..4200).map(|k| 50.0 + 0.25 * f64::from(k)).collect();
     let mut list = "spindle: rotor.yaml\ntool: none\nrecords:\n".to_owned();
     for (k, places) in places_m.iter().enumerate() {
@@ -106,7 +109,13 @@ fn hits(folder: &Path, places_m: &[[f64; 2]]) {
         );
     }
     std::fs::write(folder.join("measurement.yaml"), list).unwrap();
-    std::fs::write(folder.join("rotor.yaml"), rotor_file([2.06e11, 7850.0, 0.3], &bar(), CORDS)).unwrap();
+    std::fs::write(folder.join("rotor.yaml"), hanging_bar("")).unwrap();
+}
+
+/// The bar with softer regions.
+fn soft_bar() -> String {
+    let text = hanging_bar("").replace("region: bar", "region: bar, modulus_scale: 0.9");
+    text.replace("region: end", "region: end, modulus_scale: 0.7")
 }
 
 const CORDS: &str = "supports:\n  - {position_m: 0.3, stiffness_n_per_m: 300}\n  - \
@@ -120,11 +129,7 @@ fn bar() -> String {
 #[test]
 fn a_hanging_rotor_is_updated_from_hammer_tests_alone() {
     let folder = tempfile::tempdir().unwrap();
-    hits(folder.path(), &[[0.45, 0.45], [0.45, 1.2]]);
-    let (code, out, err) = muspin(&["identify", "--measurement", ".", "--json"], folder.path());
-    assert_eq!(code, 0, "{err}");
-    let answer: Value = serde_json::from_str(&out).unwrap();
-    assert_eq!(answer["hammers"].as_array().unwrap().len(), 2);
+    hits(folder.path(), &soft_bar(), &[[0.45, 0.45], [0.45, 1.2]]);
     let (code, out, err) = muspin(&["update", "--measurement", ".", "--out", "up", "--json"], folder.path());
     assert_eq!(code, 0, "{err}");
     let answer: Value = serde_json::from_str(&out).unwrap();
@@ -139,10 +144,46 @@ fn a_hanging_rotor_is_updated_from_hammer_tests_alone() {
     let (code, _, err) = muspin(&["check", "up/spindle.yaml", "."], folder.path());
     assert_eq!(code, 0, "{err}");
     // What needs magnets says so.
-    for command in [&["design", "--spindle", "rotor.yaml"][..], &["diagnose", "--measurement", "."][..]] {
-        let (code, _, err) = muspin(command, folder.path());
-        assert!(code == 2 && err.contains("a rotor without magnets"), "{err}");
+    let (code, _, err) = muspin(&["design", "--spindle", "rotor.yaml"], folder.path());
+    assert!(code == 2 && err.contains("a rotor without magnets"), "{err}");
+}
+
+/// One sensor, five points that are hit: one set of modes, with the shapes of the eigenvectors.
+#[test]
+fn a_roving_hammer_gives_the_shapes_of_the_modes() {
+    let folder = tempfile::tempdir().unwrap();
+    let points = [0.05, 0.3, 0.55, 0.8, 1.2];
+    hits(folder.path(), &soft_bar(), &points.map(|z| [0.45, z]));
+    let (code, out, err) = muspin(&["identify", "--measurement", ".", "--out", "id", "--json"], folder.path());
+    assert_eq!(code, 0, "{err}");
+    let answer: Value = serde_json::from_str(&out).unwrap();
+    assert_eq!(answer["hammers"].as_array().unwrap().len(), 1);
+    let hammer = &answer["hammers"][0];
+    assert_eq!(hammer["record"], "hit-0.csv, hit-1.csv, hit-2.csv, hit-3.csv, hit-4.csv");
+    let rotor = read_rotor("truth.yaml", &soft_bar()).unwrap().rotor().unwrap();
+    let modes = PlanarModes::new(&rotor).unwrap();
+    let hz = modes.flexible_hz();
+    let rows: Vec<Vec<f64>> = points.iter().map(|z| modes.amplitudes(&rotor.shape_at("point", *z).unwrap())).collect();
+    let numbers = |list: &Value| list.as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect::<Vec<f64>>();
+    let found = numbers(&hammer["resonances_hz"]);
+    assert_eq!(found.len(), 4, "{found:?}");
+    for (k, f) in found.iter().enumerate() {
+        assert!((f / hz[k] - 1.0).abs() < 1e-3, "{found:?} {hz:?}");
+        let shape = &hammer["mode_shapes"][k];
+        assert_eq!(numbers(&shape["position_m"]), points);
+        let amplitude = numbers(&shape["amplitude"]);
+        // Two rigid modes come first.
+        let expected: Vec<f64> = rows.iter().map(|row| row[k + 2]).collect();
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let mac = dot(&amplitude, &expected).powi(2) / (dot(&amplitude, &amplitude) * dot(&expected, &expected));
+        // Noise of half a per cent of each response.
+        assert!(mac > 0.999, "{f} {amplitude:?} {expected:?}");
     }
+    // The table is a record of mode shapes.
+    let list = "spindle: rotor.yaml\ntool: none\nrecords:\n  - {kind: mode_shapes, file: id/mode_shapes-0.csv}\n";
+    std::fs::write(folder.path().join("measurement.yaml"), list).unwrap();
+    let shapes = load_measurement(folder.path().to_str().unwrap()).unwrap().mode_shapes;
+    assert_eq!((shapes.len(), shapes[0].points.len()), (4, 5));
 }
 
 #[test]

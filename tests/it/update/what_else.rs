@@ -130,3 +130,16 @@ fn readings_without_deviations_are_refused_only_with_a_chi_squared_that_says_so(
     }
     assert!(refused > 2, "{refused}");
 }
+
+/// A peak of the rig among those of the shaft: its frequency is said, and how well the others are met.
+#[test]
+fn a_peak_without_counterpart_is_named() {
+    let mut targets = measured(&shaft(|_| (), 1.0));
+    let first = targets.resonances[0].unwrap().frequency_hz;
+    let stray = 0.55 * first;
+    targets.resonances.insert(0, Some(Target::free(stray, Some(2e-4 * stray))));
+    let found = update(&targets).explanation;
+    assert!(!found.explained, "{}", found.statement);
+    assert!(found.statement.contains(&format!("the resonance at {stray:.1} Hz")), "{}", found.statement);
+    assert!(found.statement.contains("within 0.0 %"), "{}", found.statement);
+}

@@ -1,14 +1,14 @@
 //! Every format that muspin reads, with the function that reads it.
 
 use muspin::input::problem::ProblemFields;
-use muspin::input::{hammer, load_spindle, mat, measurement, sweep};
+use muspin::input::{hammer, load_spindle, mat, measurement, sweep, time_record};
 use muspin::input::{read_controller, read_spindle, read_tool, read_weights};
 use muspin::spindle::Spindle;
 use std::path::Path;
 use std::sync::OnceLock;
 
 /// Formats by name.
-pub const FORMATS: [&str; 12] = [
+pub const FORMATS: [&str; 13] = [
     "spindle",
     "tool",
     "weights",
@@ -20,6 +20,7 @@ pub const FORMATS: [&str; 12] = [
     "controller",
     "uff",
     "mat",
+    "wav",
     "solve",
 ];
 
@@ -39,6 +40,7 @@ pub fn read(format: &str, bytes: &[u8]) -> Result<(), String> {
         "controller" => read_controller("file", &text()?).map(drop).map_err(told),
         "uff" => hammer::read_hammer("file.uff", bytes, 0.0).map(drop).map_err(told),
         "mat" => mat::read_controller("file", bytes).map(drop).map_err(told),
+        "wav" => time_record::read_time_record("file.wav", bytes).map(drop).map_err(told),
         "solve" => ProblemFields::parse(Path::new("file"), &text()?).map_err(told).and_then(|p| solve(&p)),
         other => Err(format!("file: no format {other}")),
     }

@@ -1,0 +1,129 @@
+//! Single changes of a rotor that hammer tests ask for, each fitted beside moduli that scatter no more than steel does:
+//! modulus, density or diameter of a region, the discs, the supports, a mass somewhere on the shaft.
+
+use super::UpdateError;
+use super::alternatives::{Refit, RotorParameter, of_regions};
+use super::determine::prior_root;
+use super::moduli_fit::ModuliFit;
+use super::outcome::{check_matches, chi_squared_99};
+use super::problem::{UpdateProblem, UpdateSettings};
+use super::targets::Targets;
+use crate::linalg::Mat;
+use crate::rotor::Rotor;
+
+/// Standard deviation of ln θ: handbooks give the modulus of steels within 2 %.
+const MODULUS_SD: f64 = 0.02;
+/// Most places at which a mass is tried: closer ones show the same in the modes that are measured.
+const MOST_PLACES: usize = 40;
+
+/// Halvings of the distance of two nodes: to some hundredth of it, which frequencies hardly tell.
+const PLACE_HALVINGS: usize = 6;
+
+/// A change with what it leaves.
+#[derive(Clone, Debug)]
+pub(crate) struct FittedChange {
+    /// What changes; none is the rotor as drawn.
+    pub(crate) parameter: Option<RotorParameter>,
+    /// Factor on it.
+    pub(crate) factor: f64,
+    /// χ² of the frequencies that were fitted, with the priors.
+    pub(crate) statistic: f64,
+    /// Sum of squares of the antiresonances that were held out, in standard deviations.
+    pub(crate) held_out: f64,
+    /// Factor on the modulus of every region beside it.
+    pub(crate) modulus_factors: Vec<(String, f64)>,
+}
+
+/// The rotor as drawn and all single changes.
+#[derive(Clone, Debug)]
+pub(crate) struct SingleChanges {
+    pub(crate) as_drawn: FittedChange,
+    /// The best first.
+    pub(crate) changes: Vec<FittedChange>,
+    /// Frequencies that were fitted, and that were held out.
+    pub(crate) fitted: usize,
+    pub(crate) held_out: usize,
+    /// 99 % quantile of χ².
+    pub(crate) limit: f64,
+    /// Mass as drawn, kg.
+    pub(crate) mass_kg: f64,
+}
+
+/// Fits every single change of a rotor to its frequencies; masses are tried on the shaft, from z = 0 on.
+///
+/// # Errors
+/// [`UpdateError`] when there is nothing to fit, nothing matches, or a matrix computation fails.
+pub(crate) fn single_changes(rotor: &Rotor, targets: &Targets) -> Result<SingleChanges, UpdateError> {
+    let settings = UpdateSettings::default();
+    let problem = UpdateProblem::new(rotor, targets, true)?;
+    let n = problem.parameters();
+    check_matches(&problem, &problem.evaluate(&vec![0.0; n], false))?;
+    let positions: Vec<f64> = problem.chain.regions.iter().map(|r| r.position_m).collect();
+    let unit_root = prior_root(&positions, 1.0, settings.prior_correlation_m)?;
+    let root = Mat::from_fn(n, n, |i, j| MODULUS_SD * unit_root[(i, j)]);
+    let deviation = |sd: Option<f64>, hz: f64| sd.map_or(0.0, |sd| sd / hz).max(settings.floor_relative_sd);
+    let of_peaks = problem.peaks.iter().map(|p| deviation(p.target.standard_deviation_hz, p.target.frequency_hz));
+    let sigma: Vec<f64> = of_peaks.collect();
+    let refit = Refit { sigma: &sigma, root: &root, settings: &settings };
+    let moduli = refit.fit(rotor, targets)?;
+    let as_drawn = fitted_change(None, 1.0, moduli.statistic, &moduli, &sigma);
+    let mut changes = vec![];
+    for parameter in parameters(rotor, &problem) {
+        if let Some(found) = refit.refine(&parameter, (rotor, targets), &moduli)? {
+            changes.push(fitted_change(Some(parameter), found.factor, found.statistic, &found.fit, &sigma));
+        }
+    }
+    changes.sort_by(|a, b| a.statistic.total_cmp(&b.statistic));
+    // A mass need not sit on a node: the best place is sought between those beside it, by halving steps.
+    if let Some(FittedChange { parameter: Some(RotorParameter::Mass(place_m)), .. }) = changes.first().cloned() {
+        let mut step_m = (rotor.to_m() - rotor.from_m()) / MOST_PLACES.min(rotor.node_positions_m().len()) as f64;
+        let mut best_m = place_m;
+        for _ in 0..PLACE_HALVINGS {
+            step_m /= 2.0;
+            for trial_m in [best_m - step_m, best_m + step_m] {
+                let parameter = RotorParameter::Mass(trial_m);
+                let inside = (rotor.from_m().max(0.0)..=rotor.to_m()).contains(&trial_m);
+                let found = if inside { refit.refine(&parameter, (rotor, targets), &moduli)? } else { None };
+                if let Some(found) = found.filter(|found| found.statistic < changes[0].statistic) {
+                    best_m = trial_m;
+                    let change = fitted_change(Some(parameter), found.factor, found.statistic, &found.fit, &sigma);
+                    changes.insert(0, change);
+                }
+            }
+        }
+    }
+    let fitted = problem.peaks.iter().filter(|p| p.used).count();
+    Ok(SingleChanges {
+        as_drawn,
+        changes,
+        fitted,
+        held_out: problem.peaks.len() - fitted,
+        limit: chi_squared_99(fitted),
+        mass_kg: rotor.mass_properties().mass_kg,
+    })
+}
+
+/// Everything that is tried.
+fn parameters(rotor: &Rotor, problem: &UpdateProblem) -> Vec<RotorParameter> {
+    let moduli = problem.chain.regions.iter().map(|region| RotorParameter::Modulus(region.name.clone()));
+    let mut places: Vec<f64> = rotor.node_positions_m().iter().copied().filter(|z| *z >= 0.0).collect();
+    places.dedup();
+    let every = places.len().div_ceil(MOST_PLACES).max(1);
+    let masses = places.into_iter().step_by(every).map(RotorParameter::Mass);
+    let parts = [RotorParameter::Discs, RotorParameter::Supports];
+    moduli.chain(of_regions(problem)).chain(parts).chain(masses).collect()
+}
+
+fn fitted_change(
+    parameter: Option<RotorParameter>,
+    factor: f64,
+    statistic: f64,
+    fit: &ModuliFit,
+    sigma: &[f64],
+) -> FittedChange {
+    let each = fit.problem.peaks.iter().zip(&fit.end.compared).zip(sigma);
+    let held_out = each.filter(|((peak, _), _)| !peak.used).map(|((_, own), s)| (own.residual_ln / s).powi(2)).sum();
+    let regions = fit.problem.chain.regions.iter().zip(&fit.end.ln_factors);
+    let modulus_factors = regions.map(|(region, x)| (region.name.clone(), x.exp())).collect();
+    FittedChange { parameter, factor, statistic, held_out, modulus_factors }
+}

@@ -1,0 +1,147 @@
+//! What is missing in the model of a rotor without magnets, from hammer tests, with the corrected file.
+
+use super::failure::Failure;
+use super::update::taps_of;
+use crate::diagnose::Verdict;
+use crate::diagnose::rotor_alone::{RotorDiagnosis, diagnose_rotor};
+use crate::input::{Measurement, rotor_yaml, tool_yaml};
+use crate::report::results::ResultsFolder;
+use crate::report::summary::omit_absent;
+use crate::rotor::{Disc, Section};
+use crate::spindle::RotorOnSupports;
+use crate::update::alternatives::RotorParameter;
+use crate::update::single_change::FittedChange;
+use serde_json::{Value, json};
+
+/// Diagnoses a rotor from the hammer tests of a measurement; the notes say which are left out.
+pub(crate) fn diagnose_taps(
+    rotor: &RotorOnSupports,
+    measurement: &Measurement,
+) -> Result<(RotorDiagnosis, Vec<String>), Failure> {
+    let shaft = rotor.rotor()?;
+    let (targets, notes) = taps_of(measurement, &shaft, rotor.tool_plane_m(), &|axis| rotor.springs(axis))?;
+    Ok((diagnose_rotor(&shaft, &targets)?, notes))
+}
+
+/// Whether the records are explained.
+pub(crate) fn is_explained(found: &RotorDiagnosis) -> bool {
+    found.verdict != Verdict::Unexplained
+}
+
+/// Summary and the corrected files; without a name they are those that were given.
+pub(crate) fn diagnosed_folder(rotor: &RotorOnSupports, found: &RotorDiagnosis) -> Result<ResultsFolder, Failure> {
+    let mut folder = ResultsFolder::new();
+    folder.add("summary.json", format!("{:#}\n", json!({ "diagnosis": diagnosis_topic(found) })))?;
+    let corrected = found.named().map_or_else(|| rotor.clone(), |change| corrected(rotor, found, change));
+    folder.add("spindle.yaml", rotor_yaml(&corrected))?;
+    if let Some(tool) = &corrected.tool {
+        folder.add("tool.yaml", tool_yaml(tool))?;
+    }
+    Ok(folder)
+}
+
+/// `diagnosis` of the summary.
+pub(crate) fn diagnosis_topic(found: &RotorDiagnosis) -> Value {
+    let of = |change: &FittedChange| change_topic(found, change);
+    let nearest = found.found.changes.first().filter(|_| found.verdict == Verdict::Unexplained);
+    let topic = json!({
+        "verdict": found.verdict.name(),
+        "sentence": found.sentence(),
+        "frequencies": found.found.fitted,
+        "held_out": found.found.held_out,
+        "chi_squared_limit": found.found.limit,
+        "as_drawn": of(&found.found.as_drawn),
+        "effects": found.named().map(of).into_iter().collect::<Vec<Value>>(),
+        "tie": found.rivals.iter().filter(|_| found.verdict == Verdict::Tie).map(of).collect::<Vec<Value>>(),
+        "nearest": nearest.map(of),
+    });
+    omit_absent(topic, &["nearest"])
+}
+
+fn change_topic(found: &RotorDiagnosis, change: &FittedChange) -> Value {
+    let factor = json!({ "factor": change.factor });
+    let (effect, place, parameters) = match &change.parameter {
+        None => ("as_drawn", json!({}), json!({})),
+        Some(RotorParameter::Mass(position_m)) => {
+            ("added_mass", json!({ "position_m": position_m }), json!({ "mass_kg": found.mass_kg(change) }))
+        }
+        Some(RotorParameter::Modulus(region)) => ("region_stiffness", json!({ "region": region }), factor),
+        Some(RotorParameter::Density(region)) => ("region_density", json!({ "region": region }), factor),
+        Some(RotorParameter::Diameter(region)) => ("region_diameter", json!({ "region": region }), factor),
+        Some(RotorParameter::Discs) => ("discs", json!({}), factor),
+        Some(RotorParameter::Supports) => ("supports", json!({}), factor),
+        Some(RotorParameter::Magnets) => ("negative_stiffness", json!({}), factor),
+    };
+    json!({
+        "effect": effect,
+        "where": place,
+        "parameters": parameters,
+        "chi_squared": change.statistic,
+        "chi_squared_held_out": change.held_out,
+        "words": found.change_words(change),
+    })
+}
+
+/// The rotor with a change and the moduli beside it.
+fn corrected(rotor: &RotorOnSupports, found: &RotorDiagnosis, change: &FittedChange) -> RotorOnSupports {
+    let mut corrected = rotor.clone();
+    let of_tool = corrected.tool.iter_mut().flat_map(|tool| &mut tool.sections);
+    for section in corrected.sections.iter_mut().chain(of_tool) {
+        correct_section(section, change);
+    }
+    match &change.parameter {
+        Some(RotorParameter::Mass(position_m)) => add_mass(&mut corrected, *position_m, found.mass_kg(change)),
+        Some(RotorParameter::Discs) => {
+            for disc in &mut corrected.discs {
+                disc.mass_kg *= change.factor;
+                disc.polar_inertia_kg_m2 *= change.factor;
+                disc.diametral_inertia_kg_m2 *= change.factor;
+            }
+        }
+        Some(RotorParameter::Supports) => {
+            let stiffness = corrected.supports.iter_mut().flat_map(|support| &mut support.stiffness_n_per_m);
+            stiffness.flatten().for_each(|k| *k *= change.factor);
+        }
+        _ => {}
+    }
+    corrected
+}
+
+/// What a change and the moduli beside it do to a section.
+fn correct_section(section: &mut Section, change: &FittedChange) {
+    let Some(region) = section.region.clone() else {
+        return;
+    };
+    let beside = change.modulus_factors.iter().find(|(name, _)| *name == region);
+    section.modulus_scale *= beside.map_or(1.0, |(_, factor)| *factor);
+    match &change.parameter {
+        Some(RotorParameter::Modulus(name)) if *name == region => section.modulus_scale *= change.factor,
+        Some(RotorParameter::Density(name)) if *name == region => section.material.density_kg_m3 *= change.factor,
+        Some(RotorParameter::Diameter(name)) if *name == region => {
+            section.outer_diameter_m = section.outer_diameter_m.map(|d| d * change.factor);
+            section.mass_outer_diameter_m = section.mass_outer_diameter_m.map(|d| d * change.factor);
+        }
+        _ => {}
+    }
+}
+
+/// Adds a mass as a disc; where no node stands an element is split.
+fn add_mass(rotor: &mut RotorOnSupports, position_m: f64, mass_kg: f64) {
+    let mut from_m = 0.0;
+    for k in 0..rotor.sections.len() {
+        let length_m = rotor.sections[k].length_m;
+        let part_m = position_m - from_m;
+        if part_m > SAME_NODE_M && part_m < length_m - SAME_NODE_M {
+            let mut rest = rotor.sections[k].clone();
+            rotor.sections[k].length_m = part_m;
+            rest.length_m = length_m - part_m;
+            rotor.sections.insert(k + 1, rest);
+            break;
+        }
+        from_m += length_m;
+    }
+    rotor.discs.push(Disc { position_m, mass_kg, polar_inertia_kg_m2: 0.0, diametral_inertia_kg_m2: 0.0 });
+}
+
+/// Places closer than this are one node, as in a file of keys.
+const SAME_NODE_M: f64 = 1e-6;
