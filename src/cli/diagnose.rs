@@ -1,13 +1,12 @@
 //! `muspin diagnose`: find where simulation and measurement disagree, name the missing effect, show the gap shrink.
 //! Writes the corrected spindle and tool, `summary.json`, the report and its pictures.
 
-use super::console::{CommandEnd, Console};
+use super::Failure;
+use super::console::{CommandEnd, Console, REPORT};
 use super::machine::of_measurement;
-use super::output::{REPORT, claim};
 use super::progress::Progress;
 use super::reading::load_measurement;
 use super::timings::Timings;
-use super::{Failure, Outcome};
 use crate::report::diagnosis_words::sentence;
 use crate::workflow::diagnose::{diagnose_records, unused_rows, without_unknown_controllers};
 use crate::workflow::plausibility::Records;
@@ -32,13 +31,11 @@ pub(super) struct Arguments {
     timings: Timings,
 }
 
-pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
+pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd, Failure> {
     let mut loaded = load_measurement(&arguments.measurement, console)?;
     let machine = of_measurement(&loaded, arguments.spindle.as_deref(), arguments.tool.as_deref())?;
     let known = Surroundings::of(&loaded, arguments.spindle.as_deref(), arguments.tool.as_deref(), &machine);
-    let named = [&arguments.spindle, &arguments.tool].into_iter().flatten();
-    let read = named.chain([&arguments.measurement]);
-    claim(&arguments.out, &REPORT, read.map(String::as_str))?;
+    console.claim(&arguments.out, &REPORT, &[])?;
     let records = Records::of(&loaded, Some(&machine), &|| {})?;
     records.lines().for_each(|line| eprintln!("{line}"));
     let mut left_out = without_unknown_controllers(&mut loaded);
@@ -47,22 +44,17 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     let progress = Progress::start(console);
     let said = |what: &str| progress.start_stage(what);
     let diagnosed = diagnose_records(&machine, &loaded, &records, &known, &said)?;
-    arguments.timings.print(&progress.times());
-    drop(progress);
+    progress.end(arguments.timings);
     diagnosed.unstable.iter().for_each(|line| eprintln!("{line}"));
     let mut report = diagnosed.report(&loaded, &records, &known, &left_out)?;
     console.writing(|| report.write(&arguments.out))?;
-    let found = &diagnosed.found;
-    let ended = if diagnosed.is_explained() { Outcome::Done } else { Outcome::TargetMissed };
-    let out = arguments.out.as_str();
-    console.json(&(report.summary.to_json() + "\n"), || {
-        CommandEnd::met(ended == Outcome::Done, format!("verdict {}", found.verdict.name()))
-            .row(["", "before", "after"])
-            .row(["gap, σ".to_owned(), format!("{:.2}", found.gap_before), format!("{:.2}", found.gap_after)])
-            .file(format!("{out}/report.html"))
-            .file(format!("{out}/spindle.yaml"))
-    })?;
-    eprintln!("{}", sentence(found));
-    diagnosed.consequence.iter().for_each(|c| eprintln!("{}", c.words()));
-    Ok(ended)
+    let (found, out) = (&diagnosed.found, arguments.out.as_str());
+    let end = CommandEnd::met(diagnosed.is_explained(), format!("verdict {}", found.verdict.name()))
+        .json(report.summary.to_json() + "\n")
+        .row(["", "before", "after"])
+        .row(["gap, σ".to_owned(), format!("{:.2}", found.gap_before), format!("{:.2}", found.gap_after)])
+        .file(format!("{out}/report.html"))
+        .file(format!("{out}/spindle.yaml"))
+        .say(sentence(found));
+    Ok(diagnosed.consequence.iter().fold(end, |end, consequence| end.say(consequence.words())))
 }

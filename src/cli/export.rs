@@ -1,12 +1,11 @@
 //! `muspin export`: firmware tables of a controller, verified first on the sampled closed loop of the full plant.
 
+use super::Failure;
 use super::console::{CommandEnd, Console};
 use super::controlled_machine::{ControlledMachine, MachineArguments};
 use super::fmu::archives;
 use super::machine::Remarks;
-use super::output::claim;
 use super::speeds::parse_one_speed;
-use super::{Failure, Outcome};
 use crate::controller::Controller;
 use crate::controller::anti_windup::{AntiWindup, with_anti_windup};
 use crate::controller::fidelity::TransferChange;
@@ -126,12 +125,12 @@ impl Prepared {
     }
 }
 
-pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
+pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd, Failure> {
     let (mut prepared, mut remarks) = (Vec::new(), Vec::new());
     for file in &arguments.controller {
-        match prepare(arguments, file, &mut remarks)? {
+        match prepare(arguments, file, console, &mut remarks)? {
             Some(one) => prepared.push(one),
-            None => return Ok(Outcome::TargetMissed),
+            None => return Ok(CommandEnd::written(false)),
         }
     }
     let prefixes = prefixes(&arguments.prefix, &prepared)?;
@@ -178,20 +177,16 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     };
     answer["out"] = json!(arguments.out);
     let proven = prepared.iter().all(|p| p.verification.is_proven());
-    console.json(&format!("{:#}\n", answer), || {
-        let rows = prepared.iter().zip(&prefixes).map(|(one, prefix)| {
-            let rows = &one.rows.rows;
-            vec![prefix.clone(), rows.order().to_string(), rows.multiplications().to_string()]
-        });
-        CommandEnd::met(
-            proven,
-            prepared.iter().map(|p| stability_words(&p.verification)).collect::<Vec<_>>().join("; "),
-        )
+    let rows = prepared.iter().zip(&prefixes).map(|(one, prefix)| {
+        let rows = &one.rows.rows;
+        vec![prefix.clone(), rows.order().to_string(), rows.multiplications().to_string()]
+    });
+    let words = prepared.iter().map(|p| stability_words(&p.verification)).collect::<Vec<_>>().join("; ");
+    Ok(CommandEnd::met(proven, words)
+        .answer(&answer)
         .row(["controller", "states", "products a sample"])
         .rows(rows)
-        .file(arguments.out.as_str())
-    })?;
-    Ok(if proven { Outcome::Done } else { Outcome::TargetMissed })
+        .file(arguments.out.as_str()))
 }
 
 /// A step of sensor signals, in the range that a simulation takes.
@@ -223,11 +218,15 @@ fn units(
 
 /// Loads, samples, realises and verifies one controller; nothing, with the reason on standard error, when it is
 /// refused.
-fn prepare(arguments: &Arguments, file: &str, remarks: &mut Vec<Remarks>) -> Result<Option<Prepared>, Failure> {
+fn prepare(
+    arguments: &Arguments,
+    file: &str,
+    console: &Console,
+    remarks: &mut Vec<Remarks>,
+) -> Result<Option<Prepared>, Failure> {
     let (given, new) = arguments.machine.with_controller(file)?;
     remarks.push(new);
-    let read = [file, &given.used.spindle, &given.used.tool];
-    claim(&arguments.out, &[], read)?;
+    console.claim(&arguments.out, &[], &[&given.used.spindle, &given.used.tool])?;
     let machine = &given.machine;
     let SampledController { controller: discrete, law, prewarp_hz } = ready(machine, &given.controller, file)?;
     let continuous = prewarp_hz.map(|_| given.controller.clone());

@@ -1,10 +1,9 @@
 //! `muspin init DIR`: a commented spindle, tool, weights and measurement that run as they are. `muspin example NAME`:
 //! the files of a worked case, with the guide that goes through it.
 
+use super::Failure;
 use super::console::{CommandEnd, Console};
-use super::output::claim;
 use super::start::{DIAGNOSE_LIST, PID, Truth, UPDATE_LIST, add_machine, add_measurement};
-use super::{Failure, Outcome};
 use crate::report::manifest::Manifest;
 use crate::report::results::ResultsFolder;
 use serde_json::json;
@@ -106,11 +105,11 @@ impl Example {
     }
 }
 
-pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
+pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd, Failure> {
     write(Example::OwnRotor, &arguments.folder, console)
 }
 
-pub(super) fn run_example(arguments: &ExampleArguments, console: &Console) -> Result<Outcome, Failure> {
+pub(super) fn run_example(arguments: &ExampleArguments, console: &Console) -> Result<CommandEnd, Failure> {
     let folder = arguments.folder.as_deref();
     write(arguments.name, folder.unwrap_or(arguments.name.name()), console)
 }
@@ -127,8 +126,8 @@ fn refuse_other_files(target: &str) -> Result<(), Failure> {
     }
 }
 
-fn write(example: Example, target: &str, console: &Console) -> Result<Outcome, Failure> {
-    claim(target, &["README.md"], [])?;
+fn write(example: Example, target: &str, console: &Console) -> Result<CommandEnd, Failure> {
+    console.claim(target, &["README.md"], &[])?;
     refuse_other_files(target)?;
     let mut folder = ResultsFolder::new();
     folder.add("README.md", example.guide())?;
@@ -138,11 +137,9 @@ fn write(example: Example, target: &str, console: &Console) -> Result<Outcome, F
         "folder": target,
         "files": folder.files().map(|(path, _)| path).collect::<Vec<_>>(),
     });
-    console.json(&format!("{answer:#}\n"), || {
-        CommandEnd::done("files that run as they are; change them to yours")
-            .file(target)
-            .next(format!("cd {target}"))
-            .next("README.md has the commands in their order")
-    })?;
-    Ok(Outcome::Done)
+    Ok(CommandEnd::done("files that run as they are; change them to yours")
+        .answer(&answer)
+        .file(target)
+        .next(format!("cd {target}"))
+        .next("README.md has the commands in their order"))
 }

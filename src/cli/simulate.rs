@@ -1,12 +1,11 @@
 //! `muspin simulate`: time response of the levitated rotor with force law, limits and clearance; figures as JSON on
 //! standard output, response and orbits as CSV and SVG in the folder.
 
-use super::console::{CommandEnd, Console};
+use super::Failure;
+use super::console::{CommandEnd, Console, REPORT};
 use super::controlled_machine::MachineArguments;
 use super::export::{parse_sensor_step, ready};
-use super::output::{REPORT, claim};
 use super::speeds::parse_one_speed;
-use super::{Failure, Outcome};
 use crate::pipeline::PipelineError;
 use crate::pipeline::loop_stability::unstable_words;
 use crate::pipeline::simulation::{
@@ -85,10 +84,9 @@ impl From<CaseArgument> for SimulationCase {
     }
 }
 
-pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
+pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd, Failure> {
     let (given, remarks) = arguments.machine.with_controller(&arguments.controller)?;
-    let read = [&arguments.controller, &given.used.spindle, &given.used.tool];
-    claim(&arguments.out, &REPORT, read.map(String::as_str))?;
+    console.claim(&arguments.out, &REPORT, &[&given.used.spindle, &given.used.tool])?;
     let machine = &given.machine;
     let sampled = ready(machine, &given.controller, &arguments.controller)?;
     let settings = TimeSettings {
@@ -114,11 +112,9 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     given.add_to(&mut report.summary);
     console.writing(|| report.write(&arguments.out))?;
     let (found, out) = (&simulated.found, arguments.out.as_str());
-    console.json(&report.summary.to_json(), || {
-        CommandEnd::met(found.met, format!("{name} at {speed_rpm:.0} rpm: {}", found.end))
-            .file(format!("{out}/report.html"))
-    })?;
-    Ok(if found.met { Outcome::Done } else { Outcome::TargetMissed })
+    Ok(CommandEnd::met(found.met, format!("{name} at {speed_rpm:.0} rpm: {}", found.end))
+        .json(report.summary.to_json())
+        .file(format!("{out}/report.html")))
 }
 
 impl Arguments {

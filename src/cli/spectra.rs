@@ -2,7 +2,7 @@
 //! record; modes of a free decay.
 
 use super::console::{CommandEnd, Console};
-use super::{Failure, Outcome, stdout};
+use super::{Failure, stdout};
 use crate::identify::decay::decay_modes;
 use crate::identify::spectra::{
     AveragedFrf, Averaging, Estimator, Excitation, Leakage, Motion, SpectralWindow, averaged_frf,
@@ -76,12 +76,11 @@ enum WindowName {
     Exponential,
 }
 
-/// Runs the command.
-pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
+pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd, Failure> {
     let records = arguments.time.iter().map(|file| load_time_record(file)).collect::<Result<Vec<_>, _>>()?;
     let rate = sample_rate_hz(arguments, &records)?;
     if arguments.decay {
-        return decay(arguments, &records, rate, console);
+        return decay(arguments, &records, rate);
     }
     let (force, response) = (arguments.force.as_deref().unwrap_or_default(), &arguments.response);
     let [response] = response.as_slice() else {
@@ -121,8 +120,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     };
     let lines = found.frequency_hz.iter().zip(&found.response);
     let compliance: Vec<c64> = lines.map(|(hz, h)| h * motion.to_displacement(*hz)).collect();
-    write(&found, &compliance, console)?;
-    Ok(Outcome::Done)
+    write(&found, &compliance, console)
 }
 
 fn sample_rate_hz(arguments: &Arguments, records: &[TimeRecord]) -> Result<f64, Failure> {
@@ -170,10 +168,10 @@ fn notes(found: &AveragedFrf) -> Vec<String> {
     notes
 }
 
-fn write(found: &AveragedFrf, compliance: &[c64], console: &Console) -> Result<(), Failure> {
+fn write(found: &AveragedFrf, compliance: &[c64], console: &Console) -> Result<CommandEnd, Failure> {
     let coherent = found.segments > 1;
     if console.writes_data() {
-        return stdout::data(|out| {
+        stdout::data(|out| {
             writeln!(out, "frequency_hz,h_re,h_im{}", if coherent { ",coherence,averages" } else { "" })?;
             for (k, h) in compliance.iter().enumerate() {
                 write!(out, "{},{:e},{:e}", found.frequency_hz[k], h.re, h.im)?;
@@ -184,26 +182,24 @@ fn write(found: &AveragedFrf, compliance: &[c64], console: &Console) -> Result<(
                 writeln!(out)?;
             }
             Ok(())
-        });
+        })?;
+        return Ok(CommandEnd::written(true));
     }
     let parts = |part: fn(&c64) -> f64| compliance.iter().map(part).collect::<Vec<f64>>();
-    let columns = || {
-        json!({
-            "frequency_hz": found.frequency_hz,
-            "h_re": parts(|h| h.re),
-            "h_im": parts(|h| h.im),
-            "coherence": coherent.then_some(&found.coherence),
-            "averages": found.averages,
-            "added_damping_hz": found.added_damping_hz,
-        })
-    };
-    console.other(String::new, columns, || {
-        CommandEnd::done(format!("{} lines", compliance.len()))
-            .next("the same command with > hammer.csv writes a hammer record, --json prints its columns")
-    })
+    let columns = json!({
+        "frequency_hz": found.frequency_hz,
+        "h_re": parts(|h| h.re),
+        "h_im": parts(|h| h.im),
+        "coherence": coherent.then_some(&found.coherence),
+        "averages": found.averages,
+        "added_damping_hz": found.added_damping_hz,
+    });
+    Ok(CommandEnd::done(format!("{} lines", compliance.len()))
+        .data(String::new(), columns)
+        .next("the same command with > hammer.csv writes a hammer record, --json prints its columns"))
 }
 
-fn decay(arguments: &Arguments, records: &[TimeRecord], rate: f64, console: &Console) -> Result<Outcome, Failure> {
+fn decay(arguments: &Arguments, records: &[TimeRecord], rate: f64) -> Result<CommandEnd, Failure> {
     let [record] = records else {
         return Err(Failure::new("--decay: one record").with_hint("modes of several decays are found one by one"));
     };
@@ -228,18 +224,12 @@ fn decay(arguments: &Arguments, records: &[TimeRecord], rate: f64, console: &Con
         })
         .collect();
     let answer = json!({ "from_s": from as f64 / rate, "modes": list });
-    console.json(&format!("{answer:#}\n"), || {
-        let shown = CommandEnd::done(format!("{} modes of the decay", modes.len()));
-        let shown = shown.row(["Hz", "standard deviation, Hz", "damping ratio", "standard deviation"]);
-        modes.iter().fold(shown, |shown, mode| {
-            let sd = mode.standard_deviation_hz;
-            shown.row([
-                format!("{:.3}", mode.frequency_hz),
-                format!("{sd:.4}"),
-                format!("{:.6}", mode.damping_ratio),
-                format!("{:.6}", sd / mode.frequency_hz),
-            ])
-        })
-    })?;
-    Ok(if modes.is_empty() { Outcome::TargetMissed } else { Outcome::Done })
+    let rows = modes.iter().map(|mode| {
+        let (hz, sd) = (mode.frequency_hz, mode.standard_deviation_hz);
+        vec![format!("{hz:.3}"), format!("{sd:.4}"), format!("{:.6}", mode.damping_ratio), format!("{:.6}", sd / hz)]
+    });
+    Ok(CommandEnd::met(!modes.is_empty(), format!("{} modes of the decay", modes.len()))
+        .answer(&answer)
+        .row(["Hz", "standard deviation, Hz", "damping ratio", "standard deviation"])
+        .rows(rows))
 }
