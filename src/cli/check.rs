@@ -3,7 +3,7 @@
 
 use super::Failure;
 use super::console::{CommandEnd, Console};
-use super::machine::{model_warnings, rotor_of_measurement, say};
+use super::machine::{MeasuredMachine, model_warnings, say};
 use super::reading::ReadingProgress;
 use crate::input::file::Watch;
 use crate::input::hammer::{HammerKeys, load_hammer, load_mode_shapes};
@@ -154,7 +154,7 @@ fn check_measurement(source: &str, watch: Watch<'_>) -> Result<bool, Failure> {
     };
     let measurement = load_measurement_watched(&folder, watch)?;
     if is_rotor(&measurement.spindle) {
-        rotor_of_measurement(&measurement, None, None)?;
+        MeasuredMachine::default().load_rotor(&measurement)?;
         return Ok(true);
     }
     let machine = measurement.machine(None, None)?;

@@ -97,7 +97,7 @@ impl Console {
     }
 
     /// The input files that were named on the command line.
-    pub(crate) fn given(&self) -> &[String] {
+    pub(crate) fn given_files(&self) -> &[String] {
         &self.given
     }
 
@@ -177,7 +177,7 @@ pub(crate) struct CommandEnd {
 
 impl CommandEnd {
     /// A command that has written its answer, if there is one, and what there is to say.
-    pub(crate) fn written(met: bool) -> Self {
+    pub(crate) fn without_answer(met: bool) -> Self {
         Self { missed: !met, ..Self::default() }
     }
 

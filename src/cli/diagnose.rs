@@ -3,7 +3,7 @@
 
 use super::Failure;
 use super::console::{CommandEnd, Console, REPORT};
-use super::machine::of_measurement;
+use super::machine::MeasuredMachine;
 use super::progress::Progress;
 use super::reading::load_measurement;
 use super::timings::Timings;
@@ -18,12 +18,8 @@ pub(super) struct Arguments {
     /// Measurement folder with measurement.yaml
     #[arg(long)]
     measurement: String,
-    /// Spindle file or shipped name; default: that of the measurement
-    #[arg(long)]
-    spindle: Option<String>,
-    /// Tool file or shipped name; default: that of the measurement
-    #[arg(long)]
-    tool: Option<String>,
+    #[command(flatten)]
+    machine: MeasuredMachine,
     /// Folder for corrected files, summary and report
     #[arg(long, default_value = "results/diagnosis")]
     out: String,
@@ -33,8 +29,9 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd, Failure> {
     let mut loaded = load_measurement(&arguments.measurement, console)?;
-    let machine = of_measurement(&loaded, arguments.spindle.as_deref(), arguments.tool.as_deref())?;
-    let known = Surroundings::of(&loaded, arguments.spindle.as_deref(), arguments.tool.as_deref(), &machine);
+    let machine = arguments.machine.load(&loaded)?;
+    let MeasuredMachine { spindle, tool } = &arguments.machine;
+    let known = Surroundings::of(&loaded, spindle.as_deref(), tool.as_deref(), &machine);
     console.claim(&arguments.out, &REPORT, &[])?;
     let records = Records::of(&loaded, Some(&machine), &|| {})?;
     records.lines().for_each(|line| eprintln!("{line}"));

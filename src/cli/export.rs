@@ -38,10 +38,10 @@ pub(super) struct Arguments {
     controller: Vec<String>,
     /// Kinds of files
     #[arg(long, value_delimiter = ',', default_value = "c,csv,mat,json")]
-    format: Vec<FormatArgument>,
+    format: Vec<Format>,
     /// Arrangement of the sums
     #[arg(long, value_enum, default_value = "modal")]
-    form: FormArgument,
+    form: Form,
     #[command(flatten)]
     machine: MachineArguments,
     /// What every C symbol begins with, one for each controller; default: the name of the tool
@@ -60,22 +60,6 @@ pub(super) struct Arguments {
     /// Export even if the loop is unstable or cannot be checked; the files say so
     #[arg(long)]
     force_unverified: bool,
-}
-
-#[derive(Clone, Copy, Debug, clap::ValueEnum)]
-enum FormatArgument {
-    C,
-    Csv,
-    Mat,
-    Json,
-}
-
-#[derive(Clone, Copy, Debug, clap::ValueEnum)]
-enum FormArgument {
-    /// Real modal form
-    Modal,
-    /// Second-order sections, for decentralised controllers
-    Sections,
 }
 
 /// One controller as it is exported.
@@ -130,18 +114,17 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd
     for file in &arguments.controller {
         match prepare(arguments, file, console, &mut remarks)? {
             Some(one) => prepared.push(one),
-            None => return Ok(CommandEnd::written(false)),
+            None => return Ok(CommandEnd::without_answer(false)),
         }
     }
     let prefixes = prefixes(&arguments.prefix, &prepared)?;
     let firmware: Vec<Firmware<'_>> =
         prepared.iter().zip(&prefixes).map(|(one, prefix)| one.firmware(prefix)).collect();
-    let formats = formats(&arguments.format);
     let mut files: Vec<(String, Vec<u8>)> = Vec::new();
     let (mut answers, mut notes) = (Vec::new(), Vec::new());
     for (one, firmware) in prepared.iter().zip(&firmware) {
         let folder = if prepared.len() == 1 { String::new() } else { format!("{}/", firmware.prefix) };
-        let mut written = write_all(firmware, &formats)?;
+        let mut written = write_all(firmware, &arguments.format)?;
         if let Some(rpm) = arguments.fmu {
             let settings = TimeSettings {
                 quantum_m: arguments.sensor_step.unwrap_or(TimeSettings::default().quantum_m),
@@ -160,7 +143,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd
         notes.extend(own_notes);
         files.extend(own);
     }
-    if prepared.len() > 1 && formats.contains(&Format::C) {
+    if prepared.len() > 1 && arguments.format.contains(&Format::C) {
         files.extend(controller_table(&firmware)?);
     }
     let mut folder = ResultsFolder::new();
@@ -232,8 +215,8 @@ fn prepare(
     let continuous = prewarp_hz.map(|_| given.controller.clone());
     let law = &law;
     let realisation = match arguments.form {
-        FormArgument::Modal => modal_form(law)?,
-        FormArgument::Sections => second_order_sections(law)?,
+        Form::Modal => modal_form(law)?,
+        Form::SecondOrderSections => second_order_sections(law)?,
     };
     let unlimited = scale_realisation(&realisation, SignalLimits::of(machine))?;
     let (rows, anti_windup) = with_anti_windup(unlimited, machine)?;
@@ -281,18 +264,6 @@ fn prefixes(asked: &[String], prepared: &[Prepared]) -> Result<Vec<String>, Fail
         )));
     }
     Ok(asked.to_vec())
-}
-
-fn formats(arguments: &[FormatArgument]) -> Vec<Format> {
-    arguments
-        .iter()
-        .map(|f| match f {
-            FormatArgument::C => Format::C,
-            FormatArgument::Csv => Format::Csv,
-            FormatArgument::Mat => Format::Mat,
-            FormatArgument::Json => Format::Json,
-        })
-        .collect()
 }
 
 /// The controller at the spindle's sample rate; that a continuous one was sampled is said.

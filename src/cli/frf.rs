@@ -76,7 +76,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd
         let growth = growth_rate_at(&machine, controller, arguments.speed)?;
         if growth >= 0.0 {
             eprintln!("{}", unstable_words(growth, arguments.speed));
-            return Ok(CommandEnd::written(false));
+            return Ok(CommandEnd::without_answer(false));
         }
     }
     drop(remarks);
@@ -122,7 +122,7 @@ fn end_table(
             writeln!(out, "{}", header.join(","))?;
             rows.try_for_each(|row| csv_line(out, &row))
         })?;
-        return Ok(CommandEnd::written(true));
+        return Ok(CommandEnd::without_answer(true));
     }
     let table: Vec<Vec<f64>> = rows.collect();
     Ok(show_table(header, &table).data(String::new(), columns(header, &table)))

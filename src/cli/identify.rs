@@ -3,7 +3,7 @@
 
 use super::Failure;
 use super::console::{CommandEnd, Console};
-use super::machine::{of_measurement, rotor_of_measurement};
+use super::machine::MeasuredMachine;
 use super::reading::load_measurement;
 use crate::identify::Reading;
 use crate::input::is_rotor;
@@ -17,12 +17,8 @@ pub(super) struct Arguments {
     /// Measurement folder with measurement.yaml
     #[arg(long)]
     measurement: String,
-    /// Spindle file or shipped name; default: that of the measurement
-    #[arg(long)]
-    spindle: Option<String>,
-    /// Tool file or shipped name; default: that of the measurement
-    #[arg(long)]
-    tool: Option<String>,
+    #[command(flatten)]
+    machine: MeasuredMachine,
     /// Folder for the FRFs with their covariance as CSV
     #[arg(long)]
     out: Option<String>,
@@ -30,12 +26,11 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd, Failure> {
     let measurement = load_measurement(&arguments.measurement, console)?;
-    let (spindle, tool) = (arguments.spindle.as_deref(), arguments.tool.as_deref());
-    let machine = if is_rotor(spindle.unwrap_or(&measurement.spindle)) {
-        rotor_of_measurement(&measurement, spindle, tool)?;
+    let machine = if is_rotor(arguments.machine.files(&measurement).0) {
+        arguments.machine.load_rotor(&measurement)?;
         None
     } else {
-        Some(of_measurement(&measurement, spindle, tool)?)
+        Some(arguments.machine.load(&measurement)?)
     };
     if let Some(out) = &arguments.out {
         console.claim(out, &[], &[])?;

@@ -6,6 +6,7 @@ use super::console::{CommandEnd, Console};
 use super::start::{DIAGNOSE_LIST, PID, Truth, UPDATE_LIST, add_machine, add_measurement};
 use crate::report::manifest::Manifest;
 use crate::report::results::ResultsFolder;
+use clap::ValueEnum;
 use serde_json::json;
 use std::path::Path;
 
@@ -44,17 +45,6 @@ enum Example {
 }
 
 impl Example {
-    fn name(self) -> &'static str {
-        match self {
-            Self::OwnRotor => "own-rotor",
-            Self::Update => "update",
-            Self::Compare => "compare",
-            Self::Diagnose => "diagnose",
-            Self::Firmware => "firmware",
-            Self::Solve => "solve",
-        }
-    }
-
     fn guide(self) -> &'static str {
         match self {
             Self::OwnRotor => include_str!("../guide/start.md"),
@@ -110,8 +100,8 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd
 }
 
 pub(super) fn run_example(arguments: &ExampleArguments, console: &Console) -> Result<CommandEnd, Failure> {
-    let folder = arguments.folder.as_deref();
-    write(arguments.name, folder.unwrap_or(arguments.name.name()), console)
+    let name = arguments.name.to_possible_value().map(|value| value.get_name().to_owned());
+    write(arguments.name, arguments.folder.as_ref().or(name.as_ref()).map_or("", String::as_str), console)
 }
 
 /// An example stands beside nothing else of muspin: its files would replace those of the same name.

@@ -9,6 +9,7 @@ mod batch_arguments;
 mod batch_plan;
 mod batch_variants;
 mod check;
+mod choices;
 mod compare;
 pub(crate) mod console;
 mod controlled_machine;
@@ -153,7 +154,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     match result.and_then(|end| console.end(&end)) {
         Ok(met) => u8::from(!met),
         Err(failure) => {
-            eprint!("{}", failure.naming(console.given()));
+            eprint!("{}", failure.naming(console.given_files()));
             2
         }
     }

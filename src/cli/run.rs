@@ -6,7 +6,7 @@ use super::controlled_machine::MachineArguments;
 use super::design::{DesignEnd, say_unstable};
 use super::design_progress::told;
 use super::earlier::EarlierArgument;
-use super::machine::of_measurement;
+use super::machine::MeasuredMachine;
 use super::progress::Progress;
 use super::reading::show;
 use super::timings::Timings;
@@ -69,7 +69,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd
     let identification = given.identification.as_ref();
     let (mut report, words) = run_report(&found, &weights.name, identification)?;
     let pid = found.pid().map(|p| &p.controller);
-    report.controller(&found.machine, &found.design, pid)?;
+    report.controller("controller/", &found.machine, &found.design, pid)?;
     console.writing(|| report.write(&arguments.out))?;
     progress.end(arguments.timings);
     let (design, out) = (&found.design, arguments.out.as_str());
@@ -96,8 +96,8 @@ fn read_inputs(arguments: &Arguments, progress: &Progress) -> Result<Given, Fail
         }
     };
     let measurement = load_measurement_watched(source, &|share| show(progress, share))?;
-    let (spindle, tool) = (arguments.spindle.as_deref(), arguments.tool.as_deref());
-    let nominal = of_measurement(&measurement, spindle, tool)?;
+    let files = MeasuredMachine { spindle: arguments.spindle.clone(), tool: arguments.tool.clone() };
+    let nominal = files.load(&measurement)?;
     let records = Records::of(&measurement, Some(&nominal), &|| {})?;
     records.refuse_for_updating()?;
     records.lines().for_each(|line| eprintln!("{line}"));

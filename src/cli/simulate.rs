@@ -22,7 +22,7 @@ pub(super) struct Arguments {
     controller: String,
     /// What happens
     #[arg(long, value_enum)]
-    case: CaseArgument,
+    case: SimulationCase,
     /// Speed, rpm (unbalance and contact: largest speed unless given; otherwise 0)
     #[arg(long = "speeds", alias = "speed", value_name = "SPEED", value_parser = parse_one_speed)]
     speed: Option<f64>,
@@ -56,32 +56,6 @@ pub(super) struct Arguments {
     /// Folder for response, orbits and plots
     #[arg(long, default_value = "results/simulate")]
     out: String,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, clap::ValueEnum)]
-enum CaseArgument {
-    /// Half-sine push at the tool
-    Impulse,
-    /// Constant force at the tool
-    Step,
-    /// Unbalance of a balance grade at speed
-    Unbalance,
-    /// Lift-off from the backup bearings
-    LiftOff,
-    /// Half-sine push at the tool that throws the rotor into its backup bearings
-    Contact,
-}
-
-impl From<CaseArgument> for SimulationCase {
-    fn from(argument: CaseArgument) -> Self {
-        match argument {
-            CaseArgument::Impulse => Self::Impulse,
-            CaseArgument::Step => Self::Step,
-            CaseArgument::Unbalance => Self::Unbalance,
-            CaseArgument::LiftOff => Self::LiftOff,
-            CaseArgument::Contact => Self::Contact,
-        }
-    }
 }
 
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd, Failure> {
@@ -120,7 +94,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd
 impl Arguments {
     fn wish(&self) -> SimulationWish {
         SimulationWish {
-            case: self.case.into(),
+            case: self.case,
             speed_rpm: self.speed,
             grade_m_s: 1e-3 * self.grade,
             force_n: self.force,

@@ -25,7 +25,7 @@ pub(super) struct Arguments {
     response: Vec<String>,
     /// What the response is
     #[arg(long, value_enum, default_value = "displacement")]
-    motion: MotionName,
+    motion: Motion,
     /// N in a unit of the force signal; negative for a sensor that points the other way
     #[arg(long, default_value_t = 1.0, allow_hyphen_values = true)]
     force_scale: f64,
@@ -37,10 +37,10 @@ pub(super) struct Arguments {
     sample_rate_hz: Option<f64>,
     /// Noise is that of the response (h1), of the force (h2) or of both (hv)
     #[arg(long, value_enum, default_value = "h1")]
-    estimator: EstimatorName,
+    estimator: Estimator,
     /// Hann for what goes on, rectangular for taps that die away, exponential for taps that do not
     #[arg(long, value_enum, default_value = "hann")]
-    window: WindowName,
+    window: SpectralWindow,
     /// Samples of a segment; default: a quarter of the record, without a Hann window all of it
     #[arg(long)]
     segment: Option<usize>,
@@ -53,27 +53,6 @@ pub(super) struct Arguments {
     /// Start of the decay, s; default: the largest sample of the first response
     #[arg(long, requires = "decay")]
     from_s: Option<f64>,
-}
-
-#[derive(clap::ValueEnum, Clone, Copy, Debug)]
-enum MotionName {
-    Displacement,
-    Velocity,
-    Acceleration,
-}
-
-#[derive(clap::ValueEnum, Clone, Copy, Debug)]
-enum EstimatorName {
-    H1,
-    H2,
-    Hv,
-}
-
-#[derive(clap::ValueEnum, Clone, Copy, Debug)]
-enum WindowName {
-    Hann,
-    Rectangular,
-    Exponential,
 }
 
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd, Failure> {
@@ -95,16 +74,8 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd
     let excitations: Vec<Excitation<'_>> =
         signals.iter().map(|(force, response)| Excitation { force, response }).collect();
     let averaging = Averaging {
-        window: match arguments.window {
-            WindowName::Hann => SpectralWindow::Hann,
-            WindowName::Rectangular => SpectralWindow::Rectangular,
-            WindowName::Exponential => SpectralWindow::Exponential,
-        },
-        estimator: match arguments.estimator {
-            EstimatorName::H1 => Estimator::H1,
-            EstimatorName::H2 => Estimator::H2,
-            EstimatorName::Hv => Estimator::Hv,
-        },
+        window: arguments.window,
+        estimator: arguments.estimator,
         segment: arguments.segment,
         overlap: arguments.overlap,
     };
@@ -113,13 +84,8 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd
     })?;
     let notes = notes(&found);
     notes.iter().for_each(|words| eprintln!("note: {words}"));
-    let motion = match arguments.motion {
-        MotionName::Displacement => Motion::Displacement,
-        MotionName::Velocity => Motion::Velocity,
-        MotionName::Acceleration => Motion::Acceleration,
-    };
     let lines = found.frequency_hz.iter().zip(&found.response);
-    let compliance: Vec<c64> = lines.map(|(hz, h)| h * motion.to_displacement(*hz)).collect();
+    let compliance: Vec<c64> = lines.map(|(hz, h)| h * arguments.motion.to_displacement(*hz)).collect();
     write(&found, &compliance, console)
 }
 
@@ -183,7 +149,7 @@ fn write(found: &AveragedFrf, compliance: &[c64], console: &Console) -> Result<C
             }
             Ok(())
         })?;
-        return Ok(CommandEnd::written(true));
+        return Ok(CommandEnd::without_answer(true));
     }
     let parts = |part: fn(&c64) -> f64| compliance.iter().map(part).collect::<Vec<f64>>();
     let columns = json!({

@@ -2,7 +2,7 @@
 
 use super::Failure;
 use super::console::{CommandEnd, Console};
-use super::machine::{files_of_measurement, load_machine, measured_mesh_warning, rotor_of_measurement, say};
+use super::machine::{MeasuredMachine, load_machine, measured_mesh_warning, say};
 use super::progress::Progress;
 use super::reading::load_measurement;
 use super::timings::Timings;
@@ -41,12 +41,8 @@ pub(super) struct Arguments {
     /// Measurement folder, a YAML file of frequencies, or `paper-frequencies`
     #[arg(long, default_value = "paper-frequencies")]
     measurement: String,
-    /// Spindle file or shipped name; default: that of the measurement
-    #[arg(long)]
-    spindle: Option<String>,
-    /// Tool file or shipped name; default: that of the measurement
-    #[arg(long)]
-    tool: Option<String>,
+    #[command(flatten)]
+    machine: MeasuredMachine,
     /// Method
     #[arg(long, value_enum, default_value_t)]
     method: MethodArgument,
@@ -75,7 +71,7 @@ pub(super) struct Arguments {
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd, Failure> {
     let settings = settings(arguments)?;
     let measurement = load_measurement(&arguments.measurement, console)?;
-    let files = files_of_measurement(&measurement, arguments.spindle.as_deref(), arguments.tool.as_deref());
+    let files = arguments.machine.files(&measurement);
     if is_rotor(files.0) {
         return update_rotor(arguments, &settings, &measurement, console);
     }
@@ -190,7 +186,7 @@ fn update_rotor(
     measurement: &Measurement,
     console: &Console,
 ) -> Result<CommandEnd, Failure> {
-    let rotor = rotor_of_measurement(measurement, arguments.spindle.as_deref(), arguments.tool.as_deref())?;
+    let rotor = arguments.machine.load_rotor(measurement)?;
     console.claim(&arguments.out, &WRITTEN, &[])?;
     let progress = Progress::start(console);
     let records = Records::of(measurement, None, &|| {})?;
