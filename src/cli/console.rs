@@ -132,10 +132,12 @@ impl Console {
     /// when its targets are met.
     pub(crate) fn end(&self, end: &CommandEnd) -> Result<bool, Failure> {
         let text: Cow<'_, str> = match (&end.answer, self.form) {
-            (Answer::Written, _) => "".into(),
-            (Answer::Always(text), _) | (Answer::Json(text), OutputForm::Json | OutputForm::Data) => text.into(),
-            (Answer::Data { data, .. }, OutputForm::Data) => data.into(),
-            (Answer::Data { value, .. }, OutputForm::Json) => format!("{value:#}\n").into(),
+            (AnswerText::Written, _) => "".into(),
+            (AnswerText::Always(text), _) | (AnswerText::Json(text), OutputForm::Json | OutputForm::Data) => {
+                text.into()
+            }
+            (AnswerText::Data { data, .. }, OutputForm::Data) => data.into(),
+            (AnswerText::Data { value, .. }, OutputForm::Json) => format!("{value:#}\n").into(),
             (_, OutputForm::Text) => end.text(self.colours).into(),
             (_, OutputForm::Nothing) => "".into(),
         };
@@ -147,7 +149,7 @@ impl Console {
 
 /// The answer of a command to a program.
 #[derive(Clone, Debug, Default)]
-enum Answer {
+enum AnswerText {
     /// None, or one that was written on the way.
     #[default]
     Written,
@@ -165,7 +167,7 @@ enum Answer {
 /// next.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct CommandEnd {
-    answer: Answer,
+    answer: AnswerText,
     /// Sentences on standard error behind the answer.
     said: Vec<String>,
     verdict: String,
@@ -183,7 +185,7 @@ impl CommandEnd {
 
     /// A command whose answer is a text for programs, on a terminal too.
     pub(crate) fn always(text: String) -> Self {
-        Self { answer: Answer::Always(text), ..Self::default() }
+        Self { answer: AnswerText::Always(text), ..Self::default() }
     }
 
     /// A command that has done what it was asked.
@@ -205,13 +207,13 @@ impl CommandEnd {
     /// The same with the text of an answer in JSON.
     #[must_use]
     pub(crate) fn json(self, text: String) -> Self {
-        Self { answer: Answer::Json(text), ..self }
+        Self { answer: AnswerText::Json(text), ..self }
     }
 
     /// The same with an answer that is no JSON: `data` for a pipe, `value` for `--json`.
     #[must_use]
     pub(crate) fn data(self, data: String, value: Value) -> Self {
-        Self { answer: Answer::Data { data, value }, ..self }
+        Self { answer: AnswerText::Data { data, value }, ..self }
     }
 
     /// Adds a sentence on standard error behind the answer.

@@ -1,5 +1,5 @@
-//! Arguments, commands, progress. A command reads, computes and writes its files; what it returns is said here, once for
-//! all of them. Standard output carries data, standard error progress and errors.
+//! Arguments, commands, progress. A command reads, computes and writes its files; what it returns is said here, once
+//! for all of them. Standard output carries data, standard error progress and errors.
 //! Exit 0 done; 1 done but a target is missed; 2 error, nothing written.
 
 pub(crate) mod progress;

@@ -112,8 +112,8 @@ impl Report {
         Ok(())
     }
 
-    /// Adds the machine's files, and at `place` (a folder with its slash, or beside them) JSON, `.mat`, C, tables and test
-    /// vectors of the controller, and the PID.
+    /// Adds the machine's files, and at `place` (a folder with its slash, or beside them) JSON, `.mat`, C, tables and
+    /// test vectors of the controller, and the PID.
     pub(crate) fn controller(
         &mut self,
         place: &str,
