@@ -4,6 +4,8 @@ use super::hardware::Uncertainty;
 use super::shape::{Shape, WeightStage};
 use super::weighting::WeightSection;
 use crate::linalg::NumericError;
+use schemars::JsonSchema;
+use serde::Deserialize;
 
 /// Limits at one place: loads that must be borne and displacements they may cause, at DC and at high frequency.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -82,14 +84,15 @@ pub struct Weights {
 /// Shift of the natural frequencies that a loop is asked to bear, as that of a tuned PID.
 pub(crate) const MODE_SHIFT: f64 = 0.03;
 
-/// A floor of the tool's dynamic stiffness over a band, at rest and at top speed.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// A band in which the tool has to be stiff.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
 pub struct StiffnessFloor {
-    /// First frequency, Hz.
+    /// First frequency of the band.
     pub from_hz: f64,
-    /// Last frequency, Hz; that of the first for a single one.
+    /// Last frequency of the band; the first one for a single frequency.
     pub to_hz: f64,
-    /// Least stiffness there, N/m.
+    /// Least dynamic stiffness of the tool there.
     pub at_least_n_per_m: f64,
 }
 

@@ -3,14 +3,13 @@
 //! A folder is written as soon as its tool is done; one that was computed from the same inputs before is read back. A
 //! tool that fails leaves the others alone.
 
+use super::Failure;
 use super::batch_arguments::Arguments;
 use super::batch_plan::{collect_rows, plan, read_row};
 use super::batch_variants::{Variant, variants};
-use super::console::{CommandEnd, Console};
+use super::console::{CommandEnd, Console, REPORT};
 use super::design_progress::{told, told_of};
-use super::output::{REPORT, claim};
 use super::progress::Progress;
-use super::{Failure, Outcome};
 use crate::augment::weights::Weights;
 use crate::export::firmware::sha256_hex;
 use crate::input::load_weights;
@@ -24,9 +23,9 @@ use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
-pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
+pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd, Failure> {
     if let Some(folder) = &arguments.collect {
-        claim(&arguments.out, &REPORT, [])?;
+        console.claim(&arguments.out, &REPORT, &[])?;
         return finish(Report::default(), &collect_rows(folder)?, f64::NAN, arguments, console);
     }
     let weights = load_weights(&arguments.weights)?;
@@ -35,18 +34,15 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     if let Some(folder) = &arguments.plan {
         return plan(arguments, folder, &variants, console);
     }
-    let files = [&arguments.spindle, &arguments.weights];
-    let read = arguments.tools.iter().chain(files).map(String::as_str);
     if !arguments.no_table {
-        claim(&arguments.out, &REPORT, read.clone())?;
+        console.claim(&arguments.out, &REPORT, &[])?;
     }
     for variant in &variants {
-        claim(&variant.folder(&arguments.out), &[ROW_FILE], read.clone())?;
+        console.claim(&variant.folder(&arguments.out), &[ROW_FILE], &[])?;
     }
     let progress = Progress::start(console);
     let rows = all(arguments, &variants, &weights, &progress, console)?;
-    arguments.timings.print(&progress.times());
-    drop(progress);
+    progress.end(arguments.timings);
     let top_hz = variants.first().map(|v| v.machine.spindle.max_rpm / 60.0);
     let mut report = Report::default();
     report.summary.set("spindle", variants.first().map(|v| v.machine.spindle.name.as_str()));
@@ -187,7 +183,7 @@ fn finish(
     top_hz: f64,
     arguments: &Arguments,
     console: &Console,
-) -> Result<Outcome, Failure> {
+) -> Result<CommandEnd, Failure> {
     let met = rows.iter().all(BatchRow::met);
     let sentence = verdict(rows);
     report.summary.set("run", "batch");
@@ -202,27 +198,12 @@ fn finish(
         report.figures(figures(rows, top_hz))?;
         console.writing(|| report.write(out))?;
     }
-    console.other(
-        || table.to_csv(),
-        || report.summary.value(),
-        || {
-            let head = [
-                "tool",
-                "specification",
-                "μ at rest",
-                "order",
-                "stiffness with μ",
-                "with PID",
-                "zone",
-                "stable to rpm",
-            ];
-            let shown = CommandEnd::met(met, sentence.as_str()).row(head).rows(shown_rows(rows));
-            if arguments.no_table {
-                shown
-            } else {
-                shown.file(format!("{out}/report.html")).file(format!("{out}/tools.csv"))
-            }
-        },
-    )?;
-    Ok(if met { Outcome::Done } else { Outcome::TargetMissed })
+    let head = ["tool", "specification", "μ at rest", "order", "stiffness with μ", "with PID", "zone", "stable to rpm"];
+    let end = CommandEnd::met(met, sentence.as_str()).data(table.to_csv(), report.summary.value());
+    let shown = end.row(head).rows(shown_rows(rows));
+    Ok(if arguments.no_table {
+        shown
+    } else {
+        shown.file(format!("{out}/report.html")).file(format!("{out}/tools.csv"))
+    })
 }

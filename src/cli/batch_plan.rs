@@ -1,11 +1,10 @@
 //! A batch on many machines: one folder a variant with its files, a list of commands, a Slurm job array; and the rows
 //! of the finished folders back together.
 
+use super::Failure;
 use super::batch_arguments::Arguments;
 use super::batch_variants::Variant;
 use super::console::{CommandEnd, Console};
-use super::output::claim;
-use super::{Failure, Outcome};
 use crate::input::file;
 use crate::input::json::parse;
 use crate::input::name::check_name;
@@ -35,10 +34,8 @@ pub(super) fn plan(
     out: &str,
     variants: &[Variant],
     console: &Console,
-) -> Result<Outcome, Failure> {
-    let files = [&arguments.spindle, &arguments.weights];
-    let read = arguments.tools.iter().chain(files).map(String::as_str);
-    claim(out, &[COMMANDS, VARIANTS], read)?;
+) -> Result<CommandEnd, Failure> {
+    console.claim(out, &[COMMANDS, VARIANTS], &[])?;
     let mut folder = ResultsFolder::new();
     let mut commands = String::new();
     for Variant { name, machine } in variants {
@@ -61,19 +58,14 @@ pub(super) fn plan(
     console.writing(|| folder.write(Path::new(out)))?;
     let sentence = format!("{} variants are planned", variants.len());
     let place = shell_word(out);
-    console.other(
-        || format!("{sentence} in {out}\n"),
-        || json!({ "run": "batch", "plan": out, "variants": names }),
-        || {
-            CommandEnd::met(true, sentence.as_str())
-                .file(format!("{out}/{COMMANDS}"))
-                .file(format!("{out}/slurm.sh"))
-                .next(format!("cd {place} && parallel --jobs 2 < {COMMANDS}"))
-                .next(format!("cd {place} && sbatch slurm.sh"))
-                .next(format!("muspin batch --collect {place} --out {}", shell_word(&format!("{out}-table"))))
-        },
-    )?;
-    Ok(Outcome::Done)
+    let value = json!({ "run": "batch", "plan": out, "variants": names });
+    Ok(CommandEnd::done(sentence.as_str())
+        .data(format!("{sentence} in {out}\n"), value)
+        .file(format!("{out}/{COMMANDS}"))
+        .file(format!("{out}/slurm.sh"))
+        .next(format!("cd {place} && parallel --jobs 2 < {COMMANDS}"))
+        .next(format!("cd {place} && sbatch slurm.sh"))
+        .next(format!("muspin batch --collect {place} --out {}", shell_word(&format!("{out}-table")))))
 }
 
 /// The command of one variant, to be run in the folder of the plan.

@@ -1,10 +1,10 @@
 //! `muspin check`: reads and validates files, runs nothing. The kind of a file shows in its keys. Every file is read,
 //! so that one call tells all that is wrong; what only looks wrong is a warning.
 
+use super::Failure;
 use super::console::{CommandEnd, Console};
-use super::machine::{model_warnings, rotor_of_measurement, say};
+use super::machine::{MeasuredMachine, model_warnings, say};
 use super::reading::ReadingProgress;
-use super::{Failure, Outcome};
 use crate::input::file::Watch;
 use crate::input::hammer::{HammerKeys, load_hammer, load_mode_shapes};
 use crate::input::kind::FileKind;
@@ -32,7 +32,7 @@ pub(super) struct Arguments {
     spindle: String,
 }
 
-pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
+pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd, Failure> {
     let kinds: Vec<Result<FileKind, InputError>> = arguments.files.iter().map(|f| FileKind::of(f)).collect();
     let of_kind = |wanted: FileKind| {
         let pairs = arguments.files.iter().zip(&kinds);
@@ -71,22 +71,11 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     } else {
         "a record contradicts its machine".to_owned()
     };
-    console.other(
-        || lines.iter().map(|(file, kind, verdict)| format!("{file}: {kind} {verdict}\n")).collect(),
-        || {
-            let one = |(file, kind, verdict): &(String, &str, &str)| {
-                json!({ "file": file, "kind": kind, "verdict": verdict })
-            };
-            json!({ "files": lines.iter().map(one).collect::<Vec<_>>() })
-        },
-        || {
-            let rows = lines.iter().map(|(file, kind, verdict)| {
-                vec![file.clone(), (*kind).to_owned(), (*verdict).to_owned()]
-            });
-            CommandEnd::met(all_plausible, words).rows(rows)
-        },
-    )?;
-    Ok(if all_plausible { Outcome::Done } else { Outcome::TargetMissed })
+    let data = lines.iter().map(|(file, kind, verdict)| format!("{file}: {kind} {verdict}\n")).collect();
+    let one = |(file, kind, verdict): &(String, &str, &str)| json!({ "file": file, "kind": kind, "verdict": verdict });
+    let value = json!({ "files": lines.iter().map(one).collect::<Vec<_>>() });
+    let rows = lines.into_iter().map(|(file, kind, verdict)| vec![file, kind.to_owned(), verdict.to_owned()]);
+    Ok(CommandEnd::met(all_plausible, words).data(data, value).rows(rows))
 }
 
 type Partner<'a> = (&'a str, &'a Result<Spindle, InputError>);
@@ -165,7 +154,7 @@ fn check_measurement(source: &str, watch: Watch<'_>) -> Result<bool, Failure> {
     };
     let measurement = load_measurement_watched(&folder, watch)?;
     if is_rotor(&measurement.spindle) {
-        rotor_of_measurement(&measurement, None, None)?;
+        MeasuredMachine::default().load_rotor(&measurement)?;
         return Ok(true);
     }
     let machine = measurement.machine(None, None)?;

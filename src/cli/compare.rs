@@ -1,16 +1,15 @@
 //! `muspin compare`: dynamic stiffness and sensitivity of controllers, and of measured hammer tests, side by side.
 
-use super::console::{CommandEnd, Console};
+use super::Failure;
+use super::console::{CommandEnd, Console, REPORT};
 use super::controlled_machine::{UsedMachine, other_machine};
 use super::design_arguments::{DesignArguments, PidArguments};
 use super::design_progress::told;
 use super::machine::Remarks;
-use super::output::{REPORT, claim};
 use super::progress::Progress;
 use super::reading::load_measurement;
 use super::speeds::SpeedList;
 use super::timings::Timings;
-use super::{Failure, Outcome};
 use crate::augment::weights::Weights;
 use crate::controller::Controller;
 use crate::input::{load_tagged_controller, load_weights};
@@ -63,7 +62,7 @@ pub(super) struct Arguments {
     timings: Timings,
 }
 
-pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
+pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd, Failure> {
     let weights = load_weights(&arguments.machine.weights)?;
     let (machine, mut controllers, used, remarks) = read_inputs(arguments)?;
     let weights = weights.on(&machine)?;
@@ -83,9 +82,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     for note in hammers.iter().flat_map(|h| &h.notes) {
         eprintln!("note: {note}");
     }
-    let read = arguments.controller.iter().chain(&arguments.measurement);
-    let read = read.map(String::as_str).chain(arguments.machine.files());
-    claim(&arguments.out, &REPORT, read)?;
+    console.claim(&arguments.out, &REPORT, &[])?;
     let progress = Progress::start(console);
     let mut report = Report::of("compare", &machine);
     if let Some(used) = used {
@@ -100,21 +97,18 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     }
     let list = all_compared(&ground, &controllers, &progress, arguments.timings.are_asked())?;
     let met = met && all_acceptable(&list);
-    let ended = if met { Outcome::Done } else { Outcome::TargetMissed };
     let hammers = hammers.iter().map(|h| HammerCurve::of(&h.name, &h.frf)).collect();
     let sentence = add_compared(&mut report, &ground, &list, hammers, met)?;
     progress.start_stage("report");
     console.writing(|| report.write(&arguments.out))?;
-    arguments.timings.print(&progress.times());
-    drop(progress);
+    progress.end(arguments.timings);
     for (_, each) in &list {
         if let Some((growth, rpm)) = each.unstable() {
             eprintln!("{}: {}", each.name, unstable_words(growth, rpm));
         }
     }
     drop(remarks);
-    console.json(&report.summary.to_json(), || show_comparison(sentence, ended, &list, &arguments.out))?;
-    Ok(ended)
+    Ok(show_comparison(sentence, met, &list, &arguments.out).json(report.summary.to_json()))
 }
 
 /// All controllers compared, in their order; one at a time where the time of each is asked for.
@@ -184,7 +178,7 @@ fn cut(arguments: &Arguments, machine: &Machine) -> Result<(CuttingMaterial, Eng
     Ok((material, Engagement::down_milling(arguments.teeth.or(machine.tool.teeth).unwrap_or(USUAL_TEETH), width)))
 }
 
-fn show_comparison(sentence: &str, ended: Outcome, list: &[(Role, Compared)], out: &str) -> CommandEnd {
+fn show_comparison(sentence: &str, met: bool, list: &[(Role, Compared)], out: &str) -> CommandEnd {
     let head = ["controller", "rpm", "smallest stiffness", "at Hz", "zone"];
     let rows = list.iter().flat_map(|(_, c)| &c.predictions).map(|p| {
         vec![
@@ -195,5 +189,5 @@ fn show_comparison(sentence: &str, ended: Outcome, list: &[(Role, Compared)], ou
             p.zone_word().to_owned(),
         ]
     });
-    CommandEnd::met(ended == Outcome::Done, sentence).row(head).rows(rows).file(format!("{out}/report.html"))
+    CommandEnd::met(met, sentence).row(head).rows(rows).file(format!("{out}/report.html"))
 }

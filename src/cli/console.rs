@@ -4,9 +4,15 @@
 use super::interrupt::Writing;
 use super::{Failure, stdout};
 use crate::input::quote::{printable, printable_lines};
+use crate::report::results;
 use serde_json::Value;
+use std::borrow::Cow;
 use std::io::IsTerminal;
 use std::num::NonZero;
+use std::path::Path;
+
+/// Files that every command with a report writes.
+pub(super) const REPORT: [&str; 2] = ["summary.json", "report.html"];
 
 /// Options that every command takes.
 #[derive(clap::Args, Clone, Debug, Default)]
@@ -41,6 +47,8 @@ pub(crate) struct Console {
     form: OutputForm,
     colours: bool,
     writing: Writing,
+    /// The input files that were named on the command line.
+    given: Vec<String>,
 }
 
 /// Most threads that can be asked for: more than any machine has.
@@ -52,8 +60,8 @@ const MOST_A_PROCESSOR: usize = 2;
 const STACK: usize = 8 << 20;
 
 impl Console {
-    /// The console of a run, with `writing` for the files; sets the number of threads.
-    pub(crate) fn open(arguments: &ConsoleArguments, writing: Writing) -> Result<Self, Failure> {
+    /// The console of a run that was given these files, with `writing` for its own; sets the number of threads.
+    pub(crate) fn open(arguments: &ConsoleArguments, given: Vec<String>, writing: Writing) -> Result<Self, Failure> {
         if let Some(threads) = arguments.threads
             && !(1..=MOST_THREADS).contains(&threads)
         {
@@ -85,7 +93,19 @@ impl Console {
         };
         let plain = std::env::var_os("NO_COLOR").is_some_and(|v| !v.is_empty())
             || std::env::var_os("TERM").is_some_and(|v| v == "dumb");
-        Ok(Self { form, colours: terminal && !plain, writing })
+        Ok(Self { form, colours: terminal && !plain, writing, given })
+    }
+
+    /// The input files that were named on the command line.
+    pub(crate) fn given_files(&self) -> &[String] {
+        &self.given
+    }
+
+    /// Checks, before anything is computed, that the output folder may be written and that nothing would be replaced
+    /// which the command reads: what was named on the command line, and `also`.
+    pub(crate) fn claim(&self, out: &str, names: &[&str], also: &[&str]) -> Result<(), Failure> {
+        let inputs: Vec<&str> = self.given.iter().map(String::as_str).chain(also.iter().copied()).collect();
+        Ok(results::claim(Path::new(out), names, &inputs)?)
     }
 
     /// Writes files; an interruption waits until they are whole.
@@ -108,43 +128,48 @@ impl Console {
         self.form != OutputForm::Nothing
     }
 
-    /// Ends a command whose data are JSON: `text` is the text of the answer, `shown` the few lines for a person.
-    pub(crate) fn json(&self, text: &str, shown: impl FnOnce() -> CommandEnd) -> Result<(), Failure> {
-        match self.form {
-            OutputForm::Json | OutputForm::Data => to_output(text),
-            OutputForm::Text => self.show(&shown()),
-            OutputForm::Nothing => Ok(()),
-        }
-    }
-
-    /// Ends a command whose data are no JSON: `data` for a pipe, `value` for `--json`.
-    pub(crate) fn other(
-        &self,
-        data: impl FnOnce() -> String,
-        value: impl FnOnce() -> Value,
-        shown: impl FnOnce() -> CommandEnd,
-    ) -> Result<(), Failure> {
-        match self.form {
-            OutputForm::Data => to_output(&data()),
-            OutputForm::Json => to_output(&format!("{:#}\n", value())),
-            OutputForm::Text => self.show(&shown()),
-            OutputForm::Nothing => Ok(()),
-        }
-    }
-
-    fn show(&self, shown: &CommandEnd) -> Result<(), Failure> {
-        to_output(&shown.text(self.colours))
+    /// Ends a command: its answer in the form that was asked for, then what is said behind it on standard error. True
+    /// when its targets are met.
+    pub(crate) fn end(&self, end: &CommandEnd) -> Result<bool, Failure> {
+        let text: Cow<'_, str> = match (&end.answer, self.form) {
+            (AnswerText::Written, _) => "".into(),
+            (AnswerText::Always(text), _) | (AnswerText::Json(text), OutputForm::Json | OutputForm::Data) => {
+                text.into()
+            }
+            (AnswerText::Data { data, .. }, OutputForm::Data) => data.into(),
+            (AnswerText::Data { value, .. }, OutputForm::Json) => format!("{value:#}\n").into(),
+            (_, OutputForm::Text) => end.text(self.colours).into(),
+            (_, OutputForm::Nothing) => "".into(),
+        };
+        stdout::data(|out| out.write_all(text.as_bytes()))?;
+        end.said.iter().for_each(|line| eprintln!("{line}"));
+        Ok(!end.missed)
     }
 }
 
-/// Writes to standard output.
-fn to_output(text: &str) -> Result<(), Failure> {
-    stdout::data(|out| out.write_all(text.as_bytes()))
+/// The answer of a command to a program.
+#[derive(Clone, Debug, Default)]
+enum AnswerText {
+    /// None, or one that was written on the way.
+    #[default]
+    Written,
+    /// A text that programs read, on a terminal too.
+    Always(String),
+    Json(String),
+    /// What is no JSON in a pipe, with the value for `--json`.
+    Data {
+        data: String,
+        value: Value,
+    },
 }
 
-/// The end of a command for a person: verdict, figures, where the files are, what to do next.
+/// The end of a command: its answer to a program, and for a person verdict, figures, where the files are, what to do
+/// next.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct CommandEnd {
+    answer: AnswerText,
+    /// Sentences on standard error behind the answer.
+    said: Vec<String>,
     verdict: String,
     missed: bool,
     table: Vec<Vec<String>>,
@@ -153,6 +178,16 @@ pub(crate) struct CommandEnd {
 }
 
 impl CommandEnd {
+    /// A command that has written its answer, if there is one, and what there is to say.
+    pub(crate) fn without_answer(met: bool) -> Self {
+        Self { missed: !met, ..Self::default() }
+    }
+
+    /// A command whose answer is a text for programs, on a terminal too.
+    pub(crate) fn always(text: String) -> Self {
+        Self { answer: AnswerText::Always(text), ..Self::default() }
+    }
+
     /// A command that has done what it was asked.
     pub(crate) fn done(verdict: impl Into<String>) -> Self {
         Self { verdict: verdict.into(), ..Self::default() }
@@ -161,6 +196,31 @@ impl CommandEnd {
     /// A command whose targets are met or missed.
     pub(crate) fn met(met: bool, verdict: impl Into<String>) -> Self {
         Self { missed: !met, ..Self::done(verdict) }
+    }
+
+    /// The same with an answer in JSON.
+    #[must_use]
+    pub(crate) fn answer(self, value: &Value) -> Self {
+        self.json(format!("{value:#}\n"))
+    }
+
+    /// The same with the text of an answer in JSON.
+    #[must_use]
+    pub(crate) fn json(self, text: String) -> Self {
+        Self { answer: AnswerText::Json(text), ..self }
+    }
+
+    /// The same with an answer that is no JSON: `data` for a pipe, `value` for `--json`.
+    #[must_use]
+    pub(crate) fn data(self, data: String, value: Value) -> Self {
+        Self { answer: AnswerText::Data { data, value }, ..self }
+    }
+
+    /// Adds a sentence on standard error behind the answer.
+    #[must_use]
+    pub(crate) fn say(mut self, line: impl Into<String>) -> Self {
+        self.said.push(line.into());
+        self
     }
 
     /// Adds a row of the table; the first column is left-aligned, the others right-aligned.

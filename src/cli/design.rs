@@ -1,16 +1,16 @@
 //! `muspin design`: D-K iteration, reduction, sampling, rounding, verification, firmware tables.
 
-use super::console::{CommandEnd, Console};
+use super::Failure;
+use super::console::{CommandEnd, Console, REPORT};
 use super::design_arguments::{DesignArguments, RouteArgument, tightening};
 use super::design_progress::told;
 use super::earlier::EarlierArgument;
-use super::output::{REPORT, claim};
 use super::progress::Progress;
 use super::timings::Timings;
-use super::{Failure, Outcome};
 use crate::pipeline::certificates::mu_words;
 use crate::pipeline::comparison::Prediction;
 use crate::pipeline::design::{Design, NO_FIRMWARE};
+use crate::pipeline::loop_curves::StableLoop;
 use crate::pipeline::overspeed::OVERSPEED;
 use crate::pipeline::problem_set::ProblemSet;
 use crate::pipeline::settings::{DesignSettings, PolishEffort};
@@ -62,9 +62,9 @@ pub(super) struct Arguments {
     timings: Timings,
 }
 
-pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
+pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd, Failure> {
     let (machine, written) = arguments.machine.load()?;
-    claim(&arguments.out, &REPORT, arguments.machine.files())?;
+    console.claim(&arguments.out, &REPORT, &[])?;
     let progress = Progress::start(console);
     let settings = DesignSettings {
         route: arguments.route.into(),
@@ -89,40 +89,17 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
         report.problem(&ProblemSet::of(found, &study.weights)?)?;
     }
     console.writing(|| report.write(&arguments.out))?;
-    arguments.timings.print(&progress.times());
-    drop(progress);
-    let ended = outcome(found, [rest, speed]);
+    progress.end(arguments.timings);
+    let words = found.instability_words().unwrap_or_else(|| design_words(&machine, found, rest));
+    say_unstable(console, found.instability.is_some(), &words);
     let out = arguments.out.as_str();
-    if let Some(words) = found.instability_words() {
-        say_unstable(console, &words);
-        console.json(&report.summary.to_json(), || shown_unstable(found, &words).file(format!("{out}/report.html")))?;
-        return Ok(ended);
-    }
-    console.json(&report.summary.to_json(), || {
-        let words = design_words(&machine, found, rest);
-        let shown = shown_design(found, ended, &words)
-            .rows(loop_rows([rest, speed], study.curves.stable.as_ref()))
-            .file(format!("{out}/report.html"))
-            .file(format!("{out}/controller"))
-            .next(format!("muspin simulate --controller {out}/controller/discrete.json --case impulse"));
-        if found.has_firmware() {
-            shown.next(format!("muspin export --controller {out}/controller/discrete.json --out firmware"))
-        } else {
-            shown
-        }
-    })?;
-    Ok(ended)
-}
-
-/// Exit of a design: done, or a target missed. `predictions` are those of its controller at rest and at top speed: zone
-/// D of ISO 14839-3 is not acceptable, zone C is good for a limited time and only said.
-pub(super) fn outcome(design: &Design, predictions: [&Prediction; 2]) -> Outcome {
-    let acceptable = |p: &Prediction| p.zone().is_some_and(|zone| zone < Zone::D);
-    if design.meets_targets() && predictions.into_iter().all(acceptable) {
-        Outcome::Done
+    let shown = DesignEnd { design: found, delivered: [rest, speed], stable: study.curves.stable.as_ref(), out };
+    let end = shown.end(&words).json(report.summary.to_json());
+    Ok(if found.instability.is_none() && found.has_firmware() {
+        end.next(format!("muspin export --controller {out}/controller/discrete.json --out firmware"))
     } else {
-        Outcome::TargetMissed
-    }
+        end
+    })
 }
 
 /// The verdict on a design in one sentence.
@@ -151,30 +128,51 @@ fn design_words(machine: &Machine, design: &Design, rest: &Prediction) -> String
 }
 
 /// Says on standard error that a design is unstable, where the answer on standard output does not begin with that.
-pub(super) fn say_unstable(console: &Console, words: &str) {
-    if !console.writes_text() {
+pub(super) fn say_unstable(console: &Console, is_unstable: bool, words: &str) {
+    if is_unstable && !console.writes_text() {
         eprintln!("{words}");
     }
 }
 
-/// An unstable design for a person: no figure of it has a meaning.
-pub(super) fn shown_unstable(design: &Design, words: &str) -> CommandEnd {
-    CommandEnd::met(false, words)
-        .row(["proven stable to, rpm".to_owned(), format!("{:.0}", design.delivery.speed_proof.proven_to_rpm())])
+/// A design for a person.
+pub(super) struct DesignEnd<'a> {
+    pub design: &'a Design,
+    /// Predictions of its controller at rest and at top speed.
+    pub delivered: [&'a Prediction; 2],
+    pub stable: Option<&'a StableLoop>,
+    /// Folder of its results.
+    pub out: &'a str,
 }
 
-/// The figures of a design for a person, below the sentences `words`.
-pub(super) fn shown_design(design: &Design, ended: Outcome, words: &str) -> CommandEnd {
-    let yes = |good: bool| if good { "yes" } else { "no" }.to_owned();
-    CommandEnd::met(ended == Outcome::Done, words)
-        .row(["", "reached", "asked"])
-        .row(["μ of the specification at rest".to_owned(), design.delivery.rounded.specification.words(), "≤ 1".into()])
-        .row(["μ, largest from rest to 1.2 × top speed".to_owned(), mu_words(design.largest_mu()), "≤ 1".into()])
-        .row([
-            "proven stable to, rpm".to_owned(),
-            format!("{:.0}", design.delivery.speed_proof.proven_to_rpm()),
-            format!("{:.0}", design.delivery.speed_proof.to_rpm),
-        ])
-        .row(["stable at every speed".to_owned(), yes(design.is_stable()), "yes".into()])
-        .row(["order of the controller".to_owned(), (2 * design.delivery.rounded.order).to_string(), String::new()])
+impl DesignEnd<'_> {
+    /// Whether every target is met: zone D of ISO 14839-3 is not acceptable, zone C is good for a limited time and only
+    /// said.
+    fn met(&self) -> bool {
+        let acceptable = |p: &Prediction| p.zone().is_some_and(|zone| zone < Zone::D);
+        self.design.meets_targets() && self.delivered.into_iter().all(acceptable)
+    }
+
+    /// The figures of the design below the sentences `words`; of an unstable one none has a meaning.
+    pub(super) fn end(&self, words: &str) -> CommandEnd {
+        let (design, out) = (self.design, self.out);
+        let proven = format!("{:.0}", design.delivery.speed_proof.proven_to_rpm());
+        if design.instability.is_some() {
+            return CommandEnd::met(false, words)
+                .row(["proven stable to, rpm".to_owned(), proven])
+                .file(format!("{out}/report.html"));
+        }
+        let yes = |good: bool| if good { "yes" } else { "no" }.to_owned();
+        let rounded = &design.delivery.rounded;
+        CommandEnd::met(self.met(), words)
+            .row(["", "reached", "asked"])
+            .row(["μ of the specification at rest".to_owned(), rounded.specification.words(), "≤ 1".into()])
+            .row(["μ, largest from rest to 1.2 × top speed".to_owned(), mu_words(design.largest_mu()), "≤ 1".into()])
+            .row(["proven stable to, rpm".to_owned(), proven, format!("{:.0}", design.delivery.speed_proof.to_rpm)])
+            .row(["stable at every speed".to_owned(), yes(design.is_stable()), "yes".into()])
+            .row(["order of the controller".to_owned(), (2 * rounded.order).to_string(), String::new()])
+            .rows(loop_rows(self.delivered, self.stable))
+            .file(format!("{out}/report.html"))
+            .file(format!("{out}/controller"))
+            .next(format!("muspin simulate --controller {out}/controller/discrete.json --case impulse"))
+    }
 }

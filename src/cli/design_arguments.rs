@@ -27,13 +27,6 @@ impl Default for DesignArguments {
 }
 
 impl DesignArguments {
-    /// The files as given.
-    pub(super) fn files(&self) -> impl Iterator<Item = &str> {
-        let machine = [&self.machine.spindle, &self.machine.tool, &self.machine.correction];
-        let given = machine.into_iter().flatten().chain([&self.weights]);
-        given.map(String::as_str)
-    }
-
     /// Reads and validates all three files.
     pub(super) fn load(&self) -> Result<(Machine, Weights), Failure> {
         let machine = self.machine.alone()?;

@@ -1,12 +1,11 @@
 //! `muspin export`: firmware tables of a controller, verified first on the sampled closed loop of the full plant.
 
+use super::Failure;
 use super::console::{CommandEnd, Console};
 use super::controlled_machine::{ControlledMachine, MachineArguments};
 use super::fmu::archives;
 use super::machine::Remarks;
-use super::output::claim;
 use super::speeds::parse_one_speed;
-use super::{Failure, Outcome};
 use crate::controller::Controller;
 use crate::controller::anti_windup::{AntiWindup, with_anti_windup};
 use crate::controller::fidelity::TransferChange;
@@ -39,10 +38,10 @@ pub(super) struct Arguments {
     controller: Vec<String>,
     /// Kinds of files
     #[arg(long, value_delimiter = ',', default_value = "c,csv,mat,json")]
-    format: Vec<FormatArgument>,
+    format: Vec<Format>,
     /// Arrangement of the sums
     #[arg(long, value_enum, default_value = "modal")]
-    form: FormArgument,
+    form: Form,
     #[command(flatten)]
     machine: MachineArguments,
     /// What every C symbol begins with, one for each controller; default: the name of the tool
@@ -61,22 +60,6 @@ pub(super) struct Arguments {
     /// Export even if the loop is unstable or cannot be checked; the files say so
     #[arg(long)]
     force_unverified: bool,
-}
-
-#[derive(Clone, Copy, Debug, clap::ValueEnum)]
-enum FormatArgument {
-    C,
-    Csv,
-    Mat,
-    Json,
-}
-
-#[derive(Clone, Copy, Debug, clap::ValueEnum)]
-enum FormArgument {
-    /// Real modal form
-    Modal,
-    /// Second-order sections, for decentralised controllers
-    Sections,
 }
 
 /// One controller as it is exported.
@@ -126,23 +109,22 @@ impl Prepared {
     }
 }
 
-pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
+pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd, Failure> {
     let (mut prepared, mut remarks) = (Vec::new(), Vec::new());
     for file in &arguments.controller {
-        match prepare(arguments, file, &mut remarks)? {
+        match prepare(arguments, file, console, &mut remarks)? {
             Some(one) => prepared.push(one),
-            None => return Ok(Outcome::TargetMissed),
+            None => return Ok(CommandEnd::without_answer(false)),
         }
     }
     let prefixes = prefixes(&arguments.prefix, &prepared)?;
     let firmware: Vec<Firmware<'_>> =
         prepared.iter().zip(&prefixes).map(|(one, prefix)| one.firmware(prefix)).collect();
-    let formats = formats(&arguments.format);
     let mut files: Vec<(String, Vec<u8>)> = Vec::new();
     let (mut answers, mut notes) = (Vec::new(), Vec::new());
     for (one, firmware) in prepared.iter().zip(&firmware) {
         let folder = if prepared.len() == 1 { String::new() } else { format!("{}/", firmware.prefix) };
-        let mut written = write_all(firmware, &formats)?;
+        let mut written = write_all(firmware, &arguments.format)?;
         if let Some(rpm) = arguments.fmu {
             let settings = TimeSettings {
                 quantum_m: arguments.sensor_step.unwrap_or(TimeSettings::default().quantum_m),
@@ -161,7 +143,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
         notes.extend(own_notes);
         files.extend(own);
     }
-    if prepared.len() > 1 && formats.contains(&Format::C) {
+    if prepared.len() > 1 && arguments.format.contains(&Format::C) {
         files.extend(controller_table(&firmware)?);
     }
     let mut folder = ResultsFolder::new();
@@ -178,20 +160,16 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     };
     answer["out"] = json!(arguments.out);
     let proven = prepared.iter().all(|p| p.verification.is_proven());
-    console.json(&format!("{:#}\n", answer), || {
-        let rows = prepared.iter().zip(&prefixes).map(|(one, prefix)| {
-            let rows = &one.rows.rows;
-            vec![prefix.clone(), rows.order().to_string(), rows.multiplications().to_string()]
-        });
-        CommandEnd::met(
-            proven,
-            prepared.iter().map(|p| stability_words(&p.verification)).collect::<Vec<_>>().join("; "),
-        )
+    let rows = prepared.iter().zip(&prefixes).map(|(one, prefix)| {
+        let rows = &one.rows.rows;
+        vec![prefix.clone(), rows.order().to_string(), rows.multiplications().to_string()]
+    });
+    let words = prepared.iter().map(|p| stability_words(&p.verification)).collect::<Vec<_>>().join("; ");
+    Ok(CommandEnd::met(proven, words)
+        .answer(&answer)
         .row(["controller", "states", "products a sample"])
         .rows(rows)
-        .file(arguments.out.as_str())
-    })?;
-    Ok(if proven { Outcome::Done } else { Outcome::TargetMissed })
+        .file(arguments.out.as_str()))
 }
 
 /// A step of sensor signals, in the range that a simulation takes.
@@ -223,18 +201,22 @@ fn units(
 
 /// Loads, samples, realises and verifies one controller; nothing, with the reason on standard error, when it is
 /// refused.
-fn prepare(arguments: &Arguments, file: &str, remarks: &mut Vec<Remarks>) -> Result<Option<Prepared>, Failure> {
+fn prepare(
+    arguments: &Arguments,
+    file: &str,
+    console: &Console,
+    remarks: &mut Vec<Remarks>,
+) -> Result<Option<Prepared>, Failure> {
     let (given, new) = arguments.machine.with_controller(file)?;
     remarks.push(new);
-    let read = [file, &given.used.spindle, &given.used.tool];
-    claim(&arguments.out, &[], read)?;
+    console.claim(&arguments.out, &[], &[&given.used.spindle, &given.used.tool])?;
     let machine = &given.machine;
     let SampledController { controller: discrete, law, prewarp_hz } = ready(machine, &given.controller, file)?;
     let continuous = prewarp_hz.map(|_| given.controller.clone());
     let law = &law;
     let realisation = match arguments.form {
-        FormArgument::Modal => modal_form(law)?,
-        FormArgument::Sections => second_order_sections(law)?,
+        Form::Modal => modal_form(law)?,
+        Form::SecondOrderSections => second_order_sections(law)?,
     };
     let unlimited = scale_realisation(&realisation, SignalLimits::of(machine))?;
     let (rows, anti_windup) = with_anti_windup(unlimited, machine)?;
@@ -282,18 +264,6 @@ fn prefixes(asked: &[String], prepared: &[Prepared]) -> Result<Vec<String>, Fail
         )));
     }
     Ok(asked.to_vec())
-}
-
-fn formats(arguments: &[FormatArgument]) -> Vec<Format> {
-    arguments
-        .iter()
-        .map(|f| match f {
-            FormatArgument::C => Format::C,
-            FormatArgument::Csv => Format::Csv,
-            FormatArgument::Mat => Format::Mat,
-            FormatArgument::Json => Format::Json,
-        })
-        .collect()
 }
 
 /// The controller at the spindle's sample rate; that a continuous one was sampled is said.

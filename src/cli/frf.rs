@@ -6,7 +6,7 @@ use super::console::{CommandEnd, Console};
 use super::controlled_machine::MachineArguments;
 use super::machine::{Remarks, load_rotor_said};
 use super::speeds::parse_one_speed;
-use super::{Failure, Outcome, stdout};
+use super::{Failure, stdout};
 use crate::input::is_rotor;
 use crate::linalg::c64;
 use crate::lti::response::even_in_logarithm;
@@ -55,7 +55,7 @@ pub(super) struct Arguments {
 /// Most frequencies of one call: minutes of computation, and a file of half a gigabyte.
 const MOST_POINTS: usize = 1_000_000;
 
-pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
+pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd, Failure> {
     let frequencies = frequencies_hz(arguments)?;
     if arguments.machine.spindle.as_deref().is_some_and(is_rotor) {
         return of_rotor(arguments, &frequencies, console);
@@ -76,7 +76,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
         let growth = growth_rate_at(&machine, controller, arguments.speed)?;
         if growth >= 0.0 {
             eprintln!("{}", unstable_words(growth, arguments.speed));
-            return Ok(Outcome::TargetMissed);
+            return Ok(CommandEnd::without_answer(false));
         }
     }
     drop(remarks);
@@ -89,21 +89,11 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     let responses = ResponseTable { plant: &plant, controller: controller.as_ref(), tool_paths: arguments.tool_paths };
     let header = responses.header();
     let row = |hz: &f64| responses.row(*hz);
-    if console.writes_data() {
-        // Line by line: a million of them need no memory.
-        stdout::data(|out| {
-            writeln!(out, "{}", header.join(","))?;
-            frequencies.iter().try_for_each(|hz| csv_line(out, &row(hz)))
-        })?;
-        return Ok(Outcome::Done);
-    }
-    let table: Vec<Vec<f64>> = frequencies.iter().map(row).collect();
-    console.other(String::new, || columns(&header, &table), || show_table(&header, &table))?;
-    Ok(Outcome::Done)
+    end_table(&header, frequencies.iter().map(row), console)
 }
 
 /// Displacement over force of a rotor without magnets.
-fn of_rotor(arguments: &Arguments, frequencies: &[f64], console: &Console) -> Result<Outcome, Failure> {
+fn of_rotor(arguments: &Arguments, frequencies: &[f64], console: &Console) -> Result<CommandEnd, Failure> {
     if arguments.controller.is_some() || arguments.design_model || arguments.tool_paths {
         return Err(Failure::new("--controller, --design-model, --tool-paths: the rotor has no magnets")
             .with_hint("leave them out, or take a spindle file with planes, bearings and electronics"));
@@ -118,16 +108,24 @@ fn of_rotor(arguments: &Arguments, frequencies: &[f64], console: &Console) -> Re
         let parts = h.iter().flatten().flat_map(|value| [value.re, value.im]);
         std::iter::once(*hz).chain(parts).collect::<Vec<f64>>()
     };
-    let table: Vec<Vec<f64>> = frequencies.iter().zip(&responses).map(row).collect();
+    end_table(&header, frequencies.iter().zip(&responses).map(row), console)
+}
+
+/// Ends with a table: as CSV line by line, for a million lines need no memory, else whole.
+fn end_table(
+    header: &[String],
+    mut rows: impl Iterator<Item = Vec<f64>>,
+    console: &Console,
+) -> Result<CommandEnd, Failure> {
     if console.writes_data() {
         stdout::data(|out| {
             writeln!(out, "{}", header.join(","))?;
-            table.iter().try_for_each(|row| csv_line(out, row))
+            rows.try_for_each(|row| csv_line(out, &row))
         })?;
-        return Ok(Outcome::Done);
+        return Ok(CommandEnd::without_answer(true));
     }
-    console.other(String::new, || columns(&header, &table), || show_table(&header, &table))?;
-    Ok(Outcome::Done)
+    let table: Vec<Vec<f64>> = rows.collect();
+    Ok(show_table(header, &table).data(String::new(), columns(header, &table)))
 }
 
 fn frequencies_hz(arguments: &Arguments) -> Result<Vec<f64>, Failure> {

@@ -1,11 +1,10 @@
 //! `muspin identify`: are the records plausible; measured sweeps to FRFs with covariance, resonances and antiresonances
 //! of the free-free rotor; resonances of hammer tests (JSON).
 
+use super::Failure;
 use super::console::{CommandEnd, Console};
-use super::machine::{of_measurement, rotor_of_measurement};
-use super::output::claim;
+use super::machine::MeasuredMachine;
 use super::reading::load_measurement;
-use super::{Failure, Outcome};
 use crate::identify::Reading;
 use crate::input::is_rotor;
 use crate::workflow::identify::{IdentifiedRecords, identify_records};
@@ -18,30 +17,23 @@ pub(super) struct Arguments {
     /// Measurement folder with measurement.yaml
     #[arg(long)]
     measurement: String,
-    /// Spindle file or shipped name; default: that of the measurement
-    #[arg(long)]
-    spindle: Option<String>,
-    /// Tool file or shipped name; default: that of the measurement
-    #[arg(long)]
-    tool: Option<String>,
+    #[command(flatten)]
+    machine: MeasuredMachine,
     /// Folder for the FRFs with their covariance as CSV
     #[arg(long)]
     out: Option<String>,
 }
 
-pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
+pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd, Failure> {
     let measurement = load_measurement(&arguments.measurement, console)?;
-    let (spindle, tool) = (arguments.spindle.as_deref(), arguments.tool.as_deref());
-    let machine = if is_rotor(spindle.unwrap_or(&measurement.spindle)) {
-        rotor_of_measurement(&measurement, spindle, tool)?;
+    let machine = if is_rotor(arguments.machine.files(&measurement).0) {
+        arguments.machine.load_rotor(&measurement)?;
         None
     } else {
-        Some(of_measurement(&measurement, spindle, tool)?)
+        Some(arguments.machine.load(&measurement)?)
     };
     if let Some(out) = &arguments.out {
-        let named = [&arguments.spindle, &arguments.tool].into_iter().flatten();
-        let read = named.chain([&arguments.measurement]);
-        claim(out, &[], read.map(String::as_str))?;
+        console.claim(out, &[], &[])?;
     }
     let records = Records::of(&measurement, machine.as_ref(), &|| {})?;
     records.lines().for_each(|line| eprintln!("{line}"));
@@ -49,11 +41,8 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     if let Some(out) = &arguments.out {
         console.writing(|| found.folder.write(Path::new(out)))?;
     }
-    console.json(&format!("{:#}\n", found.answer), || {
-        let shown = show_identification(arguments, &found);
-        found.drift.iter().fold(shown, |shown, drift| shown.row([drift.words()]))
-    })?;
-    Ok(if found.verdict().0 { Outcome::Done } else { Outcome::TargetMissed })
+    let shown = show_identification(arguments, &found).answer(&found.answer);
+    Ok(found.drift.iter().fold(shown, |shown, drift| shown.row([drift.words()])))
 }
 
 fn show_identification(arguments: &Arguments, found: &IdentifiedRecords) -> CommandEnd {

@@ -1,12 +1,12 @@
 //! `muspin init DIR`: a commented spindle, tool, weights and measurement that run as they are. `muspin example NAME`:
 //! the files of a worked case, with the guide that goes through it.
 
+use super::Failure;
 use super::console::{CommandEnd, Console};
-use super::output::claim;
 use super::start::{DIAGNOSE_LIST, PID, Truth, UPDATE_LIST, add_machine, add_measurement};
-use super::{Failure, Outcome};
 use crate::report::manifest::Manifest;
 use crate::report::results::ResultsFolder;
+use clap::ValueEnum;
 use serde_json::json;
 use std::path::Path;
 
@@ -45,17 +45,6 @@ enum Example {
 }
 
 impl Example {
-    fn name(self) -> &'static str {
-        match self {
-            Self::OwnRotor => "own-rotor",
-            Self::Update => "update",
-            Self::Compare => "compare",
-            Self::Diagnose => "diagnose",
-            Self::Firmware => "firmware",
-            Self::Solve => "solve",
-        }
-    }
-
     fn guide(self) -> &'static str {
         match self {
             Self::OwnRotor => include_str!("../guide/start.md"),
@@ -106,13 +95,13 @@ impl Example {
     }
 }
 
-pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
+pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd, Failure> {
     write(Example::OwnRotor, &arguments.folder, console)
 }
 
-pub(super) fn run_example(arguments: &ExampleArguments, console: &Console) -> Result<Outcome, Failure> {
-    let folder = arguments.folder.as_deref();
-    write(arguments.name, folder.unwrap_or(arguments.name.name()), console)
+pub(super) fn run_example(arguments: &ExampleArguments, console: &Console) -> Result<CommandEnd, Failure> {
+    let name = arguments.name.to_possible_value().map(|value| value.get_name().to_owned());
+    write(arguments.name, arguments.folder.as_ref().or(name.as_ref()).map_or("", String::as_str), console)
 }
 
 /// An example stands beside nothing else of muspin: its files would replace those of the same name.
@@ -127,8 +116,8 @@ fn refuse_other_files(target: &str) -> Result<(), Failure> {
     }
 }
 
-fn write(example: Example, target: &str, console: &Console) -> Result<Outcome, Failure> {
-    claim(target, &["README.md"], [])?;
+fn write(example: Example, target: &str, console: &Console) -> Result<CommandEnd, Failure> {
+    console.claim(target, &["README.md"], &[])?;
     refuse_other_files(target)?;
     let mut folder = ResultsFolder::new();
     folder.add("README.md", example.guide())?;
@@ -138,11 +127,9 @@ fn write(example: Example, target: &str, console: &Console) -> Result<Outcome, F
         "folder": target,
         "files": folder.files().map(|(path, _)| path).collect::<Vec<_>>(),
     });
-    console.json(&format!("{answer:#}\n"), || {
-        CommandEnd::done("files that run as they are; change them to yours")
-            .file(target)
-            .next(format!("cd {target}"))
-            .next("README.md has the commands in their order")
-    })?;
-    Ok(Outcome::Done)
+    Ok(CommandEnd::done("files that run as they are; change them to yours")
+        .answer(&answer)
+        .file(target)
+        .next(format!("cd {target}"))
+        .next("README.md has the commands in their order"))
 }

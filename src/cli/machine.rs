@@ -44,39 +44,40 @@ pub(super) fn load_rotor_said(file: &str, tool: Option<&str>) -> Result<RotorOnS
     Ok(rotor)
 }
 
-/// The rotor without magnets of a measurement, whose records must not need any.
-pub(super) fn rotor_of_measurement(
-    measurement: &Measurement,
-    spindle: Option<&str>,
-    tool: Option<&str>,
-) -> Result<RotorOnSupports, Failure> {
-    let files = files_of_measurement(measurement, spindle, tool);
-    let sweeps = measurement.sweeps.iter().map(|s| &s.record.name);
-    let levitated = measurement.hammers.iter().filter(|h| h.controller.is_some()).map(|h| &h.name);
-    if let Some(record) = sweeps.chain(levitated).next() {
-        return Err(Failure::new(format!("{record}: {} is a rotor without magnets, none levitates it", files.0))
-            .with_hint("take the spindle file with its bearings, or hammer tests without a controller"));
+/// Spindle and tool of a measurement, which the command line may replace.
+#[derive(clap::Args, Debug, Default)]
+pub(super) struct MeasuredMachine {
+    /// Spindle file or shipped name; default: that of the measurement
+    #[arg(long)]
+    pub spindle: Option<String>,
+    /// Tool file or shipped name; default: that of the measurement
+    #[arg(long)]
+    pub tool: Option<String>,
+}
+
+impl MeasuredMachine {
+    /// Both files.
+    pub(super) fn files<'a>(&'a self, measurement: &'a Measurement) -> (&'a str, &'a str) {
+        let Self { spindle, tool } = self;
+        (spindle.as_ref().unwrap_or(&measurement.spindle), tool.as_ref().unwrap_or(&measurement.tool))
     }
-    load_rotor_said(files.0, Some(files.1))
-}
 
-/// Spindle and tool of a measurement; one that is given on the command line wins.
-pub(super) fn files_of_measurement<'a>(
-    measurement: &'a Measurement,
-    spindle: Option<&'a str>,
-    tool: Option<&'a str>,
-) -> (&'a str, &'a str) {
-    (spindle.unwrap_or(&measurement.spindle), tool.unwrap_or(&measurement.tool))
-}
+    pub(super) fn load(&self, measurement: &Measurement) -> Result<Machine, Failure> {
+        let (spindle, tool) = self.files(measurement);
+        load_machine(spindle, tool)
+    }
 
-/// The machine of a measurement; a spindle or tool given on the command line wins.
-pub(super) fn of_measurement(
-    measurement: &Measurement,
-    spindle: Option<&str>,
-    tool: Option<&str>,
-) -> Result<Machine, Failure> {
-    let (spindle, tool) = files_of_measurement(measurement, spindle, tool);
-    load_machine(spindle, tool)
+    /// The rotor without magnets, of which the records must not need any.
+    pub(super) fn load_rotor(&self, measurement: &Measurement) -> Result<RotorOnSupports, Failure> {
+        let (spindle, tool) = self.files(measurement);
+        let sweeps = measurement.sweeps.iter().map(|s| &s.record.name);
+        let levitated = measurement.hammers.iter().filter(|h| h.controller.is_some()).map(|h| &h.name);
+        if let Some(record) = sweeps.chain(levitated).next() {
+            return Err(Failure::new(format!("{record}: {spindle} is a rotor without magnets, none levitates it"))
+                .with_hint("take the spindle file with its bearings, or hammer tests without a controller"));
+        }
+        load_rotor_said(spindle, Some(tool))
+    }
 }
 
 /// Says a warning on standard error.

@@ -1,4 +1,5 @@
-//! Arguments, commands, progress. Standard output carries data, standard error progress and errors.
+//! Arguments, commands, progress. A command reads, computes and writes its files; what it returns is said here, once
+//! for all of them. Standard output carries data, standard error progress and errors.
 //! Exit 0 done; 1 done but a target is missed; 2 error, nothing written.
 
 pub(crate) mod progress;
@@ -8,6 +9,7 @@ mod batch_arguments;
 mod batch_plan;
 mod batch_variants;
 mod check;
+mod choices;
 mod compare;
 pub(crate) mod console;
 mod controlled_machine;
@@ -24,7 +26,6 @@ mod init;
 mod interrupt;
 mod machine;
 mod modes;
-mod output;
 mod pid;
 mod reading;
 mod rehearse;
@@ -46,19 +47,10 @@ mod version;
 pub(crate) use crate::workflow::Failure;
 use clap::parser::ValueSource;
 use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
-use console::{Console, ConsoleArguments};
+use console::{CommandEnd, Console, ConsoleArguments};
 use interrupt::Writing;
 use std::ffi::OsString;
 use std::process::ExitCode;
-
-/// How a command ended when it ended without an error.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Outcome {
-    /// Done, every target met.
-    Done,
-    /// Done, but a target is missed.
-    TargetMissed,
-}
 
 const WAYS_IN: &str = "Three ways in:
   muspin run                the example: from the reference spindle to firmware tables, in results/reference
@@ -150,7 +142,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     };
     let writing = Writing::default();
     writing.answer_interruptions();
-    let console = match Console::open(&cli.console, writing) {
+    let console = match Console::open(&cli.console, files, writing) {
         Ok(console) => console,
         Err(failure) => {
             eprint!("{failure}");
@@ -159,21 +151,20 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     };
     // On a thread of the pool: what runs in parallel is shared out without waking the pool from outside.
     let result = rayon::scope(|_| carry_out(cli.command, &console));
-    match result {
-        Ok(Outcome::Done) => 0,
-        Ok(Outcome::TargetMissed) => 1,
+    match result.and_then(|end| console.end(&end)) {
+        Ok(met) => u8::from(!met),
         Err(failure) => {
-            eprint!("{}", failure.naming(&files));
+            eprint!("{}", failure.naming(console.given_files()));
             2
         }
     }
 }
 
-fn carry_out(command: Option<Command>, console: &Console) -> Result<Outcome, Failure> {
+fn carry_out(command: Option<Command>, console: &Console) -> Result<CommandEnd, Failure> {
     match command {
-        None => shell::help(),
+        None => Ok(shell::help()),
         Some(Command::Run(a)) => run::run(&a, console),
-        Some(Command::Modes(a)) => modes::run(&a, console),
+        Some(Command::Modes(a)) => modes::run(&a),
         Some(Command::Frf(a)) => frf::run(&a, console),
         Some(Command::Spectra(a)) => spectra::run(&a, console),
         Some(Command::Identify(a)) => identify::run(&a, console),
@@ -190,11 +181,11 @@ fn carry_out(command: Option<Command>, console: &Console) -> Result<Outcome, Fai
         Some(Command::Example(a)) => init::run_example(&a, console),
         Some(Command::Rehearse(a)) => rehearse::run(&a, console),
         Some(Command::Ross(a)) => ross::run(&a, console),
-        Some(Command::Completions(a)) => shell::completions(&a),
+        Some(Command::Completions(a)) => Ok(shell::completions(&a)),
         Some(Command::Man) => shell::manual(),
         Some(Command::Schema(a)) => schema::run(&a),
         Some(Command::Report(a)) => report::run(&a, console),
-        Some(Command::Solve(a)) => solve::run(&a, console),
+        Some(Command::Solve(a)) => solve::run(&a),
     }
 }
 

@@ -2,11 +2,11 @@
 //! springs among its effects, or on the supports of a rotor file.
 //! At rest every mode appears twice, once a plane; at speed as its backward and forward whirl.
 
-use super::console::{CommandEnd, Console};
+use super::Failure;
+use super::console::CommandEnd;
 use super::controlled_machine::SPINDLE;
 use super::machine::{load_machine, load_rotor_said};
 use super::speeds::SpeedList;
-use super::{Failure, Outcome};
 use crate::input::{is_rotor, usual_tool};
 use crate::report::modes::ModesSummary;
 use crate::report::summary::json;
@@ -27,7 +27,7 @@ pub(super) struct Arguments {
     speeds: SpeedList,
 }
 
-pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
+pub(super) fn run(arguments: &Arguments) -> Result<CommandEnd, Failure> {
     let (spindle, tool, speeds) = (&arguments.spindle, arguments.tool.as_deref(), &arguments.speeds.0);
     let answer = if is_rotor(spindle) {
         ModesSummary::of_rotor(&load_rotor_said(spindle, tool)?, speeds)?
@@ -38,8 +38,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
         }
         ModesSummary::of(&machine, speeds)?
     };
-    console.json(&format!("{:#}\n", json(&answer)), || show_modes(&answer))?;
-    Ok(Outcome::Done)
+    Ok(show_modes(&answer).answer(&json(&answer)))
 }
 
 /// Effects on shaft and ground that modes without magnets leave out.

@@ -1,14 +1,13 @@
 //! `muspin pid`: a PID that is tuned within amplifier limits, or one with given numbers, on the full machine.
 
-use super::console::{CommandEnd, Console};
+use super::Failure;
+use super::console::{CommandEnd, Console, REPORT};
 use super::controlled_machine::MachineArguments;
 use super::design::say_unstable;
 use super::design_arguments::PidArguments;
-use super::output::{REPORT, claim};
 use super::progress::Progress;
 use super::speeds::SpeedList;
 use super::timings::Timings;
-use super::{Failure, Outcome};
 use crate::controller::speed_proof::SpeedProof;
 use crate::controller::verification::rate_words;
 use crate::export::json::AXIS_NAMES;
@@ -47,15 +46,14 @@ pub(super) struct Arguments {
     timings: Timings,
 }
 
-pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
+pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd, Failure> {
     let machine = arguments.machine.alone()?;
     let settings = arguments.settings()?;
     let given = match &arguments.file {
         Some(file) => Some(load_pid(file, machine.spindle.electronics.sample_rate_hz)?.sample(&machine)?),
         None => None,
     };
-    let files = [&arguments.machine.spindle, &arguments.machine.tool, &arguments.file];
-    claim(&arguments.out, &REPORT, files.into_iter().flatten().map(String::as_str))?;
+    console.claim(&arguments.out, &REPORT, &[])?;
     let progress = Progress::start(console);
     let pid = match given {
         Some(controller) => PidController { controller, origin: PidOrigin::Given, further: None },
@@ -70,14 +68,9 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     progress.start_stage("report");
     let mut report = pid_report(&machine, &found, &settings)?;
     console.writing(|| report.write(&arguments.out))?;
-    arguments.timings.print(&progress.times());
-    drop(progress);
-    let met = found.meets(&settings);
-    if found.instability.is_some() {
-        say_unstable(console, &found.words());
-    }
-    console.json(&report.summary.to_json(), || show_pid(&found, met, &arguments.out))?;
-    Ok(if met { Outcome::Done } else { Outcome::TargetMissed })
+    progress.end(arguments.timings);
+    say_unstable(console, found.instability.is_some(), &found.words());
+    Ok(show_pid(&found, found.meets(&settings), &arguments.out).json(report.summary.to_json()))
 }
 
 impl Arguments {

@@ -3,7 +3,7 @@
 //! When standard error is no terminal nothing is written, so that logs and pipes hold results and errors only.
 
 use super::console::Console;
-use super::timings::Stopwatch;
+use super::timings::{Stopwatch, Timings};
 use crate::input::quote::{printable, printable_lines};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::IsTerminal;
@@ -77,10 +77,10 @@ impl Progress {
         }
     }
 
-    /// Times of the stages, that of the running one included.
-    pub(crate) fn times(&self) -> MutexGuard<'_, Stopwatch> {
+    /// Ends the last stage and the progress; the times of all stages are told where they are asked for.
+    pub(super) fn end(self, timings: Timings) {
         self.end_timed();
-        self.watch()
+        timings.print(&self.watch());
     }
 
     /// A part of the command begins, such as a design; it is timed, as a whole or by the stages that it ends.

@@ -1,12 +1,11 @@
 //! `muspin rehearse`: a measurement folder as the rig would give it, computed from a model with the noise of its
 //! sensors, so that identification, updating and diagnosis can be tried before anything is measured.
 
+use super::Failure;
 use super::console::{CommandEnd, Console};
 use super::machine::load_machine;
-use super::output::claim;
 use super::progress::Progress;
 use super::speeds::SpeedList;
-use super::{Failure, Outcome};
 use crate::identify::Rehearsal;
 use crate::input::{load_controller, usual_tool};
 use crate::pipeline::levitating_pid::levitating_pid;
@@ -67,7 +66,7 @@ const MOST_LINES: usize = 100_000;
 /// Most repeats: minutes of computation and a file of a gigabyte.
 const MOST_REPEATS: usize = 100;
 
-pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
+pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd, Failure> {
     check_numbers(arguments)?;
     let tool = arguments.tool.as_deref().map_or_else(|| usual_tool(&arguments.spindle), Ok)?;
     let model = load_machine(&arguments.spindle, tool)?;
@@ -76,9 +75,8 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
         arguments.truth.as_deref().unwrap_or(&arguments.spindle),
         arguments.true_tool.as_deref().unwrap_or(tool),
     )?;
-    let named = [&arguments.truth, &arguments.tool, &arguments.true_tool, &arguments.controller];
-    let read = named.into_iter().flatten().chain([&arguments.spindle]);
-    claim(&arguments.out, &["measurement.yaml"], read.map(String::as_str))?;
+    let also: Vec<&str> = [&arguments.truth, &arguments.true_tool].into_iter().flatten().map(String::as_str).collect();
+    console.claim(&arguments.out, &["measurement.yaml"], &also)?;
     let controller = match &arguments.controller {
         Some(file) => load_controller(file)?,
         None => {
@@ -109,13 +107,11 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
         "repeats": arguments.repeats,
         "seed": arguments.seed,
     });
-    console.json(&format!("{answer:#}\n"), || {
-        CommandEnd::done(format!("{} records computed, with the noise of the sensors", records.len()))
-            .file(arguments.out.as_str())
-            .next(format!("muspin identify --measurement {}", arguments.out))
-            .next(format!("muspin diagnose --measurement {}", arguments.out))
-    })?;
-    Ok(Outcome::Done)
+    Ok(CommandEnd::done(format!("{} records computed, with the noise of the sensors", records.len()))
+        .answer(&answer)
+        .file(arguments.out.as_str())
+        .next(format!("muspin identify --measurement {}", arguments.out))
+        .next(format!("muspin diagnose --measurement {}", arguments.out)))
 }
 
 /// The lines that were asked for.

@@ -1,8 +1,8 @@
 //! `muspin report FOLDER`: rebuilds `report.html` of a results folder from its `summary.json` and `plots/*.svg`.
 
+use super::Failure;
 use super::console::{CommandEnd, Console};
 use super::machine::say;
-use super::{Failure, Outcome};
 use crate::input::json::parse;
 use crate::input::{Warning, file};
 use crate::report::embedded_pictures::pictures_of;
@@ -18,7 +18,7 @@ pub(super) struct Arguments {
     folder: PathBuf,
 }
 
-pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
+pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd, Failure> {
     let folder = &arguments.folder;
     let path = folder.join("summary.json");
     let text = file::read_text(&path, file::RESULT).map_err(|error| {
@@ -42,12 +42,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     own.add("report.html", page)?;
     console.writing(|| own.write_into(folder))?;
     let page = folder.join("report.html").display().to_string();
-    console.other(
-        String::new,
-        || json!({ "report": page }),
-        || CommandEnd::done("the page was rebuilt").file(&page),
-    )?;
-    Ok(Outcome::Done)
+    Ok(CommandEnd::done("the page was rebuilt").data(String::new(), json!({ "report": page })).file(page))
 }
 
 /// What is said of the pictures that the page does not show.

@@ -1,10 +1,9 @@
 //! `muspin ross`: the rotor of a ROSS file as a spindle file that asks for what ROSS does not say, and the shaft of a
 //! spindle with its tool as a file that ROSS loads.
 
+use super::Failure;
 use super::console::{CommandEnd, Console};
 use super::machine::load_machine;
-use super::output::claim;
-use super::{Failure, Outcome};
 use crate::controller::Controller;
 use crate::export::json::controller_json;
 use crate::export::ross::{ross_rotor, shaft_without_effects};
@@ -43,7 +42,7 @@ pub(super) struct Arguments {
     out: String,
 }
 
-pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
+pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd, Failure> {
     match &arguments.file {
         Some(file) => import(arguments, file, console),
         None => export(arguments, console),
@@ -53,11 +52,11 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
 /// Free-free bending modes that are listed, for a comparison with the other program.
 const LISTED: usize = 4;
 
-fn import(arguments: &Arguments, file: &str, console: &Console) -> Result<Outcome, Failure> {
+fn import(arguments: &Arguments, file: &str, console: &Console) -> Result<CommandEnd, Failure> {
     let read = read_ross(file, &shipped::text(file, "ROSS", &[])?)?;
     let rotor = if arguments.reverse { read.reverse_ends() } else { read };
     let out = arguments.out.as_str();
-    claim(out, &["spindle.yaml", "controller.json"], [file])?;
+    console.claim(out, &["spindle.yaml", "controller.json"], &[])?;
     let nose_m = arguments.nose_face_m;
     let parts = parts(&rotor, nose_m).map_err(|next_m| {
         Failure::new(format!(
@@ -88,7 +87,7 @@ fn import(arguments: &Arguments, file: &str, console: &Console) -> Result<Outcom
                 .to_owned(),
         );
     }
-    folder.write(Path::new(out))?;
+    console.writing(|| folder.write(Path::new(out)))?;
     for words in &notes {
         eprintln!("note: {words}");
     }
@@ -99,18 +98,13 @@ fn import(arguments: &Arguments, file: &str, console: &Console) -> Result<Outcom
         "to_be_given": draft.to_be_given,
         "notes": notes,
     });
-    console.json(&format!("{answer:#}\n"), || {
-        let listed: Vec<String> = hz.iter().map(|f| format!("{f:.1}")).collect();
-        CommandEnd::done(format!(
-            "{} elements written, {} keys of the spindle are to be given",
-            parts.sections.len(),
-            draft.to_be_given.len()
-        ))
+    let listed: Vec<String> = hz.iter().map(|f| format!("{f:.1}")).collect();
+    let (elements, open) = (parts.sections.len(), draft.to_be_given.len());
+    Ok(CommandEnd::done(format!("{elements} elements written, {open} keys of the spindle are to be given"))
+        .answer(&answer)
         .row(["free-free bending modes at rest, Hz".to_owned(), listed.join(" ")])
         .file(format!("{out}/spindle.yaml"))
-        .next(format!("muspin check {out}/spindle.yaml"))
-    })?;
-    Ok(Outcome::Done)
+        .next(format!("muspin check {out}/spindle.yaml")))
 }
 
 /// The PID of both magnets as a controller, none where one of them has none.
@@ -125,10 +119,10 @@ fn pid_of(rotor: &RossRotor) -> Result<Option<Controller>, NumericError> {
     }
 }
 
-fn export(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
+fn export(arguments: &Arguments, console: &Console) -> Result<CommandEnd, Failure> {
     let machine = load_machine(&arguments.spindle, &arguments.tool)?;
     let out = arguments.out.as_str();
-    claim(out, &["rotor.toml", "rotor.json"], [arguments.spindle.as_str(), arguments.tool.as_str()])?;
+    console.claim(out, &["rotor.toml", "rotor.json"], &[])?;
     let (spindle, tool) = (&machine.spindle, &machine.tool);
     let failed = |e: SpindleError| Failure::new(e.to_string());
     let shaft = shaft_without_effects(&machine).map_err(failed)?;
@@ -146,18 +140,16 @@ fn export(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> 
     let mut folder = ResultsFolder::new();
     folder.add("rotor.toml", toml)?;
     folder.add("rotor.json", format!("{value:#}\n"))?;
-    folder.write(Path::new(out))?;
+    console.writing(|| folder.write(Path::new(out)))?;
     let answer = json!({ "folder": out, "elements": sections.len(), "discs": discs.len() });
-    console.json(&format!("{answer:#}\n"), || {
-        CommandEnd::done(format!(
-            "{} with {}: {} elements and {} discs for ROSS, without bearings",
-            spindle.name,
-            tool.name,
-            sections.len(),
-            discs.len()
-        ))
-        .file(format!("{out}/rotor.toml"))
-        .next(format!("python3 -c 'import ross; print(ross.Rotor.load(\"{out}/rotor.toml\"))'"))
-    })?;
-    Ok(Outcome::Done)
+    Ok(CommandEnd::done(format!(
+        "{} with {}: {} elements and {} discs for ROSS, without bearings",
+        spindle.name,
+        tool.name,
+        sections.len(),
+        discs.len()
+    ))
+    .answer(&answer)
+    .file(format!("{out}/rotor.toml"))
+    .next(format!("python3 -c 'import ross; print(ross.Rotor.load(\"{out}/rotor.toml\"))'")))
 }

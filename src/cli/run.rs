@@ -1,22 +1,20 @@
 //! `muspin run`: the whole pipeline, from drawing and measurement to firmware tables and a report.
 
-use super::console::Console;
+use super::Failure;
+use super::console::{CommandEnd, Console, REPORT};
 use super::controlled_machine::MachineArguments;
-use super::design::{outcome, say_unstable, shown_design, shown_unstable};
+use super::design::{DesignEnd, say_unstable};
 use super::design_progress::told;
 use super::earlier::EarlierArgument;
-use super::machine::of_measurement;
-use super::output::{REPORT, claim};
+use super::machine::MeasuredMachine;
 use super::progress::Progress;
 use super::reading::show;
 use super::timings::Timings;
-use super::{Failure, Outcome};
 use crate::identify::Identification;
 use crate::input::{load_measurement_watched, load_weights};
 use crate::pid::settings::TuneSettings;
 use crate::pipeline::run::{Extent, Task, run as run_chain};
 use crate::pipeline::settings::DesignSettings;
-use crate::report::margins::loop_rows;
 use crate::report::run::run_report;
 use crate::spindle::Machine;
 use crate::update::Targets;
@@ -52,11 +50,9 @@ pub(super) struct Arguments {
     timings: Timings,
 }
 
-pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
+pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd, Failure> {
     let weights = load_weights(&arguments.weights)?;
-    let named = [&arguments.spindle, &arguments.tool, &arguments.measurement];
-    let read = named.into_iter().flatten().chain([&arguments.weights]);
-    claim(&arguments.out, &REPORT, read.map(String::as_str))?;
+    console.claim(&arguments.out, &REPORT, &[])?;
     let progress = Progress::start(console);
     progress.start_stage("records");
     let given = read_inputs(arguments, &progress)?;
@@ -73,31 +69,14 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     let identification = given.identification.as_ref();
     let (mut report, words) = run_report(&found, &weights.name, identification)?;
     let pid = found.pid().map(|p| &p.controller);
-    report.controller(&found.machine, &found.design, pid)?;
+    report.controller("controller/", &found.machine, &found.design, pid)?;
     console.writing(|| report.write(&arguments.out))?;
-    arguments.timings.print(&progress.times());
-    drop(progress);
-    let out = arguments.out.as_str();
-    let ended = outcome(&found.design, found.delivered.each_ref());
-    if found.design.instability.is_some() {
-        say_unstable(console, &words);
-    }
-    console.other(
-        || format!("{words}\nresults in {out}\n"),
-        || report.summary.value(),
-        || {
-            if found.design.instability.is_some() {
-                return shown_unstable(&found.design, &words).file(format!("{out}/report.html"));
-            }
-            let stable = found.curves.as_ref().and_then(|curves| curves.closed_loop.stable.as_ref());
-            shown_design(&found.design, ended, &words)
-                .rows(loop_rows(found.delivered.each_ref(), stable))
-                .file(format!("{out}/report.html"))
-                .file(format!("{out}/controller"))
-                .next(format!("muspin simulate --controller {out}/controller/discrete.json --case impulse"))
-        },
-    )?;
-    Ok(ended)
+    progress.end(arguments.timings);
+    let (design, out) = (&found.design, arguments.out.as_str());
+    say_unstable(console, design.instability.is_some(), &words);
+    let stable = found.curves.as_ref().and_then(|curves| curves.closed_loop.stable.as_ref());
+    let shown = DesignEnd { design, delivered: found.delivered.each_ref(), stable, out };
+    Ok(shown.end(&words).data(format!("{words}\nresults in {out}\n"), report.summary.value()))
 }
 
 /// The machine as drawn, and what was measured of it.
@@ -118,8 +97,8 @@ fn read_inputs(arguments: &Arguments, progress: &Progress) -> Result<Given, Fail
         }
     };
     let measurement = load_measurement_watched(source, &|share| show(progress, share))?;
-    let (spindle, tool) = (arguments.spindle.as_deref(), arguments.tool.as_deref());
-    let nominal = of_measurement(&measurement, spindle, tool)?;
+    let files = MeasuredMachine { spindle: arguments.spindle.clone(), tool: arguments.tool.clone() };
+    let nominal = files.load(&measurement)?;
     let records = Records::of(&measurement, Some(&nominal), &|| {})?;
     records.refuse_for_updating()?;
     records.lines().for_each(|line| eprintln!("{line}"));

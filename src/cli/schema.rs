@@ -1,6 +1,7 @@
 //! `muspin schema`: the JSON Schema of a kind of file, or the page of all keys.
 
-use super::{Failure, Outcome, stdout};
+use super::Failure;
+use super::console::CommandEnd;
 use crate::input::problem_schema::{ProblemKind, problem_schema};
 use crate::input::schema::{SchemaKind, page, schema};
 
@@ -17,7 +18,7 @@ pub(super) struct Arguments {
     page: bool,
 }
 
-pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+pub(super) fn run(arguments: &Arguments) -> Result<CommandEnd, Failure> {
     let text = match &arguments.kind {
         None => page(),
         Some(name) => match problem(name) {
@@ -25,9 +26,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             None => text(kind(name)?),
         },
     };
-    // A schema is what a program reads, on a terminal too.
-    stdout::data(|out| out.write_all(text.as_bytes()))?;
-    Ok(Outcome::Done)
+    Ok(CommandEnd::always(text))
 }
 
 pub(super) fn text(kind: SchemaKind) -> String {

@@ -1,6 +1,7 @@
 //! `muspin` alone, `muspin completions SHELL` and `muspin man`: the help, and what packages install beside the program.
 
-use super::{Cli, Failure, Outcome, stdout};
+use super::console::CommandEnd;
+use super::{Cli, Failure};
 use clap::CommandFactory;
 use clap_complete::{Shell, generate};
 
@@ -12,23 +13,20 @@ pub(super) struct Completions {
     shell: Shell,
 }
 
-/// Prints the completions of a shell.
-pub(super) fn completions(arguments: &Completions) -> Result<Outcome, Failure> {
+/// The completions of a shell.
+pub(super) fn completions(arguments: &Completions) -> CommandEnd {
     let mut text = vec![];
     generate(arguments.shell, &mut Cli::command(), "muspin", &mut text);
-    stdout::data(|out| out.write_all(&text))?;
-    Ok(Outcome::Done)
+    CommandEnd::always(String::from_utf8_lossy(&text).into_owned())
 }
 
-/// Prints the help of the program, with the ways in.
-pub(super) fn help() -> Result<Outcome, Failure> {
-    let text = Cli::command().render_help().to_string();
-    stdout::data(|out| out.write_all(text.as_bytes()))?;
-    Ok(Outcome::Done)
+/// The help of the program, with the ways in.
+pub(super) fn help() -> CommandEnd {
+    CommandEnd::always(Cli::command().render_help().to_string())
 }
 
-/// Prints the manual page: the program, then every command.
-pub(super) fn manual() -> Result<Outcome, Failure> {
+/// The manual page: the program, then every command.
+pub(super) fn manual() -> Result<CommandEnd, Failure> {
     let mut command = Cli::command();
     command.build();
     let mut text = vec![];
@@ -41,6 +39,5 @@ pub(super) fn manual() -> Result<Outcome, Failure> {
         page.render_description_section(&mut text).map_err(failed)?;
         page.render_options_section(&mut text).map_err(failed)?;
     }
-    stdout::data(|out| out.write_all(&text))?;
-    Ok(Outcome::Done)
+    Ok(CommandEnd::always(String::from_utf8_lossy(&text).into_owned()))
 }

@@ -1,12 +1,11 @@
 //! `muspin simulate`: time response of the levitated rotor with force law, limits and clearance; figures as JSON on
 //! standard output, response and orbits as CSV and SVG in the folder.
 
-use super::console::{CommandEnd, Console};
+use super::Failure;
+use super::console::{CommandEnd, Console, REPORT};
 use super::controlled_machine::MachineArguments;
 use super::export::{parse_sensor_step, ready};
-use super::output::{REPORT, claim};
 use super::speeds::parse_one_speed;
-use super::{Failure, Outcome};
 use crate::pipeline::PipelineError;
 use crate::pipeline::loop_stability::unstable_words;
 use crate::pipeline::simulation::{
@@ -24,7 +23,7 @@ pub(super) struct Arguments {
     controller: String,
     /// What happens
     #[arg(long, value_enum)]
-    case: CaseArgument,
+    case: SimulationCase,
     /// Speed, rpm (unbalance and contact: largest speed unless given; otherwise 0)
     #[arg(long = "speeds", alias = "speed", value_name = "SPEED", value_parser = parse_one_speed)]
     speed: Option<f64>,
@@ -60,36 +59,9 @@ pub(super) struct Arguments {
     out: String,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, clap::ValueEnum)]
-enum CaseArgument {
-    /// Half-sine push at the tool
-    Impulse,
-    /// Constant force at the tool
-    Step,
-    /// Unbalance of a balance grade at speed
-    Unbalance,
-    /// Lift-off from the backup bearings
-    LiftOff,
-    /// Half-sine push at the tool that throws the rotor into its backup bearings
-    Contact,
-}
-
-impl From<CaseArgument> for SimulationCase {
-    fn from(argument: CaseArgument) -> Self {
-        match argument {
-            CaseArgument::Impulse => Self::Impulse,
-            CaseArgument::Step => Self::Step,
-            CaseArgument::Unbalance => Self::Unbalance,
-            CaseArgument::LiftOff => Self::LiftOff,
-            CaseArgument::Contact => Self::Contact,
-        }
-    }
-}
-
-pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
+pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd, Failure> {
     let (given, remarks) = arguments.machine.with_controller(&arguments.controller)?;
-    let read = [&arguments.controller, &given.used.spindle, &given.used.tool];
-    claim(&arguments.out, &REPORT, read.map(String::as_str))?;
+    console.claim(&arguments.out, &REPORT, &[&given.used.spindle, &given.used.tool])?;
     let machine = &given.machine;
     let sampled = ready(machine, &given.controller, &arguments.controller)?;
     let settings = TimeSettings {
@@ -115,17 +87,14 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     given.add_to(&mut report.summary);
     console.writing(|| report.write(&arguments.out))?;
     let (found, out) = (&simulated.found, arguments.out.as_str());
-    console.json(&report.summary.to_json(), || {
-        let words = place_words(machine, format!("{name} at {speed_rpm:.0} rpm: {}", found.end));
-        CommandEnd::met(found.met, words).file(format!("{out}/report.html"))
-    })?;
-    Ok(if found.met { Outcome::Done } else { Outcome::TargetMissed })
+    let words = place_words(machine, format!("{name} at {speed_rpm:.0} rpm: {}", found.end));
+    Ok(CommandEnd::met(found.met, words).json(report.summary.to_json()).file(format!("{out}/report.html")))
 }
 
 impl Arguments {
     fn wish(&self) -> SimulationWish {
         SimulationWish {
-            case: self.case.into(),
+            case: self.case,
             speed_rpm: self.speed,
             grade_m_s: 1e-3 * self.grade,
             force_n: self.force,

@@ -1,8 +1,8 @@
 //! `muspin solve <kind> FILE.json`: a user's own plant in, one JSON object out.
 //! A problem without a solution, or one that violates an assumption, is exit 2 with the reason and no JSON.
 
-use super::console::{CommandEnd, Console};
-use super::{Failure, Outcome};
+use super::Failure;
+use super::console::CommandEnd;
 use crate::input::problem::ProblemFields;
 use crate::input::problem_schema::ProblemKind;
 use crate::workflow::solve::answer_problem;
@@ -29,18 +29,14 @@ impl clap::ValueEnum for ProblemKind {
     }
 }
 
-pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
+pub(super) fn run(arguments: &Arguments) -> Result<CommandEnd, Failure> {
     let answer = answer_problem(&ProblemFields::read(&arguments.file)?, arguments.kind)?;
     for note in answer.notes() {
         eprintln!("note: {note}");
     }
-    let text = answer.text();
-    console.json(&text, || {
-        let mut words = format!("{}: the matrices are in --json", arguments.file.display());
-        for remark in answer.remarks() {
-            words.push_str(&format!("; {remark}"));
-        }
-        CommandEnd::done(words).rows(answer.numbers())
-    })?;
-    Ok(Outcome::Done)
+    let mut words = format!("{}: the matrices are in --json", arguments.file.display());
+    for remark in answer.remarks() {
+        words.push_str(&format!("; {remark}"));
+    }
+    Ok(CommandEnd::done(words).json(answer.text()).rows(answer.numbers()))
 }

@@ -2,7 +2,7 @@
 //! record; modes of a free decay.
 
 use super::console::{CommandEnd, Console};
-use super::{Failure, Outcome, stdout};
+use super::{Failure, stdout};
 use crate::identify::decay::decay_modes;
 use crate::identify::spectra::{
     AveragedFrf, Averaging, Estimator, Excitation, Leakage, Motion, SpectralWindow, averaged_frf,
@@ -25,7 +25,7 @@ pub(super) struct Arguments {
     response: Vec<String>,
     /// What the response is
     #[arg(long, value_enum, default_value = "displacement")]
-    motion: MotionName,
+    motion: Motion,
     /// N in a unit of the force signal; negative for a sensor that points the other way
     #[arg(long, default_value_t = 1.0, allow_hyphen_values = true)]
     force_scale: f64,
@@ -37,10 +37,10 @@ pub(super) struct Arguments {
     sample_rate_hz: Option<f64>,
     /// Noise is that of the response (h1), of the force (h2) or of both (hv)
     #[arg(long, value_enum, default_value = "h1")]
-    estimator: EstimatorName,
+    estimator: Estimator,
     /// Hann for what goes on, rectangular for taps that die away, exponential for taps that do not
     #[arg(long, value_enum, default_value = "hann")]
-    window: WindowName,
+    window: SpectralWindow,
     /// Samples of a segment; default: a quarter of the record, without a Hann window all of it
     #[arg(long)]
     segment: Option<usize>,
@@ -55,33 +55,11 @@ pub(super) struct Arguments {
     from_s: Option<f64>,
 }
 
-#[derive(clap::ValueEnum, Clone, Copy, Debug)]
-enum MotionName {
-    Displacement,
-    Velocity,
-    Acceleration,
-}
-
-#[derive(clap::ValueEnum, Clone, Copy, Debug)]
-enum EstimatorName {
-    H1,
-    H2,
-    Hv,
-}
-
-#[derive(clap::ValueEnum, Clone, Copy, Debug)]
-enum WindowName {
-    Hann,
-    Rectangular,
-    Exponential,
-}
-
-/// Runs the command.
-pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
+pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd, Failure> {
     let records = arguments.time.iter().map(|file| load_time_record(file)).collect::<Result<Vec<_>, _>>()?;
     let rate = sample_rate_hz(arguments, &records)?;
     if arguments.decay {
-        return decay(arguments, &records, rate, console);
+        return decay(arguments, &records, rate);
     }
     let (force, response) = (arguments.force.as_deref().unwrap_or_default(), &arguments.response);
     let [response] = response.as_slice() else {
@@ -96,16 +74,8 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     let excitations: Vec<Excitation<'_>> =
         signals.iter().map(|(force, response)| Excitation { force, response }).collect();
     let averaging = Averaging {
-        window: match arguments.window {
-            WindowName::Hann => SpectralWindow::Hann,
-            WindowName::Rectangular => SpectralWindow::Rectangular,
-            WindowName::Exponential => SpectralWindow::Exponential,
-        },
-        estimator: match arguments.estimator {
-            EstimatorName::H1 => Estimator::H1,
-            EstimatorName::H2 => Estimator::H2,
-            EstimatorName::Hv => Estimator::Hv,
-        },
+        window: arguments.window,
+        estimator: arguments.estimator,
         segment: arguments.segment,
         overlap: arguments.overlap,
     };
@@ -114,15 +84,9 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     })?;
     let notes = notes(&found);
     notes.iter().for_each(|words| eprintln!("note: {words}"));
-    let motion = match arguments.motion {
-        MotionName::Displacement => Motion::Displacement,
-        MotionName::Velocity => Motion::Velocity,
-        MotionName::Acceleration => Motion::Acceleration,
-    };
     let lines = found.frequency_hz.iter().zip(&found.response);
-    let compliance: Vec<c64> = lines.map(|(hz, h)| h * motion.to_displacement(*hz)).collect();
-    write(&found, &compliance, console)?;
-    Ok(Outcome::Done)
+    let compliance: Vec<c64> = lines.map(|(hz, h)| h * arguments.motion.to_displacement(*hz)).collect();
+    write(&found, &compliance, console)
 }
 
 fn sample_rate_hz(arguments: &Arguments, records: &[TimeRecord]) -> Result<f64, Failure> {
@@ -170,10 +134,10 @@ fn notes(found: &AveragedFrf) -> Vec<String> {
     notes
 }
 
-fn write(found: &AveragedFrf, compliance: &[c64], console: &Console) -> Result<(), Failure> {
+fn write(found: &AveragedFrf, compliance: &[c64], console: &Console) -> Result<CommandEnd, Failure> {
     let coherent = found.segments > 1;
     if console.writes_data() {
-        return stdout::data(|out| {
+        stdout::data(|out| {
             writeln!(out, "frequency_hz,h_re,h_im{}", if coherent { ",coherence,averages" } else { "" })?;
             for (k, h) in compliance.iter().enumerate() {
                 write!(out, "{},{:e},{:e}", found.frequency_hz[k], h.re, h.im)?;
@@ -184,26 +148,24 @@ fn write(found: &AveragedFrf, compliance: &[c64], console: &Console) -> Result<(
                 writeln!(out)?;
             }
             Ok(())
-        });
+        })?;
+        return Ok(CommandEnd::without_answer(true));
     }
     let parts = |part: fn(&c64) -> f64| compliance.iter().map(part).collect::<Vec<f64>>();
-    let columns = || {
-        json!({
-            "frequency_hz": found.frequency_hz,
-            "h_re": parts(|h| h.re),
-            "h_im": parts(|h| h.im),
-            "coherence": coherent.then_some(&found.coherence),
-            "averages": found.averages,
-            "added_damping_hz": found.added_damping_hz,
-        })
-    };
-    console.other(String::new, columns, || {
-        CommandEnd::done(format!("{} lines", compliance.len()))
-            .next("the same command with > hammer.csv writes a hammer record, --json prints its columns")
-    })
+    let columns = json!({
+        "frequency_hz": found.frequency_hz,
+        "h_re": parts(|h| h.re),
+        "h_im": parts(|h| h.im),
+        "coherence": coherent.then_some(&found.coherence),
+        "averages": found.averages,
+        "added_damping_hz": found.added_damping_hz,
+    });
+    Ok(CommandEnd::done(format!("{} lines", compliance.len()))
+        .data(String::new(), columns)
+        .next("the same command with > hammer.csv writes a hammer record, --json prints its columns"))
 }
 
-fn decay(arguments: &Arguments, records: &[TimeRecord], rate: f64, console: &Console) -> Result<Outcome, Failure> {
+fn decay(arguments: &Arguments, records: &[TimeRecord], rate: f64) -> Result<CommandEnd, Failure> {
     let [record] = records else {
         return Err(Failure::new("--decay: one record").with_hint("modes of several decays are found one by one"));
     };
@@ -228,18 +190,12 @@ fn decay(arguments: &Arguments, records: &[TimeRecord], rate: f64, console: &Con
         })
         .collect();
     let answer = json!({ "from_s": from as f64 / rate, "modes": list });
-    console.json(&format!("{answer:#}\n"), || {
-        let shown = CommandEnd::done(format!("{} modes of the decay", modes.len()));
-        let shown = shown.row(["Hz", "standard deviation, Hz", "damping ratio", "standard deviation"]);
-        modes.iter().fold(shown, |shown, mode| {
-            let sd = mode.standard_deviation_hz;
-            shown.row([
-                format!("{:.3}", mode.frequency_hz),
-                format!("{sd:.4}"),
-                format!("{:.6}", mode.damping_ratio),
-                format!("{:.6}", sd / mode.frequency_hz),
-            ])
-        })
-    })?;
-    Ok(if modes.is_empty() { Outcome::TargetMissed } else { Outcome::Done })
+    let rows = modes.iter().map(|mode| {
+        let (hz, sd) = (mode.frequency_hz, mode.standard_deviation_hz);
+        vec![format!("{hz:.3}"), format!("{sd:.4}"), format!("{:.6}", mode.damping_ratio), format!("{:.6}", sd / hz)]
+    });
+    Ok(CommandEnd::met(!modes.is_empty(), format!("{} modes of the decay", modes.len()))
+        .answer(&answer)
+        .row(["Hz", "standard deviation, Hz", "damping ratio", "standard deviation"])
+        .rows(rows))
 }

@@ -1,12 +1,11 @@
 //! `muspin update`: move the element moduli until resonances and antiresonances match; writes the updated files.
 
+use super::Failure;
 use super::console::{CommandEnd, Console};
-use super::machine::{files_of_measurement, load_machine, measured_mesh_warning, rotor_of_measurement, say};
-use super::output::claim;
+use super::machine::{MeasuredMachine, load_machine, measured_mesh_warning, say};
 use super::progress::Progress;
 use super::reading::load_measurement;
 use super::timings::Timings;
-use super::{Failure, Outcome};
 use crate::controller::Controller;
 use crate::input::{Measurement, is_rotor, rotor_yaml, tool_yaml};
 use crate::pipeline::loop_stability::{growth_rate_at, unstable_words};
@@ -22,6 +21,9 @@ use crate::workflow::update::{fit_folder, read_off, taps_of, targets, updated_fo
 use clap::ValueEnum;
 use serde_json::{Value, json};
 use std::path::Path;
+
+/// Files that every update writes.
+const WRITTEN: [&str; 2] = ["summary.json", "spindle.yaml"];
 
 /// How the factors are found.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -39,12 +41,8 @@ pub(super) struct Arguments {
     /// Measurement folder, a YAML file of frequencies, or `paper-frequencies`
     #[arg(long, default_value = "paper-frequencies")]
     measurement: String,
-    /// Spindle file or shipped name; default: that of the measurement
-    #[arg(long)]
-    spindle: Option<String>,
-    /// Tool file or shipped name; default: that of the measurement
-    #[arg(long)]
-    tool: Option<String>,
+    #[command(flatten)]
+    machine: MeasuredMachine,
     /// Method
     #[arg(long, value_enum, default_value_t)]
     method: MethodArgument,
@@ -70,17 +68,15 @@ pub(super) struct Arguments {
     timings: Timings,
 }
 
-pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
+pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd, Failure> {
     let settings = settings(arguments)?;
     let measurement = load_measurement(&arguments.measurement, console)?;
-    let files = files_of_measurement(&measurement, arguments.spindle.as_deref(), arguments.tool.as_deref());
+    let files = arguments.machine.files(&measurement);
     if is_rotor(files.0) {
         return update_rotor(arguments, &settings, &measurement, console);
     }
     let machine = load_machine(files.0, files.1)?;
-    let given = [&arguments.spindle, &arguments.tool].into_iter().flatten();
-    let read = given.chain([&arguments.measurement]);
-    claim(&arguments.out, &["summary.json", "spindle.yaml"], read.map(String::as_str))?;
+    console.claim(&arguments.out, &WRITTEN, &[])?;
     let progress = Progress::start(console);
     progress.start_stage("records");
     let records = Records::of(&measurement, Some(&machine), &|| {})?;
@@ -137,14 +133,10 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     let mut folder = updated_folder(&machine, delivered, &models)?;
     folder.add("summary.json", text.as_str())?;
     console.writing(|| folder.write(Path::new(&arguments.out)))?;
-    arguments.timings.print(&progress.times());
-    drop(progress);
+    progress.end(arguments.timings);
     let (met, sentence) = verdict(&delivered.fit, &records);
-    console.json(&text, || show_update(arguments, met, &delivered.fit, machine.tool.is_absent()))?;
-    if !delivered.fit.explanation.explained {
-        eprintln!("{sentence}");
-    }
-    Ok(if met { Outcome::Done } else { Outcome::TargetMissed })
+    let end = show_update(arguments, met, &delivered.fit, machine.tool.is_absent()).json(text);
+    Ok(if delivered.fit.explanation.explained { end } else { end.say(sentence) })
 }
 
 fn show_update(arguments: &Arguments, met: bool, fit: &Updated, toolless: bool) -> CommandEnd {
@@ -196,14 +188,9 @@ fn update_rotor(
     settings: &UpdateSettings,
     measurement: &Measurement,
     console: &Console,
-) -> Result<Outcome, Failure> {
-    let rotor = rotor_of_measurement(measurement, arguments.spindle.as_deref(), arguments.tool.as_deref())?;
-    let given = [&arguments.spindle, &arguments.tool].into_iter().flatten();
-    claim(
-        &arguments.out,
-        &["summary.json", "spindle.yaml"],
-        given.chain([&arguments.measurement]).map(String::as_str),
-    )?;
+) -> Result<CommandEnd, Failure> {
+    let rotor = arguments.machine.load_rotor(measurement)?;
+    console.claim(&arguments.out, &WRITTEN, &[])?;
     let progress = Progress::start(console);
     let records = Records::of(measurement, None, &|| {})?;
     records.lines().for_each(|line| eprintln!("{line}"));
@@ -241,20 +228,14 @@ fn update_rotor(
     }
     folder.add("summary.json", text.as_str())?;
     console.writing(|| folder.write(Path::new(&arguments.out)))?;
-    arguments.timings.print(&progress.times());
-    drop(progress);
-    let explanation = &fit.explanation;
-    console.json(&text, || {
-        let out = arguments.out.as_str();
-        CommandEnd::met(explanation.explained, explanation.statement.as_str())
-            .row(["largest error of a frequency, %".to_owned(), format!("{:.4}", fit.largest_error_percent())])
-            .file(format!("{out}/spindle.yaml"))
-            .next(format!("muspin modes --spindle {out}/spindle.yaml"))
-    })?;
-    if !explanation.explained {
-        eprintln!("{}", explanation.statement);
-    }
-    Ok(if explanation.explained { Outcome::Done } else { Outcome::TargetMissed })
+    progress.end(arguments.timings);
+    let (explanation, out) = (&fit.explanation, arguments.out.as_str());
+    let end = CommandEnd::met(explanation.explained, explanation.statement.as_str())
+        .json(text)
+        .row(["largest error of a frequency, %".to_owned(), format!("{:.4}", fit.largest_error_percent())])
+        .file(format!("{out}/spindle.yaml"))
+        .next(format!("muspin modes --spindle {out}/spindle.yaml"));
+    Ok(if explanation.explained { end } else { end.say(explanation.statement.as_str()) })
 }
 
 /// How well the closed-loop compliance at the tool is predicted before and after: data that no fit has used.

@@ -2,7 +2,7 @@
 
 use super::error::InputError;
 use super::error_list::ErrorList;
-use super::key::{Key, Range, keys, open};
+use super::key::{Key, Range, keys, number};
 use crate::augment::root::Root;
 use crate::augment::shape::Shape;
 use crate::augment::weights::GivenCurves;
@@ -16,9 +16,9 @@ use std::f64::consts::TAU;
 const ANY: [Range; 2] = [[0.0, f64::INFINITY]; 2];
 
 pub(super) const KEYS: &[Key] = keys! {
-    open "points[]" "Hz, value" ANY "the limits of a specification over frequency";
-    open "numerator[]" "" ANY "falling powers of s in rad/s";
-    open "denominator[]" "" ANY "falling powers of s in rad/s";
+    number "points[]" "Hz, value" ANY "the limits of a specification over frequency";
+    number "numerator[]" "" ANY "falling powers of s in rad/s";
+    number "denominator[]" "" ANY "falling powers of s in rad/s";
 };
 
 /// Sizes over frequency, each in the place of one that changes from a level to another.

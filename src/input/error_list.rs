@@ -1,7 +1,7 @@
 //! All that is wrong with one file, by line.
 
 use super::error::InputError;
-use super::key_line::key_line;
+use super::tree::key_line;
 
 const MOST_TOLD: usize = 100;
 

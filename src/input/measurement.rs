@@ -60,7 +60,7 @@ pub struct ReadOff {
 }
 
 /// All records of a folder.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Measurement {
     /// The folder.
     pub folder: PathBuf,
@@ -184,10 +184,7 @@ fn records(errors: &mut ErrorList<'_>, folder: &Path, read: MeasurementFile, wat
         folder: folder.to_owned(),
         spindle: resolve(folder, &read.spindle, "spindle.yaml"),
         tool: if read.tool == NO_TOOL { read.tool } else { resolve(folder, &read.tool, "tool.yaml") },
-        sweeps: vec![],
-        hammers: vec![],
-        mode_shapes: vec![],
-        frequencies: vec![],
+        ..Measurement::default()
     };
     let list = errors.file;
     if read.records.is_empty() {
@@ -219,13 +216,10 @@ pub fn read_list(file: &str, text: &str) -> Result<(), InputError> {
 fn frequencies_alone(source: &str) -> Result<Measurement, InputError> {
     let text = shipped::text(source, "measurement", shipped::FREQUENCIES)?;
     Ok(Measurement {
-        folder: PathBuf::new(),
         spindle: "reference".into(),
         tool: "paper-tool".into(),
-        sweeps: vec![],
-        hammers: vec![],
-        mode_shapes: vec![],
         frequencies: vec![read_frequencies(source, &text)?],
+        ..Measurement::default()
     })
 }
 
@@ -237,40 +231,34 @@ fn check_keys(record: &RecordFile, broken: &dyn Fn(&str, String) -> InputError) 
         let rule = format!("{:?} is none of {}", record.kind, known.join(", "));
         return Err(broken("kind", rule).with_hint(format!("did you mean `{near}`?")));
     }
-    if record.hold.is_some() && record.kind != "sweep" {
-        let rule = format!("a record of kind {} has no such key", record.kind);
-        return Err(broken("hold", rule)
-            .with_hint("only a sweep has currents that may have been logged before the hold; remove the key"));
-    }
-    if record.function.is_some() && record.kind != "hammer" {
-        let rule = format!("a record of kind {} has no such key", record.kind);
-        return Err(
-            broken("function", rule).with_hint("only a hammer test chooses from a universal file; remove the key")
-        );
-    }
-    let taken_at_speed = matches!(record.kind.as_str(), "sweep" | "hammer");
-    if record.unit.is_some() && !taken_at_speed {
-        let rule = format!("a record of kind {} has no such key", record.kind);
-        return Err(broken("unit", rule).with_hint("only sweeps and hammer tests have responses; remove the key"));
-    }
     let has_place = record.response_m.is_some() || record.force_m.is_some();
-    if has_place && record.kind != "hammer" {
-        let rule = format!("a record of kind {} has no such key", record.kind);
-        return Err(broken("response_m", rule).with_hint("only a hammer test has a place; remove the key"));
-    }
-    if !taken_at_speed {
-        let extra = [
-            ("speed_rpm", record.speed_rpm.is_some()),
-            ("controller", record.controller.is_some()),
-            ("axis", record.axis.is_some()),
-        ];
-        if let Some((key, _)) = extra.iter().find(|(_, given)| *given) {
-            return Err(
-                broken(key, format!("a record of kind {} has no such key", record.kind)).with_hint("remove the key")
-            );
+    let at_speed: &[&str] = &["sweep", "hammer"];
+    // Keys of some kinds only: whether they are given, the kinds, what to do with them elsewhere.
+    let keys: [(&str, bool, &[&str], &str); 7] = [
+        (
+            "hold",
+            record.hold.is_some(),
+            &["sweep"],
+            "only a sweep has currents that may have been logged before the hold; remove the key",
+        ),
+        (
+            "function",
+            record.function.is_some(),
+            &["hammer"],
+            "only a hammer test chooses from a universal file; remove the key",
+        ),
+        ("unit", record.unit.is_some(), at_speed, "only sweeps and hammer tests have responses; remove the key"),
+        ("response_m", has_place, &["hammer"], "only a hammer test has a place; remove the key"),
+        ("speed_rpm", record.speed_rpm.is_some(), at_speed, "remove the key"),
+        ("controller", record.controller.is_some(), at_speed, "remove the key"),
+        ("axis", record.axis.is_some(), at_speed, "remove the key"),
+    ];
+    match keys.iter().find(|(_, given, kinds, _)| *given && !kinds.contains(&record.kind.as_str())) {
+        None => Ok(()),
+        Some((key, .., hint)) => {
+            Err(broken(key, format!("a record of kind {} has no such key", record.kind)).with_hint(*hint))
         }
     }
-    Ok(())
 }
 
 /// Where a hammer test was taken.

@@ -17,7 +17,6 @@ pub mod file;
 pub mod hammer;
 pub(crate) mod json;
 mod key;
-mod key_line;
 pub mod keys;
 pub mod kind;
 mod list_limits;

@@ -4,6 +4,7 @@
 use super::error::InputError;
 use super::error_list::ErrorList;
 use super::keys::{Key, KeyGroup, other_units};
+use super::positive::positive;
 use super::quote::{excerpt, printable};
 use serde_yaml::Value;
 
@@ -28,6 +29,15 @@ pub(super) fn refuse(errors: &mut ErrorList<'_>, groups: &[KeyGroup], value: &Va
         let [low, high] = key.possible;
         if !size.is_nan() && !(low..=high).contains(&size.abs()) {
             errors.add(outside(errors.file, path, key, size));
+        }
+    });
+}
+
+/// Adds an error for every number that has to be positive and is not.
+pub(super) fn refuse_negative(errors: &mut ErrorList<'_>, groups: &[KeyGroup], value: &Value) {
+    each_number(groups, value, &mut |path, key, x| {
+        if key.is_positive {
+            positive(errors, path, Some(x));
         }
     });
 }
@@ -101,7 +111,7 @@ fn looks_like(key: &Key, size: f64) -> Option<String> {
 fn each_number(groups: &[KeyGroup], file: &Value, see: &mut dyn FnMut(&str, &Key, f64)) {
     for group in groups {
         for (path, holder) in holders(file, group.at) {
-            for key in group.keys.iter().filter(|key| key.unit != "text") {
+            for key in group.keys {
                 let name = key.name.trim_end_matches("[]");
                 let path = join(&path, name);
                 match holder.get(name) {

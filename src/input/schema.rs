@@ -62,7 +62,7 @@ pub fn schema(kind: SchemaKind) -> Value {
     // The table has keys of effects too; their alternatives come from the table of effects, with its own rules of sign.
     for group in kind.groups().iter().filter(|g| g.at != "effects[]") {
         let steps: Vec<&str> = group.at.split('.').filter(|s| !s.is_empty()).collect();
-        for key in group.keys.iter().filter(|k| k.unit != "text") {
+        for key in group.keys {
             let path = [steps.as_slice(), &[key.name]].concat();
             at_every(&mut schema, &path, &mut |found| add_key(found, key));
         }

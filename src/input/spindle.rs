@@ -28,18 +28,18 @@ pub(super) struct SpindleFile {
     #[serde(default = "yes")]
     gyroscopics: bool,
     /// Axial positions of sensors and actuators, from the nose face.
-    planes: PlanesFile,
+    planes: Planes,
     /// The two radial magnetic bearings; the force on the rotor is ki·i + ks·x.
     bearings: BearingsFile,
     /// Amplifiers, sensors, sampling.
-    electronics: ElectronicsFile,
+    electronics: Electronics,
     /// Speed range.
     speed: SpeedFile,
     /// Radial clearance of the backup bearings.
     backup_clearance_m: f64,
     /// Contact of the rotor with the backup bearings, for time responses.
     #[serde(default)]
-    backup_bearings: Option<BackupBearingsFile>,
+    backup_bearings: Option<BackupBearings>,
     /// Band in which the dynamic stiffness of the tool counts, in designs and predictions.
     #[serde(default)]
     stiffness_band: Option<StiffnessBandFile>,
@@ -121,19 +121,6 @@ pub(super) struct ElementFile {
 
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub(super) struct PlanesFile {
-    /// Front sensors.
-    front_sensor_m: f64,
-    /// Centre of the front bearing.
-    front_actuator_m: f64,
-    /// Centre of the rear bearing.
-    rear_actuator_m: f64,
-    /// Rear sensors.
-    rear_sensor_m: f64,
-}
-
-#[derive(Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
 pub(super) struct BearingsFile {
     /// The bearing at the nose.
     front: BearingFile,
@@ -164,37 +151,9 @@ pub(super) struct BearingFile {
 
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub(super) struct ElectronicsFile {
-    /// Bandwidth of the current loop, first order.
-    amplifier_bandwidth_hz: f64,
-    /// Bandwidth of the sensors, first order.
-    sensor_bandwidth_hz: f64,
-    /// Noise of a sensor, rms per axis.
-    sensor_noise_m: f64,
-    /// From sampling to the commanded current, with the hold's half sample.
-    delay_s: f64,
-    /// Sample rate of the controller.
-    sample_rate_hz: f64,
-}
-
-#[derive(Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
 pub(super) struct SpeedFile {
     /// Top speed.
     max_rpm: f64,
-}
-
-#[derive(Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(super) struct BackupBearingsFile {
-    /// Contact stiffness; 3e7 N/m unless given.
-    contact_stiffness_n_per_m: Option<f64>,
-    /// Contact damping; unless given 15 % of the critical damping of half the rotor on the contact stiffness.
-    contact_damping_n_s_per_m: Option<f64>,
-    /// Friction coefficient; 0.1 unless given.
-    friction: Option<f64>,
-    /// Radius of the rotor where it touches; unless given that of the shaft at the actuators, on average.
-    contact_radius_m: Option<f64>,
 }
 
 #[derive(Deserialize, JsonSchema)]
@@ -265,29 +224,13 @@ fn spindle(errors: &mut ErrorList<'_>, read: SpindleFile) -> Spindle {
         damping_ratio: read.rotor.damping_ratio,
         flexible_modes: read.rotor.flexible_modes,
         gyroscopics: read.gyroscopics,
-        planes: Planes {
-            front_sensor_m: read.planes.front_sensor_m,
-            front_actuator_m: read.planes.front_actuator_m,
-            rear_actuator_m: read.planes.rear_actuator_m,
-            rear_sensor_m: read.planes.rear_sensor_m,
-        },
+        planes: read.planes,
         front: bearing(&read.bearings.front),
         rear: bearing(&read.bearings.rear),
-        electronics: Electronics {
-            amplifier_bandwidth_hz: read.electronics.amplifier_bandwidth_hz,
-            sensor_bandwidth_hz: read.electronics.sensor_bandwidth_hz,
-            sensor_noise_m: read.electronics.sensor_noise_m,
-            delay_s: read.electronics.delay_s,
-            sample_rate_hz: read.electronics.sample_rate_hz,
-        },
+        electronics: read.electronics,
         max_rpm: read.speed.max_rpm,
         backup_clearance_m: read.backup_clearance_m,
-        backup_bearings: read.backup_bearings.map_or_else(BackupBearings::default, |b| BackupBearings {
-            contact_stiffness_n_per_m: b.contact_stiffness_n_per_m,
-            contact_damping_n_s_per_m: b.contact_damping_n_s_per_m,
-            friction: b.friction,
-            contact_radius_m: b.contact_radius_m,
-        }),
+        backup_bearings: read.backup_bearings.unwrap_or_default(),
         stiffness_band_hz: read.stiffness_band.map_or(STIFFNESS_BAND_HZ, |b| {
             let (from, to) = STIFFNESS_BAND_HZ;
             (b.from_hz.unwrap_or(from), b.to_hz.unwrap_or(to))
@@ -301,7 +244,7 @@ fn spindle(errors: &mut ErrorList<'_>, read: SpindleFile) -> Spindle {
 }
 
 /// What the axes of the bearings have beside their mean, as the effects that say the same of a machine.
-fn differences_of_axes(bearings: &BearingsFile, planes: &PlanesFile) -> Vec<Effect> {
+fn differences_of_axes(bearings: &BearingsFile, planes: &Planes) -> Vec<Effect> {
     let mut found = vec![];
     let places = [(&bearings.front, planes.front_actuator_m), (&bearings.rear, planes.rear_actuator_m)];
     for (b, (bearing, actuator_m)) in places.into_iter().enumerate() {

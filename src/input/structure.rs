@@ -3,8 +3,7 @@
 
 use super::error::{InputError, is_meant, nearest_key};
 use super::error_list::ErrorList;
-use super::key_line::key_line;
-use super::tree::{LenientTree, lenient_tree};
+use super::tree::{LenientTree, key_line, lenient_tree};
 use schemars::JsonSchema;
 use schemars::generate::SchemaSettings;
 use serde_json::{Map, Value as Json, json};

@@ -3,8 +3,7 @@
 use super::curve::CurvesFile;
 use super::error::InputError;
 use super::error_list::ErrorList;
-use super::key::{Key, Range, keys, open, required};
-use super::positive::positive;
+use super::key::{Key, Range, keys, number, positive};
 use crate::augment::hardware::Uncertainty;
 use crate::augment::shape::Shape;
 use schemars::JsonSchema;
@@ -14,23 +13,23 @@ const CORNER: [Range; 2] = [[1.0, 2e4], [1e-4, 1e7]];
 const ABOVE: &str = "models fail above the band that was measured";
 
 pub(super) const KEYS: &[Key] = keys! {
-    open "force_constant" "" [[1e-3, 0.3], [0.0, 1.0]] "force constants are known to some per cent";
-    open "negative_stiffness" "" [[1e-3, 0.5], [0.0, 1.0]]
+    number "force_constant" "" [[1e-3, 0.3], [0.0, 1.0]] "force constants are known to some per cent";
+    number "negative_stiffness" "" [[1e-3, 0.5], [0.0, 1.0]]
         "negative stiffness grows with the bias and falls with the gap, each known to some per cent";
-    open "delay_s" "s" [[1e-7, 1e-3], [1e-12, 1.0]] "a loop's delay is known to a part of the sample period";
+    positive "delay_s" "s" [[1e-7, 1e-3], [1e-12, 1.0]] "a loop's delay is known to a part of the sample period";
 };
 pub(super) const ACTUATOR_KEYS: &[Key] = &{
     const SIZE: [Range; 2] = [[1e-3, 10.0], [1e-9, 1e6]];
     const WHY: &str = "amplifiers and magnets are known to some per cent in the band";
-    [required("low", "", SIZE, WHY), required("high", "", SIZE, ABOVE), required("crossover_hz", "Hz", CORNER, ABOVE)]
+    [positive("low", "", SIZE, WHY), positive("high", "", SIZE, ABOVE), positive("crossover_hz", "Hz", CORNER, ABOVE)]
 };
 pub(super) const SENSOR_KEYS: &[Key] = &{
     const SIZE: [Range; 2] = [[1e-10, 1e-3], [1e-15, 1.0]];
     const WHY: &str = "an ampere moves a spindle by some micrometres";
     [
-        required("low_m_per_a", "m/A", SIZE, WHY),
-        required("high_m_per_a", "m/A", SIZE, ABOVE),
-        required("crossover_hz", "Hz", CORNER, ABOVE),
+        positive("low_m_per_a", "m/A", SIZE, WHY),
+        positive("high_m_per_a", "m/A", SIZE, ABOVE),
+        positive("crossover_hz", "Hz", CORNER, ABOVE),
     ]
 };
 
@@ -78,24 +77,6 @@ pub(super) struct AdditiveFile {
 /// Uncertainty with every value checked; what is given as a curve stands in `curves`.
 pub(super) fn uncertainty(errors: &mut ErrorList<'_>, read: &UncertaintyFile, curves: &CurvesFile) -> Uncertainty {
     let file = errors.file;
-    let mut checked = vec![("uncertainty.delay_s", read.delay_s)];
-    if let Some(a) = &read.actuator {
-        checked.extend([
-            ("uncertainty.actuator.low", Some(a.low)),
-            ("uncertainty.actuator.high", Some(a.high)),
-            ("uncertainty.actuator.crossover_hz", Some(a.crossover_hz)),
-        ]);
-    }
-    if let Some(s) = &read.sensor {
-        checked.extend([
-            ("uncertainty.sensor.low_m_per_a", Some(s.low_m_per_a)),
-            ("uncertainty.sensor.high_m_per_a", Some(s.high_m_per_a)),
-            ("uncertainty.sensor.crossover_hz", Some(s.crossover_hz)),
-        ]);
-    }
-    for (key, value) in checked {
-        positive(errors, key, value);
-    }
     let relative = [("force_constant", read.force_constant), ("negative_stiffness", read.negative_stiffness)];
     for (key, value) in relative {
         if let Some(value) = value

@@ -4,7 +4,6 @@ use super::curve::CurvesFile;
 use super::error::InputError;
 use super::error_list::ErrorList;
 use super::keys;
-use super::positive::positive;
 use super::shipped::{self, WEIGHTS};
 use super::uncertainty::{UncertaintyFile, uncertainty};
 use super::yaml;
@@ -56,7 +55,7 @@ pub(super) struct WeightsFile {
     /// Bands in which the tool has to be stiff, at rest and at top speed; limits of the polish, judged beside the loads
     /// and displacements above. None unless given.
     #[serde(default)]
-    tool_stiffness: Vec<ToolStiffnessFile>,
+    tool_stiffness: Vec<StiffnessFloor>,
     /// Relative shift of the natural frequencies, alone, combined and together, that the loop is to bear as that of a
     /// tuned PID does: the polish goes on for it where the loop does not. Zero: none is asked. 0.03 unless given.
     mode_shift: Option<f64>,
@@ -96,18 +95,6 @@ pub(super) struct LimitsFile {
     displacement_crossover_hz: Option<f64>,
 }
 
-/// A band in which the tool has to be stiff.
-#[derive(Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(super) struct ToolStiffnessFile {
-    /// First frequency of the band.
-    from_hz: f64,
-    /// Last frequency of the band; the first one for a single frequency.
-    to_hz: f64,
-    /// Least dynamic stiffness of the tool there.
-    at_least_n_per_m: f64,
-}
-
 /// Defaults of the keys that Table 2 leaves open; reasons at [`Weights`].
 const LOAD_CROSSOVER_HZ: [f64; 3] = [40.0; 3];
 const DISPLACEMENT_CROSSOVER_HZ: [f64; 3] = [40.0, 100.0, 100.0];
@@ -136,30 +123,6 @@ pub fn read_weights(file: &str, text: &str) -> Result<Weights, InputError> {
 
 /// Adds an error for every number that breaks a rule of its own.
 fn check_numbers(errors: &mut ErrorList<'_>, read: &WeightsFile) {
-    for (place, limits) in [("tool", &read.tool), ("front", &read.front), ("rear", &read.rear)] {
-        let values = [
-            ("max_dc_load_n", Some(limits.max_dc_load_n)),
-            ("max_hf_load_n", Some(limits.max_hf_load_n)),
-            ("max_dc_displacement_m", Some(limits.max_dc_displacement_m)),
-            ("max_hf_displacement_m", Some(limits.max_hf_displacement_m)),
-            ("load_crossover_hz", limits.load_crossover_hz),
-            ("displacement_crossover_hz", limits.displacement_crossover_hz),
-        ];
-        for (key, value) in values {
-            positive(errors, &format!("{place}.{key}"), value);
-        }
-    }
-    let open = [
-        ("current_limit_a", read.current_limit_a),
-        ("current_rolloff_hz", read.current_rolloff_hz),
-        ("sensor_noise_m", read.sensor_noise_m),
-        ("complementary_sensitivity_limit", read.complementary_sensitivity_limit),
-        ("integral_corner_hz", read.integral_corner_hz),
-        ("tool_tightening", read.tool_tightening),
-    ];
-    for (key, value) in open {
-        positive(errors, key, value);
-    }
     let mut refuse = |rule: String, hint: &str| {
         errors.add_rule(InputError::new(errors.file, rule).with_hint(hint));
     };
@@ -189,11 +152,14 @@ fn weights(errors: &mut ErrorList<'_>, read: WeightsFile) -> Weights {
         Defaults::Table => vec![],
         Defaults::Machine => left_out(&read),
     };
+    let uncertainty = uncertainty(errors, &read.uncertainty, &read.over_frequency);
+    let curves = read.over_frequency.weights(errors);
+    check_floors(errors, &read.tool_stiffness);
     Weights {
-        uncertainty: uncertainty(errors, &read.uncertainty, &read.over_frequency),
-        curves: read.over_frequency.weights(errors),
+        uncertainty,
+        curves,
         mode_shift: read.mode_shift.unwrap_or(MODE_SHIFT),
-        tool_stiffness: stiffness_floors(errors, &read.tool_stiffness),
+        tool_stiffness: read.tool_stiffness,
         open,
         tool: limits(&read.tool),
         front: limits(&read.front),
@@ -212,21 +178,13 @@ fn weights(errors: &mut ErrorList<'_>, read: WeightsFile) -> Weights {
     }
 }
 
-fn stiffness_floors(errors: &mut ErrorList<'_>, read: &[ToolStiffnessFile]) -> Vec<StiffnessFloor> {
-    let mut floors = vec![];
-    for (i, band) in read.iter().enumerate() {
-        let values = [("from_hz", band.from_hz), ("to_hz", band.to_hz), ("at_least_n_per_m", band.at_least_n_per_m)];
-        for (key, value) in values {
-            positive(errors, &format!("tool_stiffness[{i}].{key}"), Some(value));
-        }
+fn check_floors(errors: &mut ErrorList<'_>, floors: &[StiffnessFloor]) {
+    for (i, band) in floors.iter().enumerate() {
         if band.from_hz > band.to_hz {
             let rule = format!("tool_stiffness[{i}].to_hz: {} lies below from_hz: {}", band.to_hz, band.from_hz);
             errors.add_rule(InputError::new(errors.file, rule).with_hint("a single frequency is written twice"));
         }
-        let (from_hz, to_hz, at_least_n_per_m) = (band.from_hz, band.to_hz, band.at_least_n_per_m);
-        floors.push(StiffnessFloor { from_hz, to_hz, at_least_n_per_m });
     }
-    floors
 }
 
 /// What a file leaves out.

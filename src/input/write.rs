@@ -6,6 +6,8 @@ use crate::rotor::{Disc, Material, Section};
 use crate::spindle::effects::AXIS_NAMES;
 use crate::spindle::machine::STIFFNESS_BAND_HZ;
 use crate::spindle::{Effect, Location, Machine, RotorOnSupports, Side, Spindle, Tool};
+use serde::Serialize;
+use std::fmt::Display;
 
 /// `spindle.yaml` and, where there are such, `tool.yaml` and `correction.csv` of a machine.
 pub(crate) fn machine_files(machine: &Machine) -> Vec<(&'static str, String)> {
@@ -48,52 +50,19 @@ pub fn spindle_yaml(spindle: &Spindle) -> String {
     lines.push(format!("  flexible_modes: {}", spindle.flexible_modes));
     lines.push(format!("gyroscopics: {}", spindle.gyroscopics));
     lines.push("planes:".into());
-    let p = &spindle.planes;
-    let planes = [
-        ("front_sensor_m", p.front_sensor_m),
-        ("front_actuator_m", p.front_actuator_m),
-        ("rear_actuator_m", p.rear_actuator_m),
-        ("rear_sensor_m", p.rear_sensor_m),
-    ];
-    lines.extend(planes.map(|(key, value)| format!("  {key}: {}", number(value))));
+    lines.extend(numbers(&spindle.planes).iter().map(|(key, value)| format!("  {key}: {}", number(*value))));
     lines.push("bearings:".into());
     for side in Side::BOTH {
-        let b = spindle.bearing(side);
-        let mut values = vec![
-            ("ki_n_per_a", b.ki_n_per_a),
-            ("ks_n_per_m", b.ks_n_per_m),
-            ("max_force_n", b.max_force_n),
-            ("bias_current_a", b.bias_current_a),
-            ("max_current_a", b.max_current_a),
-            ("gap_m", b.gap_m),
-        ];
-        if b.sensor_gain != 1.0 {
-            values.push(("sensor_gain", b.sensor_gain));
-        }
+        let mut values = numbers(spindle.bearing(side));
+        values.retain(|(key, value)| key != "sensor_gain" || *value != 1.0);
         lines.push(format!("  {}: {{{}}}", side.name(), pairs(&values)));
     }
-    let e = &spindle.electronics;
     lines.push("electronics:".into());
-    let electronics = [
-        ("amplifier_bandwidth_hz", e.amplifier_bandwidth_hz),
-        ("sensor_bandwidth_hz", e.sensor_bandwidth_hz),
-        ("sensor_noise_m", e.sensor_noise_m),
-        ("delay_s", e.delay_s),
-        ("sample_rate_hz", e.sample_rate_hz),
-    ];
-    lines.extend(electronics.map(|(key, value)| format!("  {key}: {}", number(value))));
+    lines.extend(numbers(&spindle.electronics).iter().map(|(key, value)| format!("  {key}: {}", number(*value))));
     lines.push(format!("speed: {{max_rpm: {}}}", number(spindle.max_rpm)));
     lines.push(format!("backup_clearance_m: {}", number(spindle.backup_clearance_m)));
-    let backup = &spindle.backup_bearings;
-    if !backup.is_open() {
-        let given = [
-            ("contact_stiffness_n_per_m", backup.contact_stiffness_n_per_m),
-            ("contact_damping_n_s_per_m", backup.contact_damping_n_s_per_m),
-            ("friction", backup.friction),
-            ("contact_radius_m", backup.contact_radius_m),
-        ];
-        let values: Vec<(&str, f64)> = given.into_iter().filter_map(|(k, v)| Some((k, v?))).collect();
-        lines.push(format!("backup_bearings: {{{}}}", pairs(&values)));
+    if !spindle.backup_bearings.is_open() {
+        lines.push(format!("backup_bearings: {{{}}}", pairs(&numbers(&spindle.backup_bearings))));
     }
     if spindle.stiffness_band_hz != STIFFNESS_BAND_HZ {
         let (from, to) = spindle.stiffness_band_hz;
@@ -189,7 +158,14 @@ pub fn text(value: &str) -> String {
     serde_json::Value::from(value).to_string()
 }
 
-fn pairs(values: &[(&str, f64)]) -> String {
+/// Keys and values of a group as the file has it, without those that are left open.
+fn numbers(group: &impl Serialize) -> Vec<(String, f64)> {
+    let group = serde_json::to_value(group).unwrap_or_default();
+    let all = group.as_object().into_iter().flatten();
+    all.filter_map(|(key, value)| Some((key.clone(), value.as_f64()?))).collect()
+}
+
+fn pairs<K: Display>(values: &[(K, f64)]) -> String {
     let parts: Vec<String> = values.iter().map(|(k, v)| format!("{k}: {}", number(*v))).collect();
     parts.join(", ")
 }

@@ -34,6 +34,9 @@ pub(super) fn read<T: DeserializeOwned + JsonSchema>(errors: &mut ErrorList<'_>,
     };
     errors.take(check_lists(file, &tree))?;
     plausible::refuse(errors, groups, &tree);
+    if read.is_some() {
+        plausible::refuse_negative(errors, groups, &tree);
+    }
     read
 }
 

@@ -3,7 +3,7 @@
 
 use super::pictures::Picture;
 use super::plot::figure::{Axis, Figure, Panel, Series, SeriesShape};
-use super::plot::loops::zone_limits;
+use super::plot::loops::add_zone_limits;
 use super::plot::style::Role;
 use crate::pipeline::worst::WorstPrediction;
 use crate::predict::worst_case::{Extreme, WorstCurve};
@@ -41,7 +41,7 @@ pub(crate) fn worst_figures(all: &[NamedWorst]) -> Vec<(Picture, Figure)> {
     };
     let stiffness = panels(all, &stiffness);
     let mut sensitivity = panels(all, &sensitivity);
-    sensitivity.iter_mut().for_each(|panel| panel.levels = zone_limits());
+    sensitivity.iter_mut().for_each(add_zone_limits);
     if stiffness.is_empty() {
         return vec![];
     }

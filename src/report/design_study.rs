@@ -21,7 +21,7 @@ pub(crate) fn design_report(machine: &Machine, study: &Study, route: Route) -> R
     report.summary.set("weights", study.weights.name.as_str());
     report.summary.set("design", design_topic(found));
     if add_instability(&mut report, found) {
-        report.controller(machine, found, None)?;
+        report.controller("controller/", machine, found, None)?;
         return Ok(report);
     }
     if let Some(curve) = &study.orders {
@@ -50,6 +50,6 @@ pub(crate) fn design_report(machine: &Machine, study: &Study, route: Route) -> R
     let drawn = robustness(found).into_iter();
     report.figures(drawn.chain(predictions(&runs, &limits, top_rpm / 60.0)))?;
     report.loop_of("mu", &study.curves, [rest, speed], top_rpm)?;
-    report.controller(machine, found, None)?;
+    report.controller("controller/", machine, found, None)?;
     Ok(report)
 }

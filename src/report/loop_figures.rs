@@ -2,12 +2,12 @@
 //! poles, step at the tool, stiffness of sampled plants, Campbell diagram, unbalance response over speed.
 
 use super::pictures::Picture;
-use super::plot::figure::{Axis, Figure, Level, Mark, Panel, Series};
+use super::plot::figure::{Axis, Figure, Mark, Panel, Series};
 use super::plot::loops::{ResponseCurve, bode, dynamic_stiffness, nyquist};
-use super::plot::shaft::{CampbellLine, campbell};
+use super::plot::shaft::campbell;
 use super::plot::{Color, Curve, Dash, Look, Marker, Role};
 use crate::pipeline::comparison::Prediction;
-use crate::pipeline::loop_curves::{DrawnPlants, LoopCurves, ModesAtSpeed, UnbalanceCurve, WhirlLine};
+use crate::pipeline::loop_curves::{DrawnPlants, LoopCurves, ModesAtSpeed, UnbalanceCurve};
 use crate::predict::loop_gain::LoopGain;
 use crate::predict::loop_shape::LoopShape;
 use crate::predict::loop_sigma::LoopSigma;
@@ -22,8 +22,7 @@ const GRAM_MILLIMETRE: f64 = 1e-6;
 /// The pictures of a loop; `runs` are its predictions at rest and at top speed. Of a loop that is unstable at rest only
 /// that of the free rotor.
 pub(crate) fn loop_figures(curves: &LoopCurves, runs: [&Prediction; 2], top_rpm: f64) -> Vec<(Picture, Figure)> {
-    let whirl: Vec<CampbellLine> = curves.whirl.iter().map(CampbellLine::from).collect();
-    let whirl = campbell("Bending modes of the free rotor over speed", &whirl, &[1.0, 2.0]);
+    let whirl = campbell("Bending modes of the free rotor over speed", &curves.whirl, &[1.0, 2.0]);
     let mut figures = vec![(Picture::Campbell, whirl)];
     let Some(stable) = &curves.stable else {
         return figures;
@@ -39,12 +38,6 @@ pub(crate) fn loop_figures(curves: &LoopCurves, runs: [&Prediction; 2], top_rpm:
     let unbalance = unbalance(&stable.unbalance, top_rpm);
     figures.push((Picture::UnbalanceSpeed, unbalance));
     figures
-}
-
-impl From<&WhirlLine> for CampbellLine {
-    fn from(line: &WhirlLine) -> Self {
-        Self { whirl: line.whirl, speed_rpm: line.speed_rpm.clone(), frequency_hz: line.frequency_hz.clone() }
-    }
 }
 
 fn controller_bode(shape: &LoopShape) -> Figure {
@@ -78,7 +71,7 @@ fn loop_sigma(sigma: &LoopSigma) -> Figure {
             ("T = L S", &sigma.complementary, Role::Other(1)),
         ],
     );
-    loops.levels.push(Level { value: 1.0, label: "1".to_owned(), dash: Dash::Dashed });
+    loops.level(1.0, "1");
     let effort = panel(
         "Controller and control effort",
         "A/m",
@@ -102,7 +95,7 @@ fn loop_gain(gain: &LoopGain) -> Figure {
     });
     let mut figure = bode("Loop gain at rest, one channel opened", "|L|", "", &curves, &[]);
     if let Some(magnitude) = figure.panels.first_mut() {
-        magnitude.levels.push(Level { value: 1.0, label: "1".to_owned(), dash: Dash::Dashed });
+        magnitude.level(1.0, "1");
     }
     for panel in &mut figure.panels {
         let crossovers = bearings.map(|(channel, _, role)| (gain.margin(channel).crossover_hz, role.look().color));
@@ -182,7 +175,7 @@ fn tool_step(step: &ToolStep) -> Figure {
     panel.series.push(Series::curve("displacement", &x, &y, Role::Mu.look()));
     let end = 1e6 * step.final_m_per_n;
     for (value, label) in [(end, "final"), ((1.0 + SETTLED) * end, ""), ((1.0 - SETTLED) * end, "")] {
-        panel.levels.push(Level { value, label: label.to_owned(), dash: Dash::Dashed });
+        panel.level(value, label);
     }
     let settles = match step.settling_s {
         s if s.is_finite() => format!("settles to 2 % in {:.1} ms", 1e3 * s),

@@ -7,7 +7,7 @@ use super::margins::margin_topic;
 use super::pictures::Picture;
 use super::pid_summary::{OF_DELIVERED, no_pid_topic, pid_topic};
 use super::plot::Role;
-use super::plot::loops::{MarkedFrequency, MarkedPeak};
+use super::plot::loops::MarkedFrequency;
 use super::prediction_summary::damping_ratios;
 use super::run_figures::{open_loop, predictions, robustness, shapes};
 use super::unstable::add_instability;
@@ -23,7 +23,7 @@ use crate::pipeline::overspeed::OVERSPEED;
 use crate::pipeline::run::{CriticalCut, Curves, Rival, Rivals, Run};
 use crate::predict::stiffness::stiffness_words;
 use crate::spindle::Machine;
-use crate::update::Targets;
+use crate::update::{PeakKind, Targets};
 use serde_json::{Value, json};
 
 /// Look of the controller of the D-K iteration beside the polished one.
@@ -169,13 +169,13 @@ fn add_pictures(report: &mut Report, run: &Run, curves: &Curves) -> Result<(), R
 
 fn marks(targets: &Targets) -> [Vec<MarkedFrequency>; 2] {
     [0, 1].map(|bearing| {
-        let resonances = targets.resonances.iter().flatten().map(|t| (t, MarkedPeak::Resonance));
+        let resonances = targets.resonances.iter().flatten().map(|t| (t, PeakKind::Resonance));
         let zeros = targets
             .antiresonances
             .get(bearing)
             .into_iter()
             .flat_map(|f| f.antiresonances.iter().flatten())
-            .map(|t| (t, MarkedPeak::Antiresonance));
+            .map(|t| (t, PeakKind::Antiresonance));
         resonances.chain(zeros).map(|(t, peak)| MarkedFrequency { frequency_hz: t.frequency_hz, peak }).collect()
     })
 }

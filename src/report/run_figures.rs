@@ -45,12 +45,6 @@ pub(crate) fn open_loop(
 pub(crate) fn shapes(name: &str, role: Role, machine: &Machine, free: &FreeRotor) -> Figure {
     let FreeRotor { rotor, modes } = free;
     let nodes = rotor.node_positions_m();
-    let outline: Vec<OutlinePiece> = rotor
-        .sections()
-        .iter()
-        .zip(nodes.windows(2))
-        .map(|(s, z)| OutlinePiece { from_m: z[0], to_m: z[1], diameter_m: s.outer_diameter_m[0] })
-        .collect();
     let [front, rear] = machine.effective().bearings;
     let station = |name, position_m, kind| Station { name, position_m, kind };
     let stations = [
@@ -78,7 +72,7 @@ pub(crate) fn shapes(name: &str, role: Role, machine: &Machine, free: &FreeRotor
             (format!("mode {}: {hz:.0} Hz", k + 1), vec![curve])
         })
         .collect();
-    mode_shapes("Flexible modes of the free rotor", &outline, &stations, &panels)
+    mode_shapes("Flexible modes of the free rotor", &OutlinePiece::list(rotor), &stations, &panels)
 }
 
 /// μ over frequency and over speed; over the iteration and the order of the controller where there was an iteration.

@@ -119,7 +119,7 @@ pub(crate) fn push_figure(
     limits: &SimulationLimits,
 ) -> Figure {
     let clearance = 1e6 * machine.spindle.backup_clearance_m;
-    let stops = vec![(clearance, "backup bearing"), (-clearance, "backup bearing")];
+    let stops = [(clearance, "backup bearing"), (-clearance, "backup bearing")];
     let time: Vec<Vec<f64>> = responses.iter().map(|(_, _, r)| r.samples.iter().map(|s| s.time_s).collect()).collect();
     let values = |of: &dyn Fn(&TimeSample) -> f64| -> Vec<Vec<f64>> {
         responses.iter().map(|(_, _, r)| r.samples.iter().map(of).collect()).collect()
@@ -127,28 +127,12 @@ pub(crate) fn push_figure(
     let front = values(&|s| 1e6 * s.displacements_m[2]);
     let rear = values(&|s| 1e6 * s.displacements_m[4]);
     let current = values(&|s| s.currents_a[0]);
+    let own = |values| name_curves(responses, &time, values);
+    let current_a = [(limits.current_a, "limit"), (-limits.current_a, "limit")];
     let panels = [
-        TimePanel {
-            title: "Front bearing x",
-            label: "x",
-            unit: "µm",
-            curves: name_curves(responses, &time, &front),
-            limits: stops.clone(),
-        },
-        TimePanel {
-            title: "Rear bearing x",
-            label: "x",
-            unit: "µm",
-            curves: name_curves(responses, &time, &rear),
-            limits: stops,
-        },
-        TimePanel {
-            title: "Control current front x",
-            label: "i",
-            unit: "A",
-            curves: name_curves(responses, &time, &current),
-            limits: vec![(limits.current_a, "limit"), (-limits.current_a, "limit")],
-        },
+        TimePanel::of("Front bearing x", ["x", "µm"], own(&front), stops),
+        TimePanel::of("Rear bearing x", ["x", "µm"], own(&rear), stops),
+        TimePanel::of("Control current front x", ["i", "A"], own(&current), current_a),
     ];
     time_responses(title, &panels)
 }

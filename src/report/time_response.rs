@@ -68,36 +68,15 @@ fn add_response(
     let time: Vec<f64> = column(&|s| s.time_s);
     let spindle = &machine.spindle;
     let clearance = 1e6 * spindle.backup_clearance_m;
-    let (limit, bus) = (limits.current_a, limits.voltage_v);
+    let at_bearings = |values| curves(&time, &["front", "rear"], values);
+    let both = |limit: f64, name| [(limit, name), (-limit, name)];
+    let places = curves(&time, &["tool", "front", "rear"], &shown);
+    let capacity = [(spindle.front.max_force_n, "front capacity"), (spindle.rear.max_force_n, "rear capacity")];
     let panels = [
-        TimePanel {
-            title: "Displacement x",
-            label: "x",
-            unit: "µm",
-            curves: curves(&time, &["tool", "front", "rear"], &shown),
-            limits: vec![(clearance, "backup bearing"), (-clearance, "backup bearing")],
-        },
-        TimePanel {
-            title: "Control current x",
-            label: "i",
-            unit: "A",
-            curves: curves(&time, &["front", "rear"], &currents),
-            limits: vec![(limit, "limit"), (-limit, "limit")],
-        },
-        TimePanel {
-            title: "Coil voltage x",
-            label: "u",
-            unit: "V",
-            curves: curves(&time, &["front", "rear"], &voltages),
-            limits: vec![(bus, "bus"), (-bus, "bus")],
-        },
-        TimePanel {
-            title: "Magnetic force x",
-            label: "F",
-            unit: "N",
-            curves: curves(&time, &["front", "rear"], &forces),
-            limits: vec![(spindle.front.max_force_n, "front capacity"), (spindle.rear.max_force_n, "rear capacity")],
-        },
+        TimePanel::of("Displacement x", ["x", "µm"], places, both(clearance, "backup bearing")),
+        TimePanel::of("Control current x", ["i", "A"], at_bearings(&currents), both(limits.current_a, "limit")),
+        TimePanel::of("Coil voltage x", ["u", "V"], at_bearings(&voltages), both(limits.voltage_v, "bus")),
+        TimePanel::of("Magnetic force x", ["F", "N"], at_bearings(&forces), capacity),
     ];
     let planes = [("tool", tx.as_slice(), ty.as_slice()), ("front actuator", &fx, &fy), ("rear actuator", &rx, &ry)];
     let title = format!("Orbits, {name}");

@@ -17,6 +17,6 @@ pub(crate) fn tool_report(found: &Finished, weights: &Weights) -> Result<Report,
         report.summary.set(&format!("worst_case.{name}"), records);
     }
     let pid = run.pid().map(|p| &p.controller);
-    report.controller_beside(&run.machine, &run.design, pid)?;
+    report.controller("", &run.machine, &run.design, pid)?;
     Ok(report)
 }

@@ -194,17 +194,6 @@ pub(crate) fn figures(machine: Option<&Machine>, models: &[(&str, &Updated)]) ->
 
 fn shapes_figure(machine: Option<&Machine>, name: &str, fit: &Updated) -> Figure {
     let z = fit.rotor.node_positions_m();
-    let mut at = fit.rotor.from_m();
-    let outline: Vec<OutlinePiece> = fit
-        .rotor
-        .sections()
-        .iter()
-        .map(|s| {
-            let from_m = at;
-            at += s.length_m;
-            OutlinePiece { from_m, to_m: at, diameter_m: 0.5 * (s.outer_diameter_m[0] + s.outer_diameter_m[1]) }
-        })
-        .collect();
     let station = |name, position_m, kind| Station { name, position_m, kind };
     let bearings = machine.iter().flat_map(|own| own.effective().bearings);
     let stations: Vec<Station> = bearings
@@ -234,5 +223,5 @@ fn shapes_figure(machine: Option<&Machine>, name: &str, fit: &Updated) -> Figure
             (format!("mode {}: {:.0} Hz", k + 1, fit.after.poles_hz[k]), curves)
         })
         .collect();
-    mode_shapes("Mode shapes", &outline, &stations, &modes)
+    mode_shapes("Mode shapes", &OutlinePiece::list(&fit.rotor), &stations, &modes)
 }

@@ -117,15 +117,27 @@ impl Report {
         Ok(())
     }
 
-    /// Adds the machine's files, and into the folder `controller` JSON, `.mat`, C, tables, test vectors, and the PID.
+    /// Adds the machine's files, and at `place` (a folder with its slash, or beside them) JSON, `.mat`, C, tables and
+    /// test vectors of the controller, and the PID.
     pub(crate) fn controller(
         &mut self,
+        place: &str,
         machine: &Machine,
         design: &Design,
         pid: Option<&Controller>,
     ) -> Result<(), ReportError> {
-        let tag = machine_tag(machine, "../spindle.yaml", "../tool.yaml");
-        self.controller_in("controller/", machine, design, pid, &tag)
+        let [spindle, tool] = match place {
+            "" => ["spindle.yaml", "tool.yaml"],
+            _ => ["../spindle.yaml", "../tool.yaml"],
+        };
+        let tag = machine_tag(machine, spindle, tool);
+        for (file, bytes) in controller_files(machine, design, &tag)? {
+            self.folder.add(&format!("{place}{file}"), bytes)?;
+        }
+        if let Some(pid) = pid {
+            self.folder.add(&format!("{place}pid.json"), controller_json(pid, Some(&tag)))?;
+        }
+        self.machine_files(machine)
     }
 
     /// Adds the machine's files and `controller/discrete.json` of a controller without a design.
@@ -140,35 +152,6 @@ impl Report {
             self.folder.add(name, text)?;
         }
         Ok(())
-    }
-
-    /// The same with the controller's files beside those of the machine.
-    pub(crate) fn controller_beside(
-        &mut self,
-        machine: &Machine,
-        design: &Design,
-        pid: Option<&Controller>,
-    ) -> Result<(), ReportError> {
-        let tag = machine_tag(machine, "spindle.yaml", "tool.yaml");
-        self.controller_in("", machine, design, pid, &tag)
-    }
-
-    fn controller_in(
-        &mut self,
-        place: &str,
-        machine: &Machine,
-        design: &Design,
-        pid: Option<&Controller>,
-        tag: &MachineTag,
-    ) -> Result<(), ReportError> {
-        for (file, bytes) in controller_files(machine, design, tag)? {
-            self.folder.add(&format!("{place}{file}"), bytes)?;
-        }
-        if let Some(pid) = pid {
-            let json = controller_json(pid, Some(tag));
-            self.folder.add(&format!("{place}pid.json"), json)?;
-        }
-        self.machine_files(machine)
     }
 
     /// Adds the folder `problem` with problems and answers of a design as state space.

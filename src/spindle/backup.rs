@@ -4,6 +4,8 @@
 use super::SpindleError;
 use super::rule::{BrokenRules, positive, rule};
 use crate::rotor::Rotor;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 /// Contact stiffness of a backup bearing in its mount where the file gives none, N/m. Deep-groove bearings of spindle
 /// size have about 1e8 N/m; resilient rings in series leave a third of that.
@@ -14,15 +16,16 @@ const DAMPING_RATIO: f64 = 0.15;
 const FRICTION: f64 = 0.1;
 
 /// What a spindle file says of the contact with the backup bearings; `None` for what it leaves open.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
 pub struct BackupBearings {
-    /// Contact stiffness, N/m; unless given 3e7.
+    /// Contact stiffness; 3e7 N/m unless given.
     pub contact_stiffness_n_per_m: Option<f64>,
-    /// Contact damping, N s/m; unless given 15 % of the critical damping of half the rotor on the contact stiffness.
+    /// Contact damping; unless given 15 % of the critical damping of half the rotor on the contact stiffness.
     pub contact_damping_n_s_per_m: Option<f64>,
-    /// Friction coefficient; unless given 0.1.
+    /// Friction coefficient; 0.1 unless given.
     pub friction: Option<f64>,
-    /// Radius of the rotor in the backup bearings, m; unless given that of the shaft at the actuators, on average.
+    /// Radius of the rotor where it touches; unless given that of the shaft at the actuators, on average.
     pub contact_radius_m: Option<f64>,
 }
 

@@ -9,6 +9,8 @@ use super::effects::{Effect, EffectKind, Location, action};
 use super::rule::{BrokenRules, MOST_DELAY_SAMPLES, rule};
 use crate::rotor::whirl::{Support, WhirlSpectrum};
 use crate::rotor::{Damping, Disc, Rotor, RotorError, Section};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 /// A bearing of the spindle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,7 +34,7 @@ impl Side {
 }
 
 /// A radial magnetic bearing: f = ki·i + ks·x on the rotor.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Bearing {
     /// Force per current, N/A.
     pub ki_n_per_a: f64,
@@ -50,16 +52,17 @@ pub struct Bearing {
     pub sensor_gain: f64,
 }
 
-/// Axial positions, m from the nose face.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Axial positions, m from the nose face; `planes` of a spindle file.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
 pub struct Planes {
-    /// Front sensor.
+    /// Front sensors.
     pub front_sensor_m: f64,
-    /// Front actuator.
+    /// Centre of the front bearing.
     pub front_actuator_m: f64,
-    /// Rear actuator.
+    /// Centre of the rear bearing.
     pub rear_actuator_m: f64,
-    /// Rear sensor.
+    /// Rear sensors.
     pub rear_sensor_m: f64,
 }
 
@@ -70,18 +73,19 @@ impl Planes {
     }
 }
 
-/// Amplifiers, sensors, processor.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Amplifiers, sensors, processor; `electronics` of a spindle file.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
 pub struct Electronics {
-    /// First-order bandwidth of the closed current loops, Hz.
+    /// Bandwidth of the current loop, first order.
     pub amplifier_bandwidth_hz: f64,
-    /// First-order bandwidth of the sensors, Hz.
+    /// Bandwidth of the sensors, first order.
     pub sensor_bandwidth_hz: f64,
-    /// Sensor noise, m rms per axis.
+    /// Noise of a sensor, rms per axis.
     pub sensor_noise_m: f64,
-    /// Effective delay from sampling to current command, the hold's half sample included, s.
+    /// From sampling to the commanded current, with the hold's half sample.
     pub delay_s: f64,
-    /// Sample rate, Hz.
+    /// Sample rate of the controller.
     pub sample_rate_hz: f64,
 }
 

@@ -6,13 +6,27 @@ use crate::controller::verification_error::VerificationError;
 use crate::diagnose::DiagnoseError;
 use crate::export::error::FirmwareError;
 use crate::identify::IdentifyError;
+use crate::linalg::NumericError;
 use crate::pid::given::GivenPidError;
 use crate::pipeline::PipelineError;
 use crate::predict::time::TimeError;
 use crate::report::rehearsed::RehearsalError;
 use crate::report::results::ResultsError;
 use crate::report::whole::ReportError;
+use crate::rotor::RotorError;
 use crate::update::UpdateError;
+
+/// Errors whose words say all.
+macro_rules! plain {
+    ($($error:ty),*) => {
+        $(impl From<$error> for Failure {
+            fn from(error: $error) -> Self {
+                Self::new(error.to_string())
+            }
+        })*
+    };
+}
+plain!(ControllerError, FirmwareError, NumericError, RotorError);
 
 impl From<ResultsError> for Failure {
     fn from(error: ResultsError) -> Self {
@@ -59,24 +73,12 @@ impl From<GivenPidError> for Failure {
     }
 }
 
-impl From<ControllerError> for Failure {
-    fn from(error: ControllerError) -> Self {
-        Self::new(error.to_string())
-    }
-}
-
 impl From<VerificationError> for Failure {
     fn from(error: VerificationError) -> Self {
         match error {
             VerificationError::Plant(e) => e.into(),
             VerificationError::Loop(e) => e.into(),
         }
-    }
-}
-
-impl From<FirmwareError> for Failure {
-    fn from(error: FirmwareError) -> Self {
-        Self::new(error.to_string())
     }
 }
 

@@ -52,12 +52,6 @@ impl fmt::Display for Failure {
     }
 }
 
-impl From<crate::linalg::NumericError> for Failure {
-    fn from(error: crate::linalg::NumericError) -> Self {
-        Self::new(error.to_string())
-    }
-}
-
 impl From<crate::input::InputError> for Failure {
     fn from(error: crate::input::InputError) -> Self {
         let mut failures =
@@ -70,11 +64,5 @@ impl From<crate::input::InputError> for Failure {
 impl From<crate::spindle::SpindleError> for Failure {
     fn from(error: crate::spindle::SpindleError) -> Self {
         Self::new(error.to_string()).with_hint("`muspin check` on the spindle and tool files shows more")
-    }
-}
-
-impl From<crate::rotor::RotorError> for Failure {
-    fn from(error: crate::rotor::RotorError) -> Self {
-        Self::new(error.to_string())
     }
 }

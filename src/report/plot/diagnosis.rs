@@ -3,6 +3,7 @@
 
 use super::Curve;
 use super::figure::{Axis, Figure, HeatMap, Panel, Series, SeriesShape};
+use super::loops::{add_response, bode_panels};
 use super::style::{Color, Dash, Look, Marker, Role};
 use crate::linalg::c64;
 
@@ -31,19 +32,14 @@ pub fn channel(
     [measured, before, after]: [&[c64]; 3],
     residuals: [&[f64]; 2],
 ) -> Figure {
-    let axis = || Axis::log("Frequency", "Hz");
-    let mut magnitude = Panel::new("", axis().without_labels(), Axis::log(quantity, unit));
-    let angle = Axis::linear("Phase", "°").with_range(-180.0, 180.0).with_step(90.0);
-    let mut phase = Panel::new("", axis().without_labels(), angle);
-    let mut sigma = Panel::new("", axis(), Axis::log("Residual", "σ"));
+    let mut panels = bode_panels(quantity, unit);
+    let mut sigma = Panel::new("", Axis::log("Frequency", "Hz"), Axis::log("Residual", "σ"));
     for (name, response, look) in [
         ("model before", before, Role::Nominal.look()),
         ("model after", after, Role::Updated.look()),
         ("measured", measured, Role::Measured.look()),
     ] {
-        let (size, angle) = polar(name, frequency_hz, response, look);
-        magnitude.series.push(size);
-        phase.series.push(angle);
+        add_response(&mut panels, name, frequency_hz, response, look);
     }
     for (name, values, role) in
         [("model before", residuals[0], Role::Nominal), ("model after", residuals[1], Role::Updated)]
@@ -51,14 +47,12 @@ pub fn channel(
         sigma.series.push(Series::curve(name, frequency_hz, values, role.look()));
     }
     sigma.level(1.0, "1 σ");
-    magnitude.height_px = 215;
-    phase.height_px = 130;
-    sigma.height_px = 190;
-    Figure::new(
+    (panels[0].height_px, panels[1].height_px, sigma.height_px) = (215, 130, 190);
+    Figure::stacked(
         title,
         "Measured response with the model before and after the correction, magnitude and phase, and the residuals in \
          standard deviations.",
-        vec![magnitude, phase, sigma],
+        panels.into_iter().chain([sigma]),
     )
 }
 
@@ -132,34 +126,18 @@ pub fn impedance(
     fitted: &[c64],
     shape: &str,
 ) -> Figure {
-    let mut magnitude = Panel::new("", Axis::log("Frequency", "Hz").without_labels(), Axis::log("Magnitude", unit));
-    let phase_axis = Axis::linear("Phase", "°").with_range(-180.0, 180.0).with_step(90.0);
-    let mut phase = Panel::new("", Axis::log("Frequency", "Hz"), phase_axis);
+    let mut panels = bode_panels("Magnitude", unit);
     let fitted_name = format!("fitted: {shape}");
     let both = [
         ("recovered from the data", recovered, data_look(frequency_hz.len())),
         (fitted_name.as_str(), fitted, Look::line(Color::Blue, Dash::Solid)),
     ];
     for (name, values, look) in both.into_iter().filter(|b| b.1.len() == frequency_hz.len()) {
-        let (size, angle) = polar(name, frequency_hz, values, look);
-        magnitude.series.push(size);
-        phase.series.push(angle);
+        add_response(&mut panels, name, frequency_hz, values, look);
     }
-    magnitude.height_px = 250;
-    phase.height_px = 200;
-    Figure::new(
-        title,
-        "Impedance that the model lacks, as recovered from the data, and the fitted shape.",
-        vec![magnitude, phase],
-    )
-}
-
-/// Magnitude and phase in degrees over frequency, the phase broken where it jumps round.
-fn polar(name: &str, frequency_hz: &[f64], values: &[c64], look: Look) -> (Series, Series) {
-    let size: Vec<f64> = values.iter().map(|z| z.norm()).collect();
-    let angle: Vec<f64> = values.iter().map(|z| z.arg().to_degrees()).collect();
-    let phase = Series { break_at_jump: Some(180.0), ..Series::curve(name, frequency_hz, &angle, look) };
-    (Series::curve(name, frequency_hz, &size, look), phase)
+    (panels[0].height_px, panels[1].height_px) = (250, 200);
+    let words = "Impedance that the model lacks, as recovered from the data, and the fitted shape.";
+    Figure::stacked(title, words, panels)
 }
 
 /// Data as open circles, or as a dotted line where circles would run into each other.

@@ -72,11 +72,6 @@ impl Axis {
         Self { tick_step: Some(step), ..self }
     }
 
-    /// The same axis without numbers and label.
-    pub(crate) fn without_labels(self) -> Self {
-        Self { labelled: false, ..self }
-    }
-
     /// Label with its unit, as printed beside the axis.
     pub(crate) fn caption(&self) -> String {
         if self.unit.is_empty() { self.label.clone() } else { format!("{} ({})", self.label, self.unit) }
@@ -269,6 +264,15 @@ impl Figure {
     /// Panels below each other at the width of the report.
     pub fn new(title: &str, description: &str, panels: Vec<Panel>) -> Self {
         Self { title: title.to_owned(), description: description.to_owned(), panels, columns: 1, width_px: 900 }
+    }
+
+    /// Panels below each other on one horizontal axis, which the last one has the labels of.
+    pub(crate) fn stacked(title: &str, description: &str, panels: impl IntoIterator<Item = Panel>) -> Self {
+        let mut figure = Self::new(title, description, panels.into_iter().collect());
+        if let Some((_, upper)) = figure.panels.split_last_mut() {
+            upper.iter_mut().for_each(|panel| panel.x.labelled = false);
+        }
+        figure
     }
 
     /// The same figure with that many panels a row.

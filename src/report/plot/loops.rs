@@ -1,9 +1,10 @@
 //! Pictures of frequency responses and loops: Bode, dynamic stiffness, sensitivity, Nyquist.
 
 use super::Curve;
-use super::figure::{Axis, Figure, Level, Mark, Panel, Series};
+use super::figure::{Axis, Figure, Mark, Panel, Series};
 use super::style::{Color, Dash, Look, Marker, Role};
 use crate::linalg::c64;
+use crate::update::PeakKind;
 
 /// One transfer function over frequency.
 #[derive(Clone, Copy, Debug)]
@@ -18,43 +19,43 @@ pub struct ResponseCurve<'a> {
     pub response: &'a [c64],
 }
 
-/// What a frequency marked in a picture is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum MarkedPeak {
-    /// A resonance.
-    Resonance,
-    /// An antiresonance.
-    Antiresonance,
-}
-
 /// A published or measured frequency to mark.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MarkedFrequency {
     /// Hz.
     pub frequency_hz: f64,
     /// Resonance or antiresonance.
-    pub peak: MarkedPeak,
+    pub peak: PeakKind,
 }
 
 /// Bode diagram, magnitude over phase. `quantity` and `unit` name the magnitude (`|sensor / current|`, `m/A`);
 /// marked frequencies stand above it.
 pub fn bode(title: &str, quantity: &str, unit: &str, curves: &[ResponseCurve], marked: &[MarkedFrequency]) -> Figure {
-    let axis = || Axis::log("Frequency", "Hz");
-    let mut magnitude = Panel::new("", axis().without_labels(), Axis::log(quantity, unit));
-    let mut phase = Panel::new("", axis(), Axis::linear("Phase", "°").with_range(-180.0, 180.0).with_step(90.0));
-    phase.height_px = 215;
+    let mut panels = bode_panels(quantity, unit);
     for c in curves {
-        let look = c.role.look();
-        let size: Vec<f64> = c.response.iter().map(|h| h.norm()).collect();
-        let angle: Vec<f64> = c.response.iter().map(|h| h.arg().to_degrees()).collect();
-        magnitude.series.push(Series::curve(c.name, c.frequency_hz, &size, look));
-        phase.series.push(Series { break_at_jump: Some(180.0), ..Series::curve(c.name, c.frequency_hz, &angle, look) });
+        add_response(&mut panels, c.name, c.frequency_hz, c.response, c.role.look());
     }
-    magnitude.marks = marks(marked, true);
-    phase.marks = marks(marked, false);
+    panels[0].marks = marks(marked, true);
+    panels[1].marks = marks(marked, false);
     let names: Vec<&str> = curves.iter().map(|c| c.name).collect();
     let words = format!("Magnitude and phase over frequency of {}.", names.join(", "));
-    Figure::new(title, &words, vec![magnitude, phase])
+    Figure::stacked(title, &words, panels)
+}
+
+/// Panels of magnitude and phase; `quantity` and `unit` name the magnitude.
+pub(super) fn bode_panels(quantity: &str, unit: &str) -> [Panel; 2] {
+    let frequency = || Axis::log("Frequency", "Hz");
+    let degrees = Axis::linear("Phase", "°").with_range(-180.0, 180.0).with_step(90.0);
+    let phase = Panel { height_px: 215, ..Panel::new("", frequency(), degrees) };
+    [Panel::new("", frequency(), Axis::log(quantity, unit)), phase]
+}
+
+/// Adds magnitude and phase of a response; the phase is broken where it jumps round.
+pub(super) fn add_response([magnitude, phase]: &mut [Panel; 2], name: &str, x: &[f64], response: &[c64], look: Look) {
+    let size: Vec<f64> = response.iter().map(|h| h.norm()).collect();
+    let angle: Vec<f64> = response.iter().map(|h| h.arg().to_degrees()).collect();
+    magnitude.series.push(Series::curve(name, x, &size, look));
+    phase.series.push(Series { break_at_jump: Some(180.0), ..Series::curve(name, x, &angle, look) });
 }
 
 fn marks(marked: &[MarkedFrequency], labelled: bool) -> Vec<Mark> {
@@ -63,8 +64,8 @@ fn marks(marked: &[MarkedFrequency], labelled: bool) -> Vec<Mark> {
         .filter(|m| m.frequency_hz.is_finite())
         .map(|m| {
             let (color, dash, legend) = match m.peak {
-                MarkedPeak::Resonance => (Color::Vermillion, Dash::Dashed, "published resonance"),
-                MarkedPeak::Antiresonance => (Color::Green, Dash::Dotted, "published antiresonance"),
+                PeakKind::Resonance => (Color::Vermillion, Dash::Dashed, "published resonance"),
+                PeakKind::Antiresonance => (Color::Green, Dash::Dotted, "published antiresonance"),
             };
             let label = if labelled { format!("{:.0}", m.frequency_hz) } else { String::new() };
             Mark { value: m.frequency_hz, label, color, dash, legend: legend.to_owned() }
@@ -76,11 +77,8 @@ fn marks(marked: &[MarkedFrequency], labelled: bool) -> Vec<Mark> {
 /// `marked_hz` are frequencies of interest (the spindle frequency) with their labels.
 pub fn dynamic_stiffness(title: &str, panels: &[(&str, Vec<Curve>)], marked_hz: &[(f64, &str)]) -> Figure {
     const MICRO: f64 = 1e-6;
-    let last = panels.len().saturating_sub(1);
     let drawn = panels.iter().enumerate().map(|(k, (name, curves))| {
-        let x = Axis::log("Frequency", "Hz");
-        let x = if k == last { x } else { x.without_labels() };
-        let mut panel = Panel::new(name, x, Axis::log("Dynamic stiffness", "N/µm"));
+        let mut panel = Panel::new(name, Axis::log("Frequency", "Hz"), Axis::log("Dynamic stiffness", "N/µm"));
         panel.series = curves.iter().map(|c| c.scale_curve(MICRO)).collect();
         panel.marks = marked_hz
             .iter()
@@ -95,18 +93,15 @@ pub fn dynamic_stiffness(title: &str, panels: &[(&str, Vec<Curve>)], marked_hz: 
         panel.height_px = if panels.len() > 1 { 280 } else { 380 };
         panel
     });
-    Figure::new(
-        title,
-        "Magnitude of force over displacement at the tool plane over frequency; higher is stiffer.",
-        drawn.collect(),
-    )
+    let words = "Magnitude of force over displacement at the tool plane over frequency; higher is stiffer.";
+    Figure::stacked(title, words, drawn)
 }
 
-/// Zone limits of ISO 14839-3, dB.
-pub(crate) fn zone_limits() -> Vec<Level> {
-    let limits = [(9.5, "A | B  9.5"), (12.0, "B | C  12"), (14.0, "C | D  14")];
-    let level = |(value, label): (f64, &str)| Level { value, label: label.to_owned(), dash: Dash::Dashed };
-    limits.into_iter().map(level).collect()
+/// Adds the zone limits of ISO 14839-3, dB.
+pub(crate) fn add_zone_limits(panel: &mut Panel) {
+    for (value, label) in [(9.5, "A | B  9.5"), (12.0, "B | C  12"), (14.0, "C | D  14")] {
+        panel.level(value, label);
+    }
 }
 
 /// Sensitivity of each axis in dB with the zone limits of ISO 14839-3. `panels`: axis name and curves of |S| (plain
@@ -137,7 +132,7 @@ pub fn sensitivity(title: &str, panels: &[(&str, Vec<Curve>)]) -> Figure {
                 Series::curve(c.name, c.x, &db, c.role.look())
             })
             .collect();
-        panel.levels = zone_limits();
+        add_zone_limits(&mut panel);
         panel.height_px = 290;
         panel
     });

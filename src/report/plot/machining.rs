@@ -1,7 +1,7 @@
 //! Pictures for the user of the spindle: chatter lobes, and a batch of tools side by side.
 
 use super::Curve;
-use super::figure::{Axis, Figure, Level, Panel, Series, SeriesShape};
+use super::figure::{Axis, Figure, Panel, Series, SeriesShape};
 use super::style::{Color, Dash, Look};
 
 /// Stability lobes: limiting depth of cut (m) over spindle speed (rpm), drawn in mm; below a curve cutting is stable.
@@ -44,10 +44,8 @@ pub fn tools(title: &str, tools: &[String], quantities: &[ToolQuantity]) -> Figu
     }
     let last = quantities.len().saturating_sub(1);
     let panels = quantities.iter().enumerate().map(|(row, q)| {
-        let x = Axis::categories("", tools.to_vec());
-        let x = if row == last { x } else { x.without_labels() };
         // The heading says what it is, the axis only in which unit.
-        let mut panel = Panel::new(q.label, x, Axis::linear(q.unit, ""));
+        let mut panel = Panel::new(q.label, Axis::categories("", tools.to_vec()), Axis::linear(q.unit, ""));
         panel.y.range = outlier_free(q);
         let width = 0.76 / q.bars.len().max(1) as f64;
         for (k, (name, values)) in q.bars.iter().enumerate() {
@@ -60,15 +58,11 @@ pub fn tools(title: &str, tools: &[String], quantities: &[ToolQuantity]) -> Figu
                 .series
                 .push(Series::curve(name, &x, values, look).with_shape(SeriesShape::Bars { width: 0.9 * width }));
         }
-        panel.levels = q
-            .references
-            .iter()
-            .map(|(value, name)| Level { value: *value, label: (*name).to_owned(), dash: Dash::Dashed })
-            .collect();
+        q.references.iter().for_each(|(value, name)| panel.level(*value, *name));
         panel.height_px = if row == last { 215 } else { 175 };
         panel
     });
-    let mut figure = Figure::new(title, "Designs for each tool side by side.", panels.collect());
+    let mut figure = Figure::stacked(title, "Designs for each tool side by side.", panels);
     // Every name of a tool is to be read: a name takes up to 110 px.
     figure.width_px = figure.width_px.max(110 * tools.len() as u32 + 120);
     figure

@@ -19,13 +19,23 @@ pub struct TimePanel<'a> {
     pub limits: Vec<(f64, &'a str)>,
 }
 
+impl<'a> TimePanel<'a> {
+    /// A quantity by its heading, the label and unit of its axis, its curves and limits.
+    pub(crate) fn of(
+        title: &'a str,
+        [label, unit]: [&'a str; 2],
+        curves: Vec<Curve<'a>>,
+        limits: [(f64, &'a str); 2],
+    ) -> Self {
+        Self { title, label, unit, curves, limits: limits.to_vec() }
+    }
+}
+
 /// Time responses below each other on one time axis, in ms.
 pub fn time_responses(title: &str, panels: &[TimePanel]) -> Figure {
     let last = panels.len().saturating_sub(1);
     let drawn = panels.iter().enumerate().map(|(k, p)| {
-        let x = Axis::linear("Time", "ms");
-        let mut panel =
-            Panel::new(p.title, if k == last { x } else { x.without_labels() }, Axis::linear(p.label, p.unit));
+        let mut panel = Panel::new(p.title, Axis::linear("Time", "ms"), Axis::linear(p.label, p.unit));
         panel.series = p
             .curves
             .iter()
@@ -42,7 +52,7 @@ pub fn time_responses(title: &str, panels: &[TimePanel]) -> Figure {
         panel.height_px = if k == last { 225 } else { 190 };
         panel
     });
-    Figure::new(title, "Responses over time with their limits.", drawn.collect())
+    Figure::stacked(title, "Responses over time with their limits.", drawn)
 }
 
 /// Orbits, one panel a plane: name, x and y in m; drawn in µm within the backup clearance (m).

@@ -2,6 +2,8 @@
 
 use super::figure::{Axis, Figure, Mark, Panel, Series, SeriesShape};
 use super::style::{Color, Dash, Look, Marker, Role};
+use crate::pipeline::loop_curves::WhirlLine;
+use crate::rotor::Rotor;
 
 /// A piece of shaft for the outline: from, to, outer diameter, m, in the machine's axis (tool side negative).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -12,6 +14,15 @@ pub struct OutlinePiece {
     pub to_m: f64,
     /// Outer diameter, m.
     pub diameter_m: f64,
+}
+
+impl OutlinePiece {
+    /// The pieces of a rotor; a cone as a cylinder of its mean diameter.
+    pub(crate) fn list(rotor: &Rotor) -> Vec<Self> {
+        let each = rotor.sections().iter().zip(rotor.node_positions_m().windows(2));
+        let piece = |d: [f64; 2], z: &[f64]| Self { from_m: z[0], to_m: z[1], diameter_m: 0.5 * (d[0] + d[1]) };
+        each.map(|(section, z)| piece(section.outer_diameter_m, z)).collect()
+    }
 }
 
 /// What stands at an axial position.
@@ -74,7 +85,7 @@ pub fn mode_shapes(
 
     let mut panels = Vec::new();
     if !outline.is_empty() {
-        let mut shaft = Panel::new("", x().without_labels(), Axis::linear("Radius", "mm"));
+        let mut shaft = Panel::new("", x(), Axis::linear("Radius", "mm"));
         let z: Vec<f64> = outline.iter().flat_map(|p| [p.from_m * MILLI, p.to_m * MILLI]).collect();
         let r: Vec<f64> = outline.iter().flat_map(|p| [0.5 * p.diameter_m * MILLI; 2]).collect();
         let lower: Vec<f64> = r.iter().map(|r| -r).collect();
@@ -93,9 +104,8 @@ pub fn mode_shapes(
     }
     let last = modes.len().saturating_sub(1);
     for (k, (heading, curves)) in modes.iter().enumerate() {
-        let axis = if k == last { x() } else { x().without_labels() };
         let y = Axis::linear("Amplitude", "").with_range(-1.15, 1.15).with_step(1.0);
-        let mut panel = Panel::new(heading, axis, y);
+        let mut panel = Panel::new(heading, x(), y);
         let reference = curves.first().copied();
         for c in curves {
             let sign = reference.map_or(1.0, |r| agreement(&r, c));
@@ -112,11 +122,8 @@ pub fn mode_shapes(
         panel.height_px = if k == last { 190 } else { 155 };
         panels.push(panel);
     }
-    Figure::new(
-        title,
-        "Bending mode shapes along the rotor, with the outline and the planes of sensors and actuators.",
-        panels,
-    )
+    let words = "Bending mode shapes along the rotor, with the outline and the planes of sensors and actuators.";
+    Figure::stacked(title, words, panels)
 }
 
 fn station_marks(stations: &[Station], labelled: bool) -> Vec<Mark> {
@@ -157,19 +164,8 @@ fn agreement(reference: &ShapeCurve, curve: &ShapeCurve) -> f64 {
     if product < 0.0 { -1.0 } else { 1.0 }
 }
 
-/// One natural frequency over speed.
-#[derive(Clone, Debug)]
-pub struct CampbellLine {
-    /// +1 forward, −1 backward, 0 planar.
-    pub whirl: i8,
-    /// Speeds, rpm.
-    pub speed_rpm: Vec<f64>,
-    /// Frequencies, Hz.
-    pub frequency_hz: Vec<f64>,
-}
-
 /// Campbell diagram with the lines of `orders` times the speed.
-pub fn campbell(title: &str, lines: &[CampbellLine], orders: &[f64]) -> Figure {
+pub fn campbell(title: &str, lines: &[WhirlLine], orders: &[f64]) -> Figure {
     let mut panel = Panel::new("", Axis::linear("Speed", "rpm"), Axis::linear("Natural frequency", "Hz"));
     panel.height_px = 420;
     for line in lines {

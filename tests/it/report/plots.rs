@@ -1,21 +1,19 @@
 //! Pictures: every builder draws, the same figure gives the same bytes, and the table holds what is drawn.
 
 use muspin::linalg::c64;
+use muspin::pipeline::loop_curves::WhirlLine;
 use muspin::report::plot::diagnosis::{impedance, localisation, ranking, residual};
 use muspin::report::plot::figure::{Axis, Figure, Panel, Series};
-use muspin::report::plot::loops::{
-    MarkedFrequency, MarkedPeak, ResponseCurve, bode, dynamic_stiffness, nyquist, sensitivity,
-};
+use muspin::report::plot::loops::{MarkedFrequency, ResponseCurve, bode, dynamic_stiffness, nyquist, sensitivity};
 use muspin::report::plot::machining::{ToolQuantity, chatter_lobes, tools};
 use muspin::report::plot::motion::{TimePanel, orbits, time_responses};
 use muspin::report::plot::robustness::{
     MuStep, PlottedScale, d_fits, mu_against_order, mu_over_frequency, mu_per_iteration,
 };
-use muspin::report::plot::shaft::{
-    CampbellLine, OutlinePiece, ShapeCurve, Station, StationKind, campbell, mode_shapes,
-};
+use muspin::report::plot::shaft::{OutlinePiece, ShapeCurve, Station, StationKind, campbell, mode_shapes};
 use muspin::report::plot::updating::{determinability, frequency_errors, modulus_factors};
 use muspin::report::plot::{Color, Curve, Dash, Look, PlotError, Role, picture};
+use muspin::update::PeakKind;
 
 fn log_grid(low: f64, high: f64, points: usize) -> Vec<f64> {
     (0..points).map(|k| low * (high / low).powf(k as f64 / (points - 1) as f64)).collect()
@@ -39,12 +37,12 @@ fn gallery() -> Vec<(&'static str, Figure)> {
     let updated: Vec<c64> = f.iter().map(|f| modal(*f, 1.0)).collect();
     let response = |name, role, response| ResponseCurve { name, role, frequency_hz: &f, response };
     let marked: Vec<MarkedFrequency> = [
-        (1069.0, MarkedPeak::Resonance),
-        (1955.0, MarkedPeak::Resonance),
-        (3210.0, MarkedPeak::Resonance),
-        (1109.0, MarkedPeak::Antiresonance),
-        (1767.0, MarkedPeak::Antiresonance),
-        (3429.0, MarkedPeak::Antiresonance),
+        (1069.0, PeakKind::Resonance),
+        (1955.0, PeakKind::Resonance),
+        (3210.0, PeakKind::Resonance),
+        (1109.0, PeakKind::Antiresonance),
+        (1767.0, PeakKind::Antiresonance),
+        (3429.0, PeakKind::Antiresonance),
     ]
     .into_iter()
     .map(|(frequency_hz, peak)| MarkedFrequency { frequency_hz, peak })
@@ -104,9 +102,9 @@ fn gallery() -> Vec<(&'static str, Figure)> {
         station("rear AMB", 0.325, StationKind::Actuator),
     ];
     let speeds: Vec<f64> = (0..=10).map(|k| 5000.0 * f64::from(k)).collect();
-    let lines: Vec<CampbellLine> = [(1069.0, 1i8), (1069.0, -1), (1955.0, 1), (1955.0, -1), (3210.0, 1), (3210.0, -1)]
+    let lines: Vec<WhirlLine> = [(1069.0, 1i8), (1069.0, -1), (1955.0, 1), (1955.0, -1), (3210.0, 1), (3210.0, -1)]
         .into_iter()
-        .map(|(f0, whirl)| CampbellLine {
+        .map(|(f0, whirl)| WhirlLine {
             whirl,
             speed_rpm: speeds.clone(),
             frequency_hz: speeds.iter().map(|s| f0 * (1.0 + f64::from(whirl) * 0.025 * s / 5e4)).collect(),
