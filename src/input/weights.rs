@@ -129,6 +129,9 @@ fn check_numbers(errors: &mut ErrorList<'_>, read: &WeightsFile) {
     if let Some(ratio) = read.current_rolloff_ratio.filter(|ratio| !(ratio.is_finite() && *ratio > 1.0)) {
         refuse(format!("current_rolloff_ratio: {ratio} must be greater than 1"), "10 is a decade of roll-off");
     }
+    if let Some(shift) = read.mode_shift.filter(|shift| shift.is_nan() || *shift < 0.0) {
+        refuse(format!("mode_shift: {shift} must be at least 0"), "0.03 is three per cent up and down; 0 asks for none");
+    }
     for (i, r) in read.mode_uncertainty.iter().enumerate().filter(|(_, r)| !(0.0..1.0).contains(*r)) {
         let rule = format!("mode_uncertainty[{i}]: {r} must be at least 0 and below 1");
         refuse(rule, "0.01 means one per cent of the natural frequency");
