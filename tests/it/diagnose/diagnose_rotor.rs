@@ -10,12 +10,13 @@ const PLACES_M: [[f64; 2]; 3] = [[0.45, 0.45], [0.45, 1.2], [0.45, 0.1]];
 
 fn diagnose(folder: &Path, spindle: &str) -> (i32, Value, String) {
     // A folder in the measurement would be read by the next run.
-    let out = folder.with_extension("found");
-    let command = ["diagnose", "--measurement", ".", "--spindle", spindle, "--out", out.to_str().unwrap(), "--json"];
+    let results = folder.with_extension("found");
+    let command =
+        ["diagnose", "--measurement", ".", "--spindle", spindle, "--out", results.to_str().unwrap(), "--json"];
     let (code, out, err) = muspin(&command, folder);
-    if let Ok(text) = std::fs::read(out.join("spindle.yaml")) {
+    if let Ok(text) = std::fs::read(results.join("spindle.yaml")) {
         std::fs::write(folder.join("corrected.yaml"), text).unwrap();
-        std::fs::remove_dir_all(&out).unwrap();
+        std::fs::remove_dir_all(&results).unwrap();
     }
     let answer: Value = serde_json::from_str(&out).unwrap_or_else(|_| panic!("{err}"));
     (code, answer["diagnosis"].clone(), err)
