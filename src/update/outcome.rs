@@ -141,8 +141,8 @@ impl Explanation {
     }
 }
 
-/// Which measured peaks no peak of the model belongs to, how far off the others are, and what to do; none where all have
-/// one.
+/// Which measured peaks have no counterpart in the model, how far off the others are, and what to do; none where all
+/// have one.
 fn missing_words(problem: &UpdateProblem, end: &UpdateEvaluation) -> Option<String> {
     let used = || problem.peaks.iter().zip(&end.compared).filter(|(p, _)| p.used);
     let alone: Vec<String> = used()

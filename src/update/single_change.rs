@@ -122,7 +122,8 @@ fn fitted_change(
     sigma: &[f64],
 ) -> FittedChange {
     let each = fit.problem.peaks.iter().zip(&fit.end.compared).zip(sigma);
-    let held_out = each.filter(|((peak, _), _)| !peak.used).map(|((_, own), s)| (own.residual_ln / s).powi(2)).sum();
+    let unseen = each.filter(|((peak, _), _)| !peak.used);
+    let held_out = unseen.fold(0.0, |sum, ((_, own), s)| sum + (own.residual_ln / s).powi(2));
     let regions = fit.problem.chain.regions.iter().zip(&fit.end.ln_factors);
     let modulus_factors = regions.map(|(region, x)| (region.name.clone(), x.exp())).collect();
     FittedChange { parameter, factor, statistic, held_out, modulus_factors }
