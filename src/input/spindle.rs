@@ -38,7 +38,6 @@ pub(super) struct SpindleFile {
     /// Radial clearance of the backup bearings.
     backup_clearance_m: f64,
     /// Contact of the rotor with the backup bearings, for time responses.
-    #[serde(default)]
     backup_bearings: Option<BackupBearings>,
     /// Band in which the dynamic stiffness of the tool counts, in designs and predictions.
     #[serde(default)]
