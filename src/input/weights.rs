@@ -130,7 +130,7 @@ fn check_numbers(errors: &mut ErrorList<'_>, read: &WeightsFile) {
         refuse(format!("current_rolloff_ratio: {ratio} must be greater than 1"), "10 is a decade of roll-off");
     }
     if let Some(shift) = read.mode_shift.filter(|shift| shift.is_nan() || *shift < 0.0) {
-        refuse(format!("mode_shift: {shift} must be at least 0"), "0.03 is three per cent up and down; 0 asks for none");
+        refuse(format!("mode_shift: {shift} must be at least 0"), "0.03 is 3 % up and down; 0 asks for none");
     }
     for (i, r) in read.mode_uncertainty.iter().enumerate().filter(|(_, r)| !(0.0..1.0).contains(*r)) {
         let rule = format!("mode_uncertainty[{i}]: {r} must be at least 0 and below 1");

@@ -4,8 +4,8 @@
 //! A power of s has no state space: on the shaft the constant, jω and −ω² are a spring, a damper and a mass, which the
 //! model knows; only the rest is a filter. Outside of the lines the fit is an extrapolation.
 
+use super::SpindleError;
 use super::effects::{AXIS_NAMES, Bearings, Effect, EffectKind, Location, Plane};
-use super::{Machine, SpindleError};
 use crate::linalg::c64;
 use crate::lti::partial_fractions::{FitLine, PartialFractions};
 
@@ -216,18 +216,6 @@ impl ModelCorrection {
             LawSite::Current(axis) => has(LawSite::Current(axis ^ 1)),
         };
         self.laws = laws.iter().filter(|own| alike(own.site)).cloned().collect();
-    }
-}
-
-impl Machine {
-    /// The same machine with a correction, whose place must lie on its rotor.
-    ///
-    /// # Errors
-    /// [`SpindleError::Value`] for a place beyond an end.
-    pub(crate) fn with_correction(self, correction: ModelCorrection) -> Result<Self, SpindleError> {
-        let corrected = Self { correction: Some(correction), ..self };
-        corrected.check_correction()?;
-        Ok(corrected)
     }
 }
 

@@ -451,15 +451,17 @@ impl Machine {
         }
     }
 
-    /// Places of a correction against the length of the shaft.
-    pub(super) fn check_correction(&self) -> Result<(), SpindleError> {
+    /// The same machine with a correction, whose place must lie on its rotor.
+    ///
+    /// # Errors
+    /// [`SpindleError::Value`] for a place beyond an end.
+    pub(crate) fn with_correction(self, correction: ModelCorrection) -> Result<Self, SpindleError> {
         let [start, end] = self.ends_m();
-        let places = self.correction.iter().flat_map(ModelCorrection::positions_m);
-        for z in places {
+        for z in correction.positions_m() {
             let text = format!("must lie on the rotor, between {start:.6} and {end:.6}");
             rule(z >= start - 1e-6 && z <= end + 1e-6, "place".into(), z, &text)?;
         }
-        Ok(())
+        Ok(Self { correction: Some(correction), ..self })
     }
 
     /// What all effects together make of planes and delay.
