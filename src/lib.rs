@@ -127,7 +127,8 @@
 //!     response[k][(axis, e)] * (1.0 + noise(k * 48 + e * 12 + p * 4 + axis))
 //! });
 //! let left_out = vec![];
-//! let sweep = SweepRecord { name: "sweep".to_owned(), speed_rpm: 0.0, frequency_hz, current, signal, left_out };
+//! let name = "sweep".to_owned();
+//! let sweep = SweepRecord { name, speed_rpm: 0.0, frequency_hz, current, signal, left_out, run_out: false };
 //! let found = diagnose(&model, &RecordSet { sweeps: vec![sweep], taps: vec![] }, &|_| {})?;
 //! assert_eq!(found.verdict, Verdict::Named);
 //! assert_eq!(found.effects[0].effect.kind, EffectKind::ToolMass);
