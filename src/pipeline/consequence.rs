@@ -1,7 +1,7 @@
 //! What a corrected machine changes for the controller that levitated it: decay of the loop, stiffness at the tool.
 
 use super::PipelineError;
-use super::comparison::predict;
+use super::comparison::{LoopAtSpeed, closed_loop, predict};
 use crate::controller::Controller;
 use crate::controller::verification::rate_words;
 use crate::predict::stiffness::stiffness_words;
@@ -34,11 +34,11 @@ pub(crate) struct Consequence {
 impl LoopOutcome {
     /// The loop of a machine with a controller, as [`predict`] has it.
     pub(crate) fn of(machine: &Machine, controller: &Controller, speed_rpm: f64) -> Result<Self, PipelineError> {
-        let predicted = predict(machine, controller, speed_rpm)?;
-        Ok(Self {
-            growth_rate_per_s: predicted.growth_rate_per_s,
-            least_stiffness_n_per_m: predicted.is_stable().then_some(predicted.minimum.0),
-        })
+        let LoopAtSpeed { poles, .. } = closed_loop(machine, controller, speed_rpm, machine.spindle.stiffness_band_hz)?;
+        let growth_rate_per_s = poles.growth_rate_per_s;
+        // A controller that nothing can levitate with may have no discrete form to predict with.
+        let stable = (growth_rate_per_s < 0.0).then(|| predict(machine, controller, speed_rpm)).transpose()?;
+        Ok(Self { growth_rate_per_s, least_stiffness_n_per_m: stable.map(|predicted| predicted.minimum.0) })
     }
 }
 
