@@ -1,5 +1,6 @@
 //! Requirements on a tuned PID, and effort of the search.
 
+use crate::augment::weights::MODE_SHIFT;
 use crate::controller::amplifier_demand::AmplifierDemand;
 
 /// Requirements and effort of a tuning.
@@ -36,7 +37,7 @@ impl TuneSettings {
         Self {
             // A quarter of a decibel below the end of zone B: peaks between the lines of the search.
             sensitivity_db: 11.8,
-            mode_shift: 0.03,
+            mode_shift: MODE_SHIFT,
             noise_current_a: 0.1,
             // Without a delivered controller to be held to: a micrometre of noise or of an unknown mode above those of
             // the model asks for two amperes at most.

@@ -188,8 +188,8 @@ impl ModelCorrection {
                 path: if law.name.is_empty() { "law".into() } else { format!("law {}", law.name) },
                 value: left_out,
                 rule: format!(
-                    "of the law is left out by the best stable transfer function with {poles} poles at most, more than \
-                     {:.1}: it cannot stand in a model",
+                    "of the law is left out by the best stable transfer function that was found, with {poles} poles at \
+                     most; more than {:.1} is too much for a model",
                     1.0 - CARRIED
                 ),
             }),
