@@ -56,6 +56,8 @@ pub(super) struct ChannelRoot {
     pub(super) slope_over_sd: f64,
 }
 
+/// Most steps of a fit: ten are usual from a stable pole.
+pub(super) const STEPS: usize = 30;
 /// Largest move of a pole in one step, half windows.
 const STEP_LIMIT: f64 = 0.3;
 /// Size of a step, relative to the damping of the pole or in half windows, at which a pole stands still: far below any
@@ -78,6 +80,17 @@ struct Projection {
 
 /// Fits the window; `None` when there are too few lines, the equations are singular or a free pole runs away.
 pub(super) fn fit(data: &LocalData, start: &[c64], fixed: &[c64], degree: usize) -> Option<LocalFit> {
+    fit_in_steps(data, start, fixed, degree, STEPS)
+}
+
+/// Such a fit that ends after `most_steps` at the latest.
+pub(super) fn fit_in_steps(
+    data: &LocalData,
+    start: &[c64],
+    fixed: &[c64],
+    degree: usize,
+    most_steps: usize,
+) -> Option<LocalFit> {
     let (lines, channels) = (data.x.len(), data.channels.len());
     let per_channel = start.len() + fixed.len() + degree + 1;
     if lines * channels <= channels * per_channel + start.len() || lines <= per_channel {
@@ -86,8 +99,7 @@ pub(super) fn fit(data: &LocalData, start: &[c64], fixed: &[c64], degree: usize)
     let mut poles = start.to_vec();
     let mut now = Projection::of(data, &poles, fixed, degree)?;
     let [mut damping, least, given_up] = DAMPING;
-    // Thirty steps: ten are usual from a stable pole.
-    for _ in 0..if start.is_empty() { 0 } else { 30 } {
+    for _ in 0..if start.is_empty() { 0 } else { most_steps } {
         let steps = now.steps(damping)?;
         let next: Vec<c64> = poles.iter().zip(&steps).map(|(p, d)| p + d).collect();
         let inside = next.iter().all(|p| p.re.abs() < 1.6 && p.im.abs() < 2.0);

@@ -16,10 +16,11 @@
 //! bandwidth are one that drifts. Limit: an image of a mode that is a clean resonance itself is taken for one.
 
 use super::channel::Channel;
-use super::local::{LocalData, LocalFit, fit};
+use super::local::{LocalData, LocalFit, STEPS, fit, fit_in_steps};
 use super::stabilisation::PoleCluster;
 use super::window::Window;
 use crate::linalg::c64;
+use rayon::prelude::*;
 
 /// Largest damping ratio of a mode.
 const MOST_DAMPING: f64 = 0.08;
@@ -42,6 +43,10 @@ const SPLIT_GAIN: f64 = 0.7;
 /// Poles of one shape (by their modal assurance) are one within this part of the larger half bandwidth.
 const SAME_SHAPE: f64 = 0.9;
 const SAME_PLACE: f64 = 0.75;
+/// Steps of a fit in a round in which poles may yet be dropped: the next round goes on where it ended.
+const STEPS_OF_ROUND: usize = 6;
+/// Rounds in which no pole was dropped and some still move: three are usual.
+const MOST_SETTLING_ROUNDS: usize = 5;
 
 /// A misfit of this many times the variance of the noise, three standard deviations, is none of noise: the record is no
 /// sum of modes there.
@@ -70,6 +75,10 @@ pub(super) struct FittedMode {
     beside: Vec<(usize, c64)>,
     /// One of these is the same mode.
     is_double: bool,
+}
+
+fn without(poles: &[c64], k: usize) -> Vec<c64> {
+    [&poles[..k], &poles[k + 1..]].concat()
 }
 
 /// The channels of a record and what noise makes of them.
@@ -115,7 +124,7 @@ impl<'a> Survey<'a> {
             if gain < 0.7 * self.least_gain {
                 break;
             }
-            let Some(mode) = self.fit_mode(start, poles).filter(|m| self.accepts(m)) else {
+            let Some(mode) = self.fit_mode(start, poles, STEPS).filter(|m| self.accepts(m)) else {
                 continue;
             };
             for (k, pole) in &mode.beside {
@@ -133,13 +142,13 @@ impl<'a> Survey<'a> {
     fn split_modes(&self, poles: &mut Vec<c64>) {
         for pole in poles.clone() {
             let others: Vec<c64> = poles.iter().filter(|p| **p != pole).copied().collect();
-            let Some(single) = self.fit_mode(pole, &others).filter(|m| m.chi_squared > SPLIT_RESIDUAL) else {
+            let Some(single) = self.fit_mode(pole, &others, STEPS).filter(|m| m.chi_squared > SPLIT_RESIDUAL) else {
                 continue;
             };
             let pair = |part: f64| {
                 let apart = c64::new(part * pole.im.abs(), 0.0);
                 let with: Vec<c64> = others.iter().copied().chain([pole + apart]).collect();
-                self.fit_mode(pole - apart, &with)
+                self.fit_mode(pole - apart, &with, STEPS)
             };
             // Poles half a bandwidth and more apart; closer ones drift into place.
             let pairs = [0.5, 1.5].into_iter().filter_map(pair);
@@ -159,36 +168,55 @@ impl<'a> Survey<'a> {
         }
     }
 
-    /// Fits every mode in the presence of the others until all stand still and are accepted.
+    /// Fits every mode in the presence of the others until all stand still and are accepted; of those that are not, the
+    /// weakest is dropped, and what it was fitted along with is fitted again.
     fn drop_modes(&self, poles: &mut Vec<c64>) {
-        // Poles settle in three rounds, and each round without that drops one.
-        for _ in 0..poles.len() + 4 {
-            let modes: Vec<Option<FittedMode>> = (0..poles.len()).map(|k| self.mode_of(poles, k)).collect();
+        let mut modes: Vec<Option<FittedMode>> = vec![None; poles.len()];
+        let mut stale = vec![true; poles.len()];
+        let mut unsettled = 0;
+        while unsettled < MOST_SETTLING_ROUNDS {
+            let again: Vec<usize> = (0..poles.len()).filter(|k| stale[*k]).collect();
+            let fit = |k: usize| self.fit_mode(poles[k], &without(poles, k), STEPS_OF_ROUND);
+            let fitted: Vec<Option<FittedMode>> = again.par_iter().map(|k| fit(*k)).collect();
+            let mut moved = 0.0f64;
+            for (k, mode) in again.into_iter().zip(fitted) {
+                if let Some(mode) = mode.as_ref().filter(|m| self.accepts(m)) {
+                    moved = moved.max((mode.pole_hz - poles[k]).norm() / mode.sd_hz);
+                    poles[k] = mode.pole_hz;
+                }
+                modes[k] = mode;
+            }
             let gain = |k: usize| modes[k].as_ref().map_or(0.0, |m| m.gain);
             let fails = |k: &usize| !modes[*k].as_ref().is_some_and(|m| self.accepts(m));
             let weakest = (0..poles.len()).filter(fails).min_by(|i, j| gain(*i).total_cmp(&gain(*j)));
-            let mut moved = 0.0f64;
-            for (pole, mode) in poles.iter_mut().zip(&modes) {
-                if let Some(mode) = mode.as_ref().filter(|m| self.accepts(m)) {
-                    moved = moved.max((mode.pole_hz - *pole).norm() / mode.sd_hz);
-                    *pole = mode.pole_hz;
-                }
-            }
             match weakest {
                 Some(k) => {
+                    stale = (0..poles.len()).map(|i| self.takes_along(poles, i, k)).collect();
                     poles.remove(k);
+                    modes.remove(k);
+                    stale.remove(k);
+                    unsettled = 0;
                 }
                 // A hundredth of a standard deviation.
                 None if moved < 1e-2 => return,
-                None => {}
+                None => {
+                    stale = vec![true; poles.len()];
+                    unsettled += 1;
+                }
             }
         }
     }
 
+    /// Whether the fit of pole `i` takes pole `k` along, free or held.
+    fn takes_along(&self, poles: &[c64], i: usize, k: usize) -> bool {
+        let view = self.window(poles[i], &without(poles, i));
+        let place = if k > i { k - 1 } else { k };
+        i != k && view.is_some_and(|(_, _, free, held)| free.contains(&place) || held.contains(&place))
+    }
+
     /// Mode `k` in the presence of the others.
     fn mode_of(&self, poles: &[c64], k: usize) -> Option<FittedMode> {
-        let others: Vec<c64> = poles.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, p)| *p).collect();
-        self.fit_mode(poles[k], &others)
+        self.fit_mode(poles[k], &without(poles, k), STEPS)
     }
 
     fn accepts(&self, mode: &FittedMode) -> bool {
@@ -228,12 +256,12 @@ impl<'a> Survey<'a> {
     }
 
     /// The mode that starts at a pole, fitted with those of the others that lie in its window.
-    pub(super) fn fit_mode(&self, start_hz: c64, others: &[c64]) -> Option<FittedMode> {
+    pub(super) fn fit_mode(&self, start_hz: c64, others: &[c64], most_steps: usize) -> Option<FittedMode> {
         let (window, mut data, free, fixed) = self.window(start_hz, others)?;
         let start = free.iter().map(|k| window.normalise(others[*k]));
         let start: Vec<c64> = [window.normalise(start_hz)].into_iter().chain(start).collect();
         let held: Vec<c64> = fixed.iter().map(|k| window.normalise(others[*k])).collect();
-        let found = fit(&data, &start, &held, DEGREE)?;
+        let found = fit_in_steps(&data, &start, &held, DEGREE, most_steps)?;
         let scale = found.chi_squared.max(LEAST_CHI_SQUARED);
         let channels = 0..self.channels.len();
         let is_double = self.is_double(&data, &found, &held);

@@ -13,18 +13,20 @@ export RUSTFLAGS="--cfg fuzzing -Cpasses=sancov-module -Cllvm-args=-sanitizer-co
 -Cllvm-args=-sanitizer-coverage-inline-8bit-counters -Cllvm-args=-sanitizer-coverage-pc-table"
 export CARGO_PROFILE_RELEASE_OPT_LEVEL=1 CARGO_PROFILE_RELEASE_DEBUG_ASSERTIONS=true
 cargo build --quiet --release --target "$host" --target-dir ../../target/fuzz
-found=0
-for target in "${targets[@]}"; do
+# One target. The corpus grows in a folder of its own; seed and limits are stated, so that a finding can be repeated.
+run_target() {
+    local target=$1 work
     work=$(mktemp -d)
-    # The corpus grows in a folder of its own; seed and limits are stated, so that a finding can be repeated.
-    if ! ../../target/fuzz/"$host"/release/"$target" "$work" "corpus/$target" -max_total_time="$seconds" -seed=1 -timeout=10 \
+    if ! "$programs/$target" "$work" "corpus/$target" -max_total_time="$seconds" -seed=1 -timeout=10 \
         -rss_limit_mb=2048 -artifact_prefix="$work/" > "$work/log" 2>&1; then
-        found=1
         echo "fuzz target $target found something; its input is in $work"
         tail -n 25 "$work/log"
-    else
-        echo "fuzz target $target: $(grep -c . "$work/log") lines, $(sed -n 's/^Done \([0-9]*\) runs.*/\1/p' "$work/log") runs"
-        rm -rf "$work"
+        return 1
     fi
-done
-exit "$found"
+    echo "fuzz target $target: $(grep -c . "$work/log") lines, $(sed -n 's/^Done \([0-9]*\) runs.*/\1/p' "$work/log") runs"
+    rm -rf "$work"
+}
+export programs="../../target/fuzz/$host/release" seconds
+export -f run_target
+# One target a processor; xargs fails when one of them did.
+printf '%s\n' "${targets[@]}" | xargs -P "$(nproc)" -I '{}' bash -c 'run_target {}'
