@@ -6,6 +6,7 @@ use super::margins::stable_margin_topic;
 use super::page_summary::VerdictLine;
 use super::pictures::PictureName;
 use super::place_words::{at_output, summary_at_output};
+use super::plot::PictureFormat;
 use super::plot::figure::Figure;
 use super::prediction_summary::{sensitivity_topic, stiffness_topic};
 use super::results::{ResultsError, ResultsFolder};
@@ -162,9 +163,10 @@ impl Report {
         Ok(())
     }
 
-    /// Adds summary and page, and writes the folder whole.
-    pub(crate) fn write(&mut self, out: &str) -> Result<(), ReportError> {
+    /// Adds summary, page and pictures in further formats, and writes the folder whole.
+    pub(crate) fn write(&mut self, out: &str, formats: &[PictureFormat]) -> Result<(), ReportError> {
         self.finish()?;
+        self.folder.add_formats(formats)?;
         Ok(self.folder.write(Path::new(out))?)
     }
 
@@ -172,9 +174,7 @@ impl Report {
     pub(crate) fn finish(&mut self) -> Result<(), ReportError> {
         if self.at_output {
             self.summary = summary_at_output(&self.summary);
-            for (stem, svg) in self.folder.pictures() {
-                self.folder.add(&format!("plots/{stem}.svg"), at_output(&svg))?;
-            }
+            self.folder.reword_pictures(at_output);
         }
         let page = html::report(&self.summary.value(), &self.folder.pictures())?;
         let page = if self.at_output { at_output(&page) } else { page };
