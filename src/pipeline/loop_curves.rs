@@ -1,5 +1,6 @@
 //! Classical curves of a loop: response of the controller, characteristic loci, loop gain, step at the tool, stiffness
-//! of sampled plants, whirl frequencies, and unbalance response over speed with its amplification factors.
+//! of sampled plants, whirl frequencies and orbits, spectra over speed, and unbalance response over speed with its
+//! amplification factors.
 
 use super::PipelineError;
 use super::comparison::{LoopAtSpeed, Prediction, below_nyquist, closed_loop, discrete};
@@ -9,6 +10,7 @@ use crate::controller::verification::growth_rate_of;
 use crate::lti::{Discrete, FrequencyGrid, StateSpace};
 use crate::pid::shifted_loops::find_shift_range;
 use crate::predict::amplification::{CriticalSpeed, find_critical_speeds};
+use crate::predict::cascade::Cascade;
 use crate::predict::closed_loop::compliance;
 use crate::predict::disc_margins::DiscMargins;
 use crate::predict::loop_gain::LoopGain;
@@ -17,7 +19,7 @@ use crate::predict::loop_sigma::LoopSigma;
 use crate::predict::modes::{LoopMode, loop_modes};
 use crate::predict::tool_step::ToolStep;
 use crate::rotor::modes::PlanarModes;
-use crate::spindle::{Machine, ModelDetail, Plant, SpindleError};
+use crate::spindle::{Machine, ModelDetail, Plant, SpindleError, WhirlOrbits};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
@@ -57,6 +59,8 @@ pub struct UnbalanceCurve {
 pub struct LoopCurves {
     /// Bending modes of the free rotor over speed.
     pub whirl: Vec<WhirlLine>,
+    /// Their orbits at top speed.
+    pub orbits: WhirlOrbits,
     /// The loop; none that is unstable at rest.
     pub stable: Option<StableLoop>,
 }
@@ -78,6 +82,8 @@ pub struct StableLoop {
     pub sampled_plants: DrawnPlants,
     /// Response to an unbalance.
     pub unbalance: UnbalanceCurve,
+    /// Spectra at the tool up to 1.2 times the top speed.
+    pub cascade: Cascade,
     /// Modes of the closed loop from rest to 1.2 times the top speed.
     pub campbell: Vec<ModesAtSpeed>,
 }
@@ -147,8 +153,9 @@ impl LoopCurves {
         mode_uncertainty: &[f64],
     ) -> Result<Self, PipelineError> {
         let whirl = whirl_lines(machine)?;
+        let orbits = WhirlOrbits::of(machine, &[], machine.spindle.max_rpm, WHIRL_TO_HZ)?;
         if !rest.is_stable() {
-            return Ok(Self { whirl, stable: None });
+            return Ok(Self { whirl, orbits, stable: None });
         }
         let band_hz = (machine.spindle.stiffness_band_hz.0, f64::INFINITY);
         let LoopAtSpeed { plant, grid, .. } = closed_loop(machine, controller, 0.0, band_hz)?;
@@ -164,9 +171,12 @@ impl LoopCurves {
         let step = ToolStep::of(&plant.sample_plant()?, &law).map_err(PipelineError::numeric("step at the tool"))?;
         let sampled_plants = DrawnPlants::draw(machine, &plant, (controller, &law), mode_uncertainty)?;
         let unbalance = UnbalanceCurve::of(machine, controller, speed_rpm)?;
+        let (from_hz, to_hz) = machine.spindle.stiffness_band_hz;
+        let range_hz = [from_hz, below_nyquist(machine, to_hz)];
+        let cascade = Cascade::new(machine, &*controller.responder(), OVERSPEED * top_rpm, range_hz)?;
         let campbell = ModesAtSpeed::over_speed(machine, &law)?;
-        let stable = StableLoop { shape, gain, sigma, margins, step, sampled_plants, unbalance, campbell };
-        Ok(Self { whirl, stable: Some(stable) })
+        let stable = StableLoop { shape, gain, sigma, margins, step, sampled_plants, unbalance, cascade, campbell };
+        Ok(Self { whirl, orbits, stable: Some(stable) })
     }
 }
 

@@ -1,10 +1,12 @@
 //! The pictures that control engineers know: Bode diagrams of controller and loop gain, Nyquist diagram, closed-loop
 //! poles, step at the tool, stiffness of sampled plants, Campbell diagram, unbalance response over speed.
 
+use super::cascade::cascade_figure;
 use super::pictures::Picture;
 use super::plot::figure::{Axis, Figure, Mark, Panel, Series};
 use super::plot::loops::{ResponseCurve, bode, dynamic_stiffness, nyquist};
 use super::plot::shaft::campbell;
+use super::plot::whirl::whirl_shapes;
 use super::plot::{Color, Curve, Dash, Look, Marker, Role};
 use crate::pipeline::comparison::Prediction;
 use crate::pipeline::loop_curves::{DrawnPlants, LoopCurves, ModesAtSpeed, UnbalanceCurve};
@@ -24,6 +26,8 @@ const GRAM_MILLIMETRE: f64 = 1e-6;
 pub(crate) fn loop_figures(curves: &LoopCurves, runs: [&Prediction; 2], top_rpm: f64) -> Vec<(Picture, Figure)> {
     let whirl = campbell("Bending modes of the free rotor over speed", &curves.whirl, &[1.0, 2.0]);
     let mut figures = vec![(Picture::Campbell, whirl)];
+    let title = format!("Bending modes of the free rotor at {top_rpm:.0} rpm");
+    figures.push((Picture::WhirlShapes, whirl_shapes(&title, &curves.orbits)));
     let Some(stable) = &curves.stable else {
         return figures;
     };
@@ -37,6 +41,7 @@ pub(crate) fn loop_figures(curves: &LoopCurves, runs: [&Prediction; 2], top_rpm:
     figures.push((Picture::ToolStep, tool_step(&stable.step)));
     let unbalance = unbalance(&stable.unbalance, top_rpm);
     figures.push((Picture::UnbalanceSpeed, unbalance));
+    figures.push((Picture::Cascade, cascade_figure(&stable.cascade)));
     figures
 }
 

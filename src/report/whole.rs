@@ -1,5 +1,6 @@
 //! A report under construction: the results folder with its summary, page and controller files.
 
+use super::cascade::cascade_topic;
 use super::html::{self, HtmlError};
 use super::loop_figures::{loop_figures, tool_step_topic, unbalance_topic};
 use super::margins::stable_margin_topic;
@@ -114,6 +115,7 @@ impl Report {
             self.summary.set(&format!("margins.{name}"), stable_margin_topic(stable));
             self.summary.set("simulation.step", tool_step_topic(&stable.step));
             self.summary.set("simulation.unbalance", unbalance_topic(&stable.unbalance, top_rpm));
+            self.summary.set("simulation.cascade", cascade_topic(&stable.cascade));
         }
         Ok(())
     }

@@ -20,11 +20,13 @@ pub(crate) mod animation;
 pub mod diagnosis;
 pub mod loops;
 pub mod machining;
+pub mod measured;
 pub mod motion;
 pub mod robustness;
 pub mod shaft;
 pub(crate) mod speed;
 pub mod updating;
+pub mod whirl;
 
 pub use figure::{Axis, Figure, Panel, Series};
 pub use render::Drawing;
