@@ -17,6 +17,8 @@ use crate::predict::loop_gain::LoopGain;
 use crate::predict::loop_shape::{LoopShape, unbalance_response};
 use crate::predict::loop_sigma::LoopSigma;
 use crate::predict::modes::{LoopMode, loop_modes};
+use crate::predict::time::TimeSettings;
+use crate::predict::time_force::Magnet;
 use crate::predict::tool_step::ToolStep;
 use crate::rotor::modes::PlanarModes;
 use crate::spindle::{Machine, ModelDetail, Plant, SpindleError, WhirlOrbits};
@@ -61,6 +63,8 @@ pub struct LoopCurves {
     pub whirl: Vec<WhirlLine>,
     /// Their orbits at top speed.
     pub orbits: WhirlOrbits,
+    /// Static load capacity, N, and force slew rate, N/s, of the front and of the rear bearing.
+    pub capacity: [(f64, f64); 2],
     /// The loop; none that is unstable at rest.
     pub stable: Option<StableLoop>,
 }
@@ -154,8 +158,10 @@ impl LoopCurves {
     ) -> Result<Self, PipelineError> {
         let whirl = whirl_lines(machine)?;
         let orbits = WhirlOrbits::of(machine, &[], machine.spindle.max_rpm, WHIRL_TO_HZ)?;
+        let magnets = Magnet::both(machine, TimeSettings::default().bus_voltage_v);
+        let capacity = magnets.map(|magnet| (magnet.static_capacity_n(), magnet.slew_n_per_s()));
         if !rest.is_stable() {
-            return Ok(Self { whirl, orbits, stable: None });
+            return Ok(Self { whirl, orbits, capacity, stable: None });
         }
         let band_hz = (machine.spindle.stiffness_band_hz.0, f64::INFINITY);
         let LoopAtSpeed { plant, grid, .. } = closed_loop(machine, controller, 0.0, band_hz)?;
@@ -176,7 +182,7 @@ impl LoopCurves {
         let cascade = Cascade::new(machine, &*controller.responder(), OVERSPEED * top_rpm, range_hz)?;
         let campbell = ModesAtSpeed::over_speed(machine, &law)?;
         let stable = StableLoop { shape, gain, sigma, margins, step, sampled_plants, unbalance, cascade, campbell };
-        Ok(Self { whirl, orbits, stable: Some(stable) })
+        Ok(Self { whirl, orbits, capacity, stable: Some(stable) })
     }
 }
 

@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 const GRAM_MILLIMETRE: f64 = 1e-6;
 /// What 0 dB stands for, m.
 const NANOMETRE: f64 = 1e-9;
-/// Range of the colours, dB.
+/// Largest range of the colours, dB.
 const RANGE_DB: f64 = 80.0;
 
 fn source(cascade: &Cascade) -> String {
@@ -50,11 +50,13 @@ pub(crate) fn cascade_figure(cascade: &Cascade) -> Figure {
     let values: Vec<Vec<f64>> = cascade.rms_m.iter().map(|lines| lines.iter().map(decibels).collect()).collect();
     let top = values.iter().flatten().fold(f64::NEG_INFINITY, |a: f64, b| a.max(*b));
     let top = if top.is_finite() { (top / 10.0).ceil() * 10.0 } else { 0.0 };
+    let least = values.iter().flatten().fold(top, |a: f64, b| a.min(*b));
+    let bottom = ((least / 10.0).floor() * 10.0).clamp(top - RANGE_DB, top - 10.0);
     panel.heat = Some(HeatMap {
         x_edges: cascade.edges_hz.clone(),
         values,
         label: "Displacement in x (dB over 1 nm rms)".to_owned(),
-        range: [top - RANGE_DB, top],
+        range: [bottom, top],
     });
     let once: Vec<f64> = cascade.speed_rpm.iter().map(|rpm| rpm / 60.0).collect();
     let rows: Vec<f64> = (0..once.len()).map(|row| row as f64).collect();

@@ -14,6 +14,7 @@ use crate::predict::loop_gain::LoopGain;
 use crate::predict::loop_shape::LoopShape;
 use crate::predict::loop_sigma::LoopSigma;
 use crate::predict::modes::LoopMode;
+use crate::predict::time::TimeSettings;
 use crate::predict::tool_step::{SETTLED, ToolStep};
 use serde_json::{Value, json};
 use std::f64::consts::TAU;
@@ -26,7 +27,7 @@ const GRAM_MILLIMETRE: f64 = 1e-6;
 pub(crate) fn loop_figures(curves: &LoopCurves, runs: [&Prediction; 2], top_rpm: f64) -> Vec<(Picture, Figure)> {
     let whirl = campbell("Bending modes of the free rotor over speed", &curves.whirl, &[1.0, 2.0]);
     let mut figures = vec![(Picture::Campbell, whirl)];
-    let title = format!("Bending modes of the free rotor at {top_rpm:.0} rpm");
+    let title = format!("Whirl modes of the free rotor at {top_rpm:.0} rpm");
     figures.push((Picture::WhirlShapes, whirl_shapes(&title, &curves.orbits)));
     let Some(stable) = &curves.stable else {
         return figures;
@@ -223,6 +224,20 @@ pub(crate) fn unbalance_topic(curve: &UnbalanceCurve, top_rpm: f64) -> Value {
         })
     });
     json!({ "sentence": sentence, "maxima": each.collect::<Vec<_>>() })
+}
+
+/// `simulation.bearings`: what the magnets can do (API 617, annex on magnetic bearings).
+pub(crate) fn bearings_topic(capacity: &[(f64, f64); 2]) -> Value {
+    let bus_voltage_v = TimeSettings::default().bus_voltage_v;
+    let [front, rear] = capacity;
+    let words = |(load, slew): &(f64, f64)| format!("{load:.0} N and {:.2} MN/s", 1e-6 * slew);
+    let sentence = format!(
+        "Static load capacity and force slew rate on a bus of {bus_voltage_v:.0} V: front {}, rear {}.",
+        words(front),
+        words(rear)
+    );
+    let topic = |(load, slew): &(f64, f64)| json!({ "static_load_capacity_n": load, "force_slew_rate_n_per_s": slew });
+    json!({ "sentence": sentence, "bus_voltage_v": bus_voltage_v, "front": topic(front), "rear": topic(rear) })
 }
 
 fn poles(runs: [&Prediction; 2]) -> Figure {

@@ -2,7 +2,7 @@
 
 use super::cascade::cascade_topic;
 use super::html::{self, HtmlError};
-use super::loop_figures::{loop_figures, tool_step_topic, unbalance_topic};
+use super::loop_figures::{bearings_topic, loop_figures, tool_step_topic, unbalance_topic};
 use super::margins::stable_margin_topic;
 use super::page_summary::VerdictLine;
 use super::pictures::PictureName;
@@ -111,6 +111,7 @@ impl Report {
         top_rpm: f64,
     ) -> Result<(), ReportError> {
         self.figures(loop_figures(curves, runs, top_rpm))?;
+        self.summary.set("simulation.bearings", bearings_topic(&curves.capacity));
         if let Some(stable) = &curves.stable {
             self.summary.set(&format!("margins.{name}"), stable_margin_topic(stable));
             self.summary.set("simulation.step", tool_step_topic(&stable.step));

@@ -19,7 +19,10 @@ const POINTS: usize = 48;
 
 /// The modes of a rotor at a speed.
 pub fn whirl_shapes(title: &str, found: &WhirlOrbits) -> Figure {
-    let length = 1e3 * (found.position_m.last().unwrap_or(&1.0) - found.position_m.first().unwrap_or(&0.0));
+    let (first, last) = (found.position_m.first().unwrap_or(&0.0), found.position_m.last().unwrap_or(&1.0));
+    let length = 1e3 * (last - first);
+    // An orbit at an end of the shaft reaches beyond it.
+    let beyond = 1.1 * UNIT * length * OBLIQUE[0];
     let project = |z: f64, [x, y]: [c64; 2], angle: f64| {
         let turned = [x, y].map(|amplitude| (amplitude * c64::cis(angle)).re);
         [1e3 * z + UNIT * length * OBLIQUE[0] * turned[1], turned[0] + OBLIQUE[1] * turned[1]]
@@ -35,7 +38,8 @@ pub fn whirl_shapes(title: &str, found: &WhirlOrbits) -> Figure {
             _ => ("motion in one plane", Color::Green),
         };
         let hz = shape.mode.damped_rad_s / TAU;
-        let x = Axis::linear("Axial position from the nose face", "mm");
+        let x = Axis::linear("Axial position from the nose face", "mm")
+            .with_range(1e3 * first - beyond, 1e3 * last + beyond);
         let mut panel = Panel::new(&format!("{}: {hz:.1} Hz, {name}", k + 1), x, Axis::linear("Displacement", ""));
         panel.y.range = Some([-1.4, 1.4]);
         panel.height_px = 250;

@@ -30,10 +30,9 @@ fn lines_of_an_oscillator_add_up_to_its_variance() {
 fn the_line_of_the_speed_has_the_unbalance_and_the_others_do_not() {
     let machine = load_machine("reference", "paper-tool").unwrap();
     let controller: Controller = load_controller("results/reference/controller/discrete.json").unwrap();
-    let responder = controller.responder();
-    let cascade = Cascade::new(&machine, &*responder, 48_000.0, [1.0, 2001.0]).unwrap();
+    let cascade = Cascade::new(&machine, &controller, 48_000.0, [1.0, 2001.0]).unwrap();
     assert_eq!(cascade.speed_rpm.last(), Some(&48_000.0));
-    let exact = unbalance_response(&machine, &*responder, &cascade.speed_rpm).unwrap();
+    let exact = unbalance_response(&machine, &controller, &cascade.speed_rpm).unwrap();
     for (k, rpm) in cascade.speed_rpm.iter().enumerate() {
         let line = ((rpm / 60.0 - 1.0) / 10.0) as usize;
         let lines = &cascade.rms_m[k];
