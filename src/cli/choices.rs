@@ -1,5 +1,5 @@
-//! Formats of pictures, and types of the domain that an option of the command line chooses from: name of each variant, and help where the name
-//! does not say it.
+//! Formats of pictures, and types of the domain that an option of the command line chooses from: name of each
+//! variant, and help where the name does not say it.
 
 use crate::controller::realise::Form;
 use crate::export::firmware::Format;
@@ -12,8 +12,8 @@ use clap::builder::PossibleValue;
 /// Option of the commands that write pictures.
 #[derive(clap::Args, Clone, Debug, Default)]
 pub(super) struct PictureArguments {
-    /// Formats of the pictures, separated by commas; SVG is always written, for the page is made of it, and what moves is
-    /// SVG only
+    /// Formats of the pictures, separated by commas; SVG is always written, for the page is made of it, and what moves
+    /// is SVG only
     #[arg(long = "format", value_name = "FORMAT", value_delimiter = ',', default_value = "svg")]
     pub formats: Vec<PictureFormat>,
 }

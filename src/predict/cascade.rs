@@ -2,8 +2,8 @@
 //! with one density at all frequencies excites in the closed loop.
 //!
 //! With forces of density S (N/√Hz) in x and y, independent of each other, x has the density S √(|C_xx|² + |C_xy|²); a
-//! line has the root of its square integrated over the line, and the line of the speed the rms of the unbalance response
-//! besides. Linear loop of the plant that is given; limits of current and voltage are not in it.
+//! line has the root of its square integrated over the line, and the line of the speed the rms of the unbalance
+//! response besides. Linear loop of the plant that is given; limits of current and voltage are not in it.
 
 use super::closed_loop::compliance;
 use super::loop_shape::unbalance_response;

@@ -7,9 +7,7 @@
 use super::RotorError;
 use super::assembly::Rotor;
 use super::modes::{PlanarModes, RIGID};
-use crate::linalg::{
-    ComplexEigen, Mat, NumericError, c64, eigen_vectors, eigen_vectors_complex, eigenvalues_complex, solve_complex,
-};
+use crate::linalg::{Mat, NumericError, c64, eigen_vectors, eigen_vectors_complex, eigenvalues_complex, solve_complex};
 use std::f64::consts::TAU;
 
 /// Damping of the shaft itself.
@@ -329,11 +327,8 @@ impl Rotor {
         };
         let is_isotropic = state.supports.iter().all(Support::is_isotropic);
         let (values, vectors) = if is_isotropic {
-            let ComplexEigen { values, vectors, residual } = eigen_vectors_complex(&reduced.isotropic())?;
-            if residual > SHAPE_RESIDUAL {
-                return Err(NumericError::NoConvergence { what: "whirl shapes", iterations: 0, residual }.into());
-            }
-            (values, vectors)
+            let found = eigen_vectors_complex(&reduced.isotropic())?;
+            (found.values, found.vectors)
         } else {
             eigen_vectors(&reduced.two_planes())?
         };
@@ -354,9 +349,20 @@ impl Rotor {
             let (lowest, highest) = (OSCILLATING_RAD_S, TAU * to_hz);
             v.im.abs() > lowest && v.im.abs() <= highest && (v.im > 0.0 || is_isotropic && !at_rest)
         };
-        let listed = (0..values.len()).filter(|k| is_listed(&values[*k]));
+        let listed: Vec<usize> = (0..values.len()).filter(|k| is_listed(&values[*k])).collect();
+        if is_isotropic {
+            // Vectors of the free translations, which are not listed, may be wrong.
+            let own = Mat::from_fn(vectors.nrows(), listed.len(), |i, j| vectors[(i, listed[j])]);
+            let matrix = reduced.isotropic();
+            let residual =
+                &matrix * &own - Mat::from_fn(own.nrows(), own.ncols(), |i, j| own[(i, j)] * values[listed[j]]);
+            let residual = residual.norm_max() / matrix.norm_max();
+            if residual > SHAPE_RESIDUAL {
+                return Err(NumericError::NoConvergence { what: "whirl shapes", iterations: 0, residual }.into());
+            }
+        }
         let shape = |k: usize| WhirlShape::of(values[k], rows.iter().map(|row| orbit(k, row)).collect(), at_rest);
-        let mut found: Vec<WhirlShape> = listed.map(shape).collect();
+        let mut found: Vec<WhirlShape> = listed.into_iter().map(shape).collect();
         let order =
             |a: &WhirlMode, b: &WhirlMode| a.damped_rad_s.total_cmp(&b.damped_rad_s).then(a.whirl.total_cmp(&b.whirl));
         found.sort_by(|a, b| order(&a.mode, &b.mode));

@@ -114,6 +114,8 @@ impl Drawing {
 
     /// Puts the texts into other words.
     pub(crate) fn reword(&mut self, words: impl Fn(&str) -> String) {
+        self.title = words(&self.title);
+        self.description = words(&self.description);
         for shape in &mut self.shapes {
             if let canvas::Shape::Text { text, .. } = shape {
                 *text = words(text);

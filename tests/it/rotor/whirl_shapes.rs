@@ -54,7 +54,7 @@ fn unequal_springs_keep_a_shaft_at_rest_in_their_planes() {
     let rotor = beam();
     let spring = |position_m: f64| Support {
         position_m,
-        stiffness_n_per_m: [[1e3, 0.0], [0.0, 4e3]],
+        stiffness_n_per_m: [[20.0, 0.0], [0.0, 80.0]],
         damping_n_s_per_m: [[0.0; 2]; 2],
     };
     let supports = [spring(0.0), spring(LENGTH)];
@@ -62,7 +62,7 @@ fn unequal_springs_keep_a_shaft_at_rest_in_their_planes() {
     let shapes = rotor.whirl_shapes(&state, &places(), 200.0).unwrap();
     // Both springs and the mass give the lowest mode, which the softer plane has; twice the frequency in the stiffer.
     let mass = rotor.mass_properties().mass_kg;
-    let [softer, stiffer] = [2e3, 8e3].map(|k: f64| (k / mass).sqrt());
+    let [softer, stiffer] = [40.0, 160.0].map(|k: f64| (k / mass).sqrt());
     let of = |plane: usize, omega: f64| {
         let is_near = |s: &&muspin::rotor::WhirlShape| (s.mode.damped_rad_s / omega - 1.0).abs() < 0.05;
         let found = shapes.iter().find(is_near).unwrap();
