@@ -38,7 +38,7 @@ fn entries_figure(frf: &MeasuredFrf, [to, from]: [&str; 2], entries: &[(usize, u
     }
     let [magnitude, phase] = panels;
     let title = format!("Measured plant, {:.0} rpm (sensors in {to} over currents in {from})", frf.speed_rpm);
-    let words = "Magnitude, phase and coherence of the open-loop plant that the sweep gives; the coherence is that of one \
-                 input and one output whose response scatters as much over the repeats.";
+    let words = "Magnitude, phase and coherence of the open-loop plant that the sweep gives; the coherence is that of \
+                 one input and one output whose response scatters as much over the repeats.";
     Figure::stacked(&title, words, [magnitude, phase, coherence])
 }
