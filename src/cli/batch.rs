@@ -149,7 +149,7 @@ fn one(
     let json = serde_json::to_string_pretty(&row).map_err(|e| Failure::new(e.to_string()))?;
     report.folder.add(ROW_FILE, json + "\n").map_err(ReportError::from)?;
     match row.failure {
-        None => console.writing(|| report.write(&out))?,
+        None => console.writing(|| report.write(&out, &arguments.pictures.formats))?,
         // A folder without figures has no page.
         Some(_) => console.writing(|| report.folder.write(Path::new(&out)))?,
     }
@@ -164,7 +164,7 @@ fn inputs_sha256(
     earlier: &Option<EarlierDesign>,
 ) -> String {
     let text = format!(
-        "{} {} {:?} {:?} {:?} {} {}{}",
+        "{} {} {:?} {:?} {:?} {} {}{}{}",
         env!("CARGO_PKG_VERSION"),
         machine_tag(&variant.machine, "", "").hash,
         weights,
@@ -173,6 +173,7 @@ fn inputs_sha256(
         arguments.quick,
         arguments.tightening,
         if arguments.no_polish { " no polish" } else { "" },
+        arguments.pictures.further(),
     );
     sha256_hex(text.as_bytes())
 }
@@ -196,7 +197,7 @@ fn finish(
     if !arguments.no_table {
         report.folder.add_table("tools.csv", &table).map_err(ReportError::from)?;
         report.figures(figures(rows, top_hz))?;
-        console.writing(|| report.write(out))?;
+        console.writing(|| report.write(out, &arguments.pictures.formats))?;
     }
     let head = ["tool", "specification", "μ at rest", "order", "stiffness with μ", "with PID", "zone", "stable to rpm"];
     let end = CommandEnd::met(met, sentence.as_str()).data(table.to_csv(), report.summary.value());

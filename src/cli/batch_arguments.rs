@@ -1,5 +1,6 @@
 //! Arguments of `muspin batch`.
 
+use super::choices::PictureArguments;
 use super::design_arguments::PidArguments;
 use super::earlier::EarlierArgument;
 use super::timings::Timings;
@@ -49,6 +50,8 @@ pub(super) struct Arguments {
     /// Folder for the table and a folder per tool
     #[arg(long, default_value = "results/batch")]
     pub out: String,
+    #[command(flatten)]
+    pub pictures: PictureArguments,
     #[command(flatten)]
     pub timings: Timings,
 }

@@ -71,11 +71,12 @@ pub(super) fn plan(
 /// The command of one variant, to be run in the folder of the plan.
 fn command(arguments: &Arguments, name: &str) -> String {
     let quick = if arguments.quick { " --quick" } else { "" };
+    let formats = arguments.pictures.further();
     let no_polish = if arguments.no_polish { " --no-polish" } else { "" };
     let [spindle, tool] = ["spindle.yaml", "tool.yaml"].map(|file| quote_for_shell(&format!("variants/{name}/{file}")));
     format!(
         "muspin --threads 1 batch --spindle {spindle} --tools {tool} \
-         --weights weights.yaml --out {RESULTS} --no-table{quick}{no_polish}\n"
+         --weights weights.yaml --out {RESULTS} --no-table{quick}{no_polish}{formats}\n"
     )
 }
 

@@ -1,12 +1,31 @@
-//! Types of the domain that an option of the command line chooses from: name of each variant, and help where the name
-//! does not say it.
+//! Formats of pictures, and types of the domain that an option of the command line chooses from: name of each
+//! variant, and help where the name does not say it.
 
 use crate::controller::realise::Form;
 use crate::export::firmware::Format;
 use crate::identify::spectra::{Estimator, Motion, SpectralWindow};
 use crate::pipeline::simulation::SimulationCase;
+use crate::report::plot::PictureFormat;
 use clap::ValueEnum;
 use clap::builder::PossibleValue;
+
+/// Option of the commands that write pictures.
+#[derive(clap::Args, Clone, Debug, Default)]
+pub(super) struct PictureArguments {
+    /// Formats of the pictures, separated by commas; SVG is always written, for the page is made of it, and what moves
+    /// is SVG only
+    #[arg(long = "format", value_name = "FORMAT", value_delimiter = ',', default_value = "svg")]
+    pub formats: Vec<PictureFormat>,
+}
+
+impl PictureArguments {
+    /// The option as it is written on a command line, with a space before it; empty without formats beside SVG.
+    pub(super) fn further(&self) -> String {
+        let further = self.formats.iter().filter(|format| **format != PictureFormat::Svg);
+        let endings: Vec<&str> = further.map(|format| format.ending()).collect();
+        if endings.is_empty() { String::new() } else { format!(" --format {}", endings.join(",")) }
+    }
+}
 
 macro_rules! choices {
     ($type:ty: $($variant:ident $name:literal $($help:literal)?;)*) => {
@@ -25,6 +44,7 @@ macro_rules! choices {
 choices! { Motion: Displacement "displacement"; Velocity "velocity"; Acceleration "acceleration"; }
 choices! { Estimator: H1 "h1"; H2 "h2"; Hv "hv"; }
 choices! { SpectralWindow: Hann "hann"; Rectangular "rectangular"; Exponential "exponential"; }
+choices! { PictureFormat: Svg "svg"; Png "png"; Pdf "pdf"; }
 choices! { Format: C "c"; Csv "csv"; Mat "mat"; Json "json"; }
 choices! { Form:
     Modal "modal" "Real modal form";

@@ -1,6 +1,7 @@
 //! `muspin compare`: dynamic stiffness and sensitivity of controllers, and of measured hammer tests, side by side.
 
 use super::Failure;
+use super::choices::PictureArguments;
 use super::console::{CommandEnd, Console, REPORT};
 use super::controlled_machine::{UsedMachine, other_machine};
 use super::design_arguments::{DesignArguments, PidArguments};
@@ -59,6 +60,8 @@ pub(super) struct Arguments {
     #[arg(long, default_value = "results/compare")]
     out: String,
     #[command(flatten)]
+    pictures: PictureArguments,
+    #[command(flatten)]
     timings: Timings,
 }
 
@@ -100,7 +103,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd
     let hammers = hammers.iter().map(|h| HammerCurve::of(&h.name, &h.frf)).collect();
     let sentence = add_compared(&mut report, &ground, &list, hammers, met)?;
     progress.start_stage("report");
-    console.writing(|| report.write(&arguments.out))?;
+    console.writing(|| report.write(&arguments.out, &arguments.pictures.formats))?;
     progress.end(arguments.timings);
     for (_, each) in &list {
         if let Some((growth, rpm)) = each.unstable() {

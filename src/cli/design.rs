@@ -1,6 +1,7 @@
 //! `muspin design`: D-K iteration, reduction, sampling, rounding, verification, firmware tables.
 
 use super::Failure;
+use super::choices::PictureArguments;
 use super::console::{CommandEnd, Console, REPORT};
 use super::design_arguments::{DesignArguments, RouteArgument, tightening};
 use super::design_progress::told;
@@ -57,6 +58,8 @@ pub(super) struct Arguments {
     #[arg(long, default_value = "results/design")]
     out: String,
     #[command(flatten)]
+    pictures: PictureArguments,
+    #[command(flatten)]
     from: EarlierArgument,
     #[command(flatten)]
     timings: Timings,
@@ -88,7 +91,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd
     if arguments.problem {
         report.problem(&ProblemSet::of(found, &study.weights)?)?;
     }
-    console.writing(|| report.write(&arguments.out))?;
+    console.writing(|| report.write(&arguments.out, &arguments.pictures.formats))?;
     progress.end(arguments.timings);
     let words = found.instability_words().unwrap_or_else(|| design_words(&machine, found, rest));
     say_unstable(console, found.instability.is_some(), &words);

@@ -2,6 +2,7 @@
 //! Writes the corrected spindle and tool, `summary.json`, the report and its pictures.
 
 use super::Failure;
+use super::choices::PictureArguments;
 use super::console::{CommandEnd, Console, REPORT};
 use super::machine::MeasuredMachine;
 use super::progress::Progress;
@@ -29,6 +30,8 @@ pub(super) struct Arguments {
     #[arg(long, default_value = "results/diagnosis")]
     out: String,
     #[command(flatten)]
+    pictures: PictureArguments,
+    #[command(flatten)]
     timings: Timings,
 }
 
@@ -52,7 +55,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd
     progress.end(arguments.timings);
     diagnosed.unstable.iter().for_each(|line| eprintln!("{line}"));
     let mut report = diagnosed.report(&loaded, &records, &known, &left_out)?;
-    console.writing(|| report.write(&arguments.out))?;
+    console.writing(|| report.write(&arguments.out, &arguments.pictures.formats))?;
     let (found, out) = (&diagnosed.found, arguments.out.as_str());
     let end = CommandEnd::met(diagnosed.is_explained(), format!("verdict {}", found.verdict.name()))
         .json(report.summary.to_json() + "\n")

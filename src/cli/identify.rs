@@ -2,7 +2,8 @@
 //! of the free-free rotor; resonances of hammer tests (JSON).
 
 use super::Failure;
-use super::console::{CommandEnd, Console};
+use super::choices::PictureArguments;
+use super::console::{CommandEnd, Console, REPORT};
 use super::machine::MeasuredMachine;
 use super::reading::load_measurement;
 use crate::identify::Reading;
@@ -19,9 +20,11 @@ pub(super) struct Arguments {
     measurement: String,
     #[command(flatten)]
     machine: MeasuredMachine,
-    /// Folder for the FRFs with their covariance as CSV
+    /// Folder for the FRFs with their covariance as CSV, pictures of them and report
     #[arg(long)]
     out: Option<String>,
+    #[command(flatten)]
+    pictures: PictureArguments,
 }
 
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd, Failure> {
@@ -33,13 +36,16 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd
         Some(arguments.machine.load(&measurement)?)
     };
     if let Some(out) = &arguments.out {
-        console.claim(out, &[], &[])?;
+        console.claim(out, if machine.is_some() { &REPORT } else { &[] }, &[])?;
     }
     let records = Records::of(&measurement, machine.as_ref(), &|| {})?;
     records.lines().for_each(|line| eprintln!("{line}"));
-    let found = identify_records(&measurement, machine.as_ref(), &records, &|| {})?;
+    let mut found = identify_records(&measurement, machine.as_ref(), &records, &|| {})?;
     if let Some(out) = &arguments.out {
-        console.writing(|| found.folder.write(Path::new(out)))?;
+        console.writing(|| match &machine {
+            Some(machine) => found.report(machine).write(out, &arguments.pictures.formats),
+            None => Ok(found.folder.write(Path::new(out))?),
+        })?;
     }
     let shown = show_identification(arguments, &found).answer(&found.answer);
     Ok(found.drift.iter().fold(shown, |shown, drift| shown.row([drift.words()])))

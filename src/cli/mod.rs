@@ -164,7 +164,7 @@ fn carry_out(command: Option<Command>, console: &Console) -> Result<CommandEnd, 
     match command {
         None => Ok(shell::help()),
         Some(Command::Run(a)) => run::run(&a, console),
-        Some(Command::Modes(a)) => modes::run(&a),
+        Some(Command::Modes(a)) => modes::run(&a, console),
         Some(Command::Frf(a)) => frf::run(&a, console),
         Some(Command::Spectra(a)) => spectra::run(&a, console),
         Some(Command::Identify(a)) => identify::run(&a, console),

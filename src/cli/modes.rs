@@ -3,13 +3,15 @@
 //! At rest every mode appears twice, once a plane; at speed as its backward and forward whirl.
 
 use super::Failure;
-use super::console::CommandEnd;
+use super::choices::PictureArguments;
+use super::console::{CommandEnd, Console, REPORT};
 use super::controlled_machine::SPINDLE;
 use super::machine::{load_machine, load_rotor_said};
 use super::speeds::SpeedList;
 use crate::input::{is_rotor, usual_tool};
-use crate::report::modes::ModesSummary;
+use crate::report::modes::{ModesSummary, TO_HZ, modes_report};
 use crate::report::summary::json;
+use crate::spindle::WhirlOrbits;
 use crate::spindle::effects::EffectKind;
 
 /// Arguments of `muspin modes`.
@@ -25,20 +27,40 @@ pub(super) struct Arguments {
     /// Speeds in rpm: a list `0,10000`, a range start:step:end `0:1000:5000`, or both
     #[arg(long, alias = "speed", default_value = "0")]
     speeds: SpeedList,
+    /// Folder for the mode shapes in space at each speed, as pictures and as a table, and a report
+    #[arg(long)]
+    out: Option<String>,
+    #[command(flatten)]
+    pictures: PictureArguments,
 }
 
-pub(super) fn run(arguments: &Arguments) -> Result<CommandEnd, Failure> {
+pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd, Failure> {
     let (spindle, tool, speeds) = (&arguments.spindle, arguments.tool.as_deref(), &arguments.speeds.0);
-    let answer = if is_rotor(spindle) {
-        ModesSummary::of_rotor(&load_rotor_said(spindle, tool)?, speeds)?
+    if let Some(out) = &arguments.out {
+        console.claim(out, &REPORT, &[])?;
+    }
+    // Only pictures need the shapes.
+    let drawn = if arguments.out.is_some() { speeds.as_slice() } else { &[] };
+    let (answer, orbits) = if is_rotor(spindle) {
+        let rotor = load_rotor_said(spindle, tool)?;
+        let orbits = drawn.iter().map(|rpm| WhirlOrbits::of_rotor(&rotor, *rpm, TO_HZ));
+        (ModesSummary::of_rotor(&rotor, speeds)?, orbits.collect::<Result<Vec<_>, _>>()?)
     } else {
         let machine = load_machine(spindle, tool.map_or_else(|| usual_tool(spindle), Ok)?)?;
         for effect in machine.spindle.effects.iter().filter(|e| NOT_IN_MODES.contains(&e.kind)) {
             eprintln!("note: {spindle}: the effect {} is not in these modes", effect.kind.name());
         }
-        ModesSummary::of(&machine, speeds)?
+        let supports = machine.supports();
+        let orbits = drawn.iter().map(|rpm| WhirlOrbits::of(&machine, &supports, *rpm, TO_HZ));
+        (ModesSummary::of(&machine, speeds)?, orbits.collect::<Result<Vec<_>, _>>()?)
     };
-    Ok(show_modes(&answer).answer(&json(&answer)))
+    let shown = show_modes(&answer).answer(&json(&answer));
+    let Some(out) = &arguments.out else {
+        return Ok(shown);
+    };
+    let mut report = modes_report(&answer, &orbits)?;
+    console.writing(|| report.write(out, &arguments.pictures.formats))?;
+    Ok(shown.file(format!("{out}/report.html")))
 }
 
 /// Effects on shaft and ground that modes without magnets leave out.

@@ -1,6 +1,7 @@
 //! `muspin pid`: a PID that is tuned within amplifier limits, or one with given numbers, on the full machine.
 
 use super::Failure;
+use super::choices::PictureArguments;
 use super::console::{CommandEnd, Console, REPORT};
 use super::controlled_machine::MachineArguments;
 use super::design::say_unstable;
@@ -43,6 +44,8 @@ pub(super) struct Arguments {
     #[arg(long, default_value = "results/pid")]
     out: String,
     #[command(flatten)]
+    pictures: PictureArguments,
+    #[command(flatten)]
     timings: Timings,
 }
 
@@ -67,7 +70,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd
     let found = PidLoop::close(&machine, pid, &speeds_rpm, settings.mode_shift)?;
     progress.start_stage("report");
     let mut report = pid_report(&machine, &found, &settings)?;
-    console.writing(|| report.write(&arguments.out))?;
+    console.writing(|| report.write(&arguments.out, &arguments.pictures.formats))?;
     progress.end(arguments.timings);
     say_unstable(console, found.instability.is_some(), &found.words());
     Ok(show_pid(&found, found.meets(&settings), &arguments.out).json(report.summary.to_json()))

@@ -1,6 +1,7 @@
 //! `muspin run`: the whole pipeline, from drawing and measurement to firmware tables and a report.
 
 use super::Failure;
+use super::choices::PictureArguments;
 use super::console::{CommandEnd, Console, REPORT};
 use super::controlled_machine::MachineArguments;
 use super::design::{DesignEnd, say_unstable};
@@ -45,6 +46,8 @@ pub(super) struct Arguments {
     #[arg(long, default_value = "results/reference")]
     out: String,
     #[command(flatten)]
+    pictures: PictureArguments,
+    #[command(flatten)]
     from: EarlierArgument,
     #[command(flatten)]
     timings: Timings,
@@ -70,7 +73,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd
     let (mut report, words) = run_report(&found, &weights.name, identification)?;
     let pid = found.pid().map(|p| &p.controller);
     report.controller("controller/", &found.machine, &found.design, pid)?;
-    console.writing(|| report.write(&arguments.out))?;
+    console.writing(|| report.write(&arguments.out, &arguments.pictures.formats))?;
     progress.end(arguments.timings);
     let (design, out) = (&found.design, arguments.out.as_str());
     say_unstable(console, design.instability.is_some(), &words);

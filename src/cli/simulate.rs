@@ -2,6 +2,7 @@
 //! standard output, response and orbits as CSV and SVG in the folder.
 
 use super::Failure;
+use super::choices::PictureArguments;
 use super::console::{CommandEnd, Console, REPORT};
 use super::controlled_machine::MachineArguments;
 use super::export::{parse_sensor_step, ready};
@@ -57,6 +58,8 @@ pub(super) struct Arguments {
     /// Folder for response, orbits and plots
     #[arg(long, default_value = "results/simulate")]
     out: String,
+    #[command(flatten)]
+    pictures: PictureArguments,
 }
 
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd, Failure> {
@@ -85,7 +88,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd
     drop(remarks);
     let mut report = simulation_report(machine, &sampled.controller.name, name, &simulated)?;
     given.add_to(&mut report.summary);
-    console.writing(|| report.write(&arguments.out))?;
+    console.writing(|| report.write(&arguments.out, &arguments.pictures.formats))?;
     let (found, out) = (&simulated.found, arguments.out.as_str());
     let words = place_words(machine, format!("{name} at {speed_rpm:.0} rpm: {}", found.end));
     Ok(CommandEnd::met(found.met, words).json(report.summary.to_json()).file(format!("{out}/report.html")))

@@ -1,6 +1,7 @@
 //! `muspin update`: move the element moduli until resonances and antiresonances match; writes the updated files.
 
 use super::Failure;
+use super::choices::PictureArguments;
 use super::console::{CommandEnd, Console};
 use super::machine::{MeasuredMachine, load_machine, measured_mesh_warning, say};
 use super::progress::Progress;
@@ -64,6 +65,8 @@ pub(super) struct Arguments {
     /// Folder for spindle.yaml, tool.yaml, summary.json, tables and plots
     #[arg(long, default_value = "results/update")]
     out: String,
+    #[command(flatten)]
+    pictures: PictureArguments,
     #[command(flatten)]
     timings: Timings,
 }
@@ -132,6 +135,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd
     progress.start_stage("report");
     let mut folder = updated_folder(&machine, delivered, &models)?;
     folder.add("summary.json", text.as_str())?;
+    folder.add_formats(&arguments.pictures.formats)?;
     console.writing(|| folder.write(Path::new(&arguments.out)))?;
     progress.end(arguments.timings);
     let (met, sentence) = verdict(&delivered.fit, &records);
@@ -227,6 +231,7 @@ fn update_rotor(
         folder.add("tool.yaml", tool_yaml(tool))?;
     }
     folder.add("summary.json", text.as_str())?;
+    folder.add_formats(&arguments.pictures.formats)?;
     console.writing(|| folder.write(Path::new(&arguments.out)))?;
     progress.end(arguments.timings);
     let (explanation, out) = (&fit.explanation, arguments.out.as_str());

@@ -117,6 +117,14 @@ impl MeasuredFrf {
         let size = self.response[(line, output, input)].norm();
         (noise + (floor * size).powi(2)).sqrt()
     }
+
+    /// Coherence of an entry at a line: that of one input and one output whose response scatters as much over the
+    /// repeats, γ² = |G|²/(|G|² + P E|δG|²) (Bendat and Piersol, Random Data, sec. 9.2); with one repeat that of the
+    /// scatter that is assumed.
+    pub fn coherence(&self, line: usize, output: usize, input: usize) -> f64 {
+        let size = self.response[(line, output, input)].norm_sqr();
+        size / (size + self.repeats.max(1) as f64 * self.sigma(line, output, input, 0.0).powi(2))
+    }
 }
 
 /// The lines over which the noise of a line is averaged, it among them.

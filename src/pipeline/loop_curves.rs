@@ -1,5 +1,6 @@
 //! Classical curves of a loop: response of the controller, characteristic loci, loop gain, step at the tool, stiffness
-//! of sampled plants, whirl frequencies, and unbalance response over speed with its amplification factors.
+//! of sampled plants, whirl frequencies and orbits, spectra over speed, and unbalance response over speed with its
+//! amplification factors.
 
 use super::PipelineError;
 use super::comparison::{LoopAtSpeed, Prediction, below_nyquist, closed_loop, discrete};
@@ -9,15 +10,18 @@ use crate::controller::verification::growth_rate_of;
 use crate::lti::{Discrete, FrequencyGrid, StateSpace};
 use crate::pid::shifted_loops::find_shift_range;
 use crate::predict::amplification::{CriticalSpeed, find_critical_speeds};
+use crate::predict::cascade::Cascade;
 use crate::predict::closed_loop::compliance;
 use crate::predict::disc_margins::DiscMargins;
 use crate::predict::loop_gain::LoopGain;
 use crate::predict::loop_shape::{LoopShape, unbalance_response};
 use crate::predict::loop_sigma::LoopSigma;
 use crate::predict::modes::{LoopMode, loop_modes};
+use crate::predict::time::TimeSettings;
+use crate::predict::time_force::Magnet;
 use crate::predict::tool_step::ToolStep;
 use crate::rotor::modes::PlanarModes;
-use crate::spindle::{Machine, ModelDetail, Plant, SpindleError};
+use crate::spindle::{Machine, ModelDetail, Plant, SpindleError, WhirlOrbits};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
@@ -57,6 +61,10 @@ pub struct UnbalanceCurve {
 pub struct LoopCurves {
     /// Bending modes of the free rotor over speed.
     pub whirl: Vec<WhirlLine>,
+    /// Their orbits at top speed.
+    pub orbits: WhirlOrbits,
+    /// Static load capacity, N, and force slew rate, N/s, of the front and of the rear bearing.
+    pub capacity: [(f64, f64); 2],
     /// The loop; none that is unstable at rest.
     pub stable: Option<StableLoop>,
 }
@@ -78,6 +86,8 @@ pub struct StableLoop {
     pub sampled_plants: DrawnPlants,
     /// Response to an unbalance.
     pub unbalance: UnbalanceCurve,
+    /// Spectra at the tool up to 1.2 times the top speed.
+    pub cascade: Cascade,
     /// Modes of the closed loop from rest to 1.2 times the top speed.
     pub campbell: Vec<ModesAtSpeed>,
 }
@@ -147,8 +157,11 @@ impl LoopCurves {
         mode_uncertainty: &[f64],
     ) -> Result<Self, PipelineError> {
         let whirl = whirl_lines(machine)?;
+        let orbits = WhirlOrbits::of(machine, &[], machine.spindle.max_rpm, WHIRL_TO_HZ)?;
+        let magnets = Magnet::both(machine, TimeSettings::default().bus_voltage_v);
+        let capacity = magnets.map(|magnet| (magnet.static_capacity_n(), magnet.slew_n_per_s()));
         if !rest.is_stable() {
-            return Ok(Self { whirl, stable: None });
+            return Ok(Self { whirl, orbits, capacity, stable: None });
         }
         let band_hz = (machine.spindle.stiffness_band_hz.0, f64::INFINITY);
         let LoopAtSpeed { plant, grid, .. } = closed_loop(machine, controller, 0.0, band_hz)?;
@@ -164,9 +177,12 @@ impl LoopCurves {
         let step = ToolStep::of(&plant.sample_plant()?, &law).map_err(PipelineError::numeric("step at the tool"))?;
         let sampled_plants = DrawnPlants::draw(machine, &plant, (controller, &law), mode_uncertainty)?;
         let unbalance = UnbalanceCurve::of(machine, controller, speed_rpm)?;
+        let (from_hz, to_hz) = machine.spindle.stiffness_band_hz;
+        let range_hz = [from_hz, below_nyquist(machine, to_hz)];
+        let cascade = Cascade::new(machine, &*controller.responder(), OVERSPEED * top_rpm, range_hz)?;
         let campbell = ModesAtSpeed::over_speed(machine, &law)?;
-        let stable = StableLoop { shape, gain, sigma, margins, step, sampled_plants, unbalance, campbell };
-        Ok(Self { whirl, stable: Some(stable) })
+        let stable = StableLoop { shape, gain, sigma, margins, step, sampled_plants, unbalance, cascade, campbell };
+        Ok(Self { whirl, orbits, capacity, stable: Some(stable) })
     }
 }
 

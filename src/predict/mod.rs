@@ -1,6 +1,7 @@
 //! Closed loop, dynamic stiffness, sensitivity zones, worst case, time response.
 
 pub mod amplification;
+pub mod cascade;
 pub mod chatter;
 pub mod closed_loop;
 pub mod dips;

@@ -12,7 +12,7 @@
 //! Current: i̇ = ω_a (u − i), held to what the bus voltage drives through the coil, |i̇| ≤ U/L, L = k_i s₀/(2 i₀ κ).
 //! Contact: beyond the clearance, normal force k_c·depth + c_c·approach (never pulling), Coulomb friction μ.
 
-use crate::spindle::{Amplifier, Bearing, EffectiveBearing};
+use crate::spindle::{Amplifier, Bearing, EffectiveBearing, Machine, Side};
 use std::f64::consts::TAU;
 
 /// A gap this close to the pole face, as a part of it, is where the force law ends.
@@ -49,6 +49,26 @@ impl Magnet {
             slew_a_per_s: bus_voltage_v / inductance,
             inductance_h: inductance,
         }
+    }
+
+    /// The magnets of both bearings of a machine.
+    pub fn both(machine: &Machine, bus_voltage_v: f64) -> [Self; 2] {
+        let effective = machine.effective();
+        let own = |(side, bearing): (Side, &EffectiveBearing)| {
+            Self::new(machine.spindle.bearing(side), bearing, bus_voltage_v)
+        };
+        [own((Side::Front, &effective.bearings[0])), own((Side::Rear, &effective.bearings[1]))]
+    }
+
+    /// Static load capacity (API 617, annex on magnetic bearings): the largest force on a rotor in the middle of its
+    /// gap, N, with one coil at its largest current.
+    pub fn static_capacity_n(&self) -> f64 {
+        self.force_n((self.max_a - self.bias_a).max(0.0), 0.0)
+    }
+
+    /// Force slew rate (API 617): the force per time that the bus voltage drives from the bias, N/s, k_i U/L.
+    pub fn slew_n_per_s(&self) -> f64 {
+        self.ki_n_per_a * self.slew_a_per_s
     }
 
     /// The same with another amplifier: one of second order as that of first order with the same lag.

@@ -14,7 +14,6 @@ use crate::workflow::identify::identify_records;
 use crate::workflow::plausibility::Records;
 use crate::workflow::surroundings::Surroundings;
 use crate::workflow::update::{FitTargets, targets, updated_folder, verdict};
-use serde_json::Value;
 
 fn load(measurement: &str, stop: &Stop) -> Result<Measurement, Failure> {
     Ok(load_measurement_watched(measurement, &|_| stop.here())?)
@@ -25,15 +24,7 @@ pub(super) fn identify(machine: &Machine, measurement: &str, stop: &Stop) -> Res
     let found = || {
         let loaded = load(measurement, stop)?;
         let records = Records::of(&loaded, Some(machine), &|| stop.here())?;
-        let found = identify_records(&loaded, Some(machine), &records, &|| stop.here())?;
-        let (met, sentence) = found.verdict();
-        let mut report = Report::of("identify", machine);
-        report.folder = found.folder;
-        report.verdict(met, &sentence);
-        if let Value::Object(topics) = found.answer {
-            topics.into_iter().for_each(|(key, value)| report.summary.set(&key, value));
-        }
-        Ok(report)
+        Ok(identify_records(&loaded, Some(machine), &records, &|| stop.here())?.report(machine))
     };
     found().map_err(words)
 }

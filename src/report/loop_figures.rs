@@ -1,10 +1,12 @@
 //! The pictures that control engineers know: Bode diagrams of controller and loop gain, Nyquist diagram, closed-loop
 //! poles, step at the tool, stiffness of sampled plants, Campbell diagram, unbalance response over speed.
 
+use super::cascade::cascade_figure;
 use super::pictures::Picture;
 use super::plot::figure::{Axis, Figure, Mark, Panel, Series};
 use super::plot::loops::{ResponseCurve, bode, dynamic_stiffness, nyquist};
 use super::plot::shaft::campbell;
+use super::plot::whirl::whirl_shapes;
 use super::plot::{Color, Curve, Dash, Look, Marker, Role};
 use crate::pipeline::comparison::Prediction;
 use crate::pipeline::loop_curves::{DrawnPlants, LoopCurves, ModesAtSpeed, UnbalanceCurve};
@@ -12,6 +14,7 @@ use crate::predict::loop_gain::LoopGain;
 use crate::predict::loop_shape::LoopShape;
 use crate::predict::loop_sigma::LoopSigma;
 use crate::predict::modes::LoopMode;
+use crate::predict::time::TimeSettings;
 use crate::predict::tool_step::{SETTLED, ToolStep};
 use serde_json::{Value, json};
 use std::f64::consts::TAU;
@@ -24,6 +27,8 @@ const GRAM_MILLIMETRE: f64 = 1e-6;
 pub(crate) fn loop_figures(curves: &LoopCurves, runs: [&Prediction; 2], top_rpm: f64) -> Vec<(Picture, Figure)> {
     let whirl = campbell("Bending modes of the free rotor over speed", &curves.whirl, &[1.0, 2.0]);
     let mut figures = vec![(Picture::Campbell, whirl)];
+    let title = format!("Whirl modes of the free rotor at {top_rpm:.0} rpm");
+    figures.push((Picture::WhirlShapes, whirl_shapes(&title, &curves.orbits)));
     let Some(stable) = &curves.stable else {
         return figures;
     };
@@ -37,6 +42,7 @@ pub(crate) fn loop_figures(curves: &LoopCurves, runs: [&Prediction; 2], top_rpm:
     figures.push((Picture::ToolStep, tool_step(&stable.step)));
     let unbalance = unbalance(&stable.unbalance, top_rpm);
     figures.push((Picture::UnbalanceSpeed, unbalance));
+    figures.push((Picture::Cascade, cascade_figure(&stable.cascade)));
     figures
 }
 
@@ -218,6 +224,20 @@ pub(crate) fn unbalance_topic(curve: &UnbalanceCurve, top_rpm: f64) -> Value {
         })
     });
     json!({ "sentence": sentence, "maxima": each.collect::<Vec<_>>() })
+}
+
+/// `simulation.bearings`: what the magnets can do (API 617, annex on magnetic bearings).
+pub(crate) fn bearings_topic(capacity: &[(f64, f64); 2]) -> Value {
+    let bus_voltage_v = TimeSettings::default().bus_voltage_v;
+    let [front, rear] = capacity;
+    let words = |(load, slew): &(f64, f64)| format!("{load:.0} N and {:.2} MN/s", 1e-6 * slew);
+    let sentence = format!(
+        "Static load capacity and force slew rate on a bus of {bus_voltage_v:.0} V: front {}, rear {}.",
+        words(front),
+        words(rear)
+    );
+    let topic = |(load, slew): &(f64, f64)| json!({ "static_load_capacity_n": load, "force_slew_rate_n_per_s": slew });
+    json!({ "sentence": sentence, "bus_voltage_v": bus_voltage_v, "front": topic(front), "rear": topic(rear) })
 }
 
 fn poles(runs: [&Prediction; 2]) -> Figure {

@@ -2,6 +2,7 @@
 
 pub(crate) mod atomic;
 pub mod batch;
+mod cascade;
 pub(crate) mod compared;
 pub(crate) mod comparison;
 pub(crate) mod comparison_figures;

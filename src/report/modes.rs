@@ -1,13 +1,17 @@
 //! Natural frequencies of a rotor with its tool over speed, magnets off.
 
+use super::pictures::Picture;
+use super::plot::whirl::whirl_shapes;
+use super::tables::Table;
+use super::whole::{Report, ReportError};
 use crate::rotor::whirl::WhirlSpectrum;
 use crate::rotor::{Rotor, WhirlMode};
-use crate::spindle::{Machine, RotorOnSupports, SpindleError};
+use crate::spindle::{Machine, RotorOnSupports, SpindleError, WhirlOrbits};
 use serde::Serialize;
 use std::f64::consts::TAU;
 
 /// Highest frequency listed, Hz: beyond the bandwidth of every magnetic bearing.
-const TO_HZ: f64 = 10_000.0;
+pub(crate) const TO_HZ: f64 = 10_000.0;
 
 /// Inertia of the rotor and its modes over speed.
 #[derive(Clone, Debug, Serialize)]
@@ -73,4 +77,32 @@ impl ModesSummary {
             speeds: speeds_rpm.iter().map(at).collect::<Result<_, _>>()?,
         })
     }
+}
+
+/// The report of the modes: shapes in space at each speed, as pictures and as `whirl_shapes.csv`.
+pub(crate) fn modes_report(summary: &ModesSummary, orbits: &[WhirlOrbits]) -> Result<Report, ReportError> {
+    let mut report = Report::default();
+    for (key, value) in [("run", "modes"), ("spindle", &summary.spindle), ("tool", &summary.tool)] {
+        report.summary.set(key, value);
+    }
+    report.verdict(true, &format!("Modes of {} with {}, magnets off", summary.spindle, summary.tool));
+    report.summary.set("model", summary);
+    let title = |rpm: f64| format!("Modes of the rotor without its magnets at {rpm:.0} rpm");
+    let numbered = orbits.iter().enumerate();
+    report
+        .figures(numbered.map(|(k, found)| {
+            (Picture::WhirlShapes.with_number(k + 1), whirl_shapes(&title(found.speed_rpm), found))
+        }))?;
+    let columns = ["speed_rpm", "mode", "frequency_hz", "whirl", "position_m", "x_re", "x_im", "y_re", "y_im"];
+    let mut table = Table::new(columns.map(str::to_owned).to_vec());
+    for found in orbits {
+        for (k, shape) in found.shapes.iter().enumerate() {
+            let (number, hz) = ((k + 1) as f64, shape.mode.damped_rad_s / TAU);
+            for (z, [x, y]) in found.position_m.iter().zip(&shape.orbits) {
+                table.push_numbers(&[found.speed_rpm, number, hz, shape.mode.whirl, *z, x.re, x.im, y.re, y.im]);
+            }
+        }
+    }
+    report.folder.add_table("whirl_shapes.csv", &table)?;
+    Ok(report)
 }

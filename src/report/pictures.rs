@@ -27,6 +27,8 @@ macro_rules! kinds {
 
 kinds! {
     Campbell "campbell" Model,
+    WhirlShapes "whirl_shapes" Model,
+    Measured "measured" Identification,
     BodeFront "bode_front" Updating,
     BodeRear "bode_rear" Updating,
     ModeShapes "mode_shapes" Updating,
@@ -58,6 +60,7 @@ kinds! {
     Response "response" Simulation,
     Orbits "orbits" Simulation,
     UnbalanceSpeed "unbalance_speed" Simulation,
+    Cascade "cascade" Simulation,
     Contact "contact" Simulation,
     Chatter "chatter" Machining,
     Localisation "localisation" Diagnosis,
@@ -102,8 +105,11 @@ impl PictureName {
         self.kind.entry().1
     }
 
-    /// Whether it shows a sensor of one plane over a current of the other.
+    /// Whether it shows sensors of one plane over currents of the other.
     pub(crate) fn is_cross_channel(&self) -> bool {
+        if self.kind == Picture::Measured {
+            return self.detail.contains("-from-");
+        }
         let planes = |axes: [char; 2]| {
             self.detail.contains(&format!("_{}-from-", axes[0])) && {
                 let from = self.detail.split("-from-").nth(1).unwrap_or_default();

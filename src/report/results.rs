@@ -9,7 +9,7 @@ use super::atomic::Replacement;
 use super::manifest::{MANIFEST, Manifest, is_inside};
 use super::pictures::PictureName;
 use super::place::{Lock, absolute, parent, try_writing};
-use super::plot::{Figure, Picture, PlotError, picture};
+use super::plot::{Drawing, Figure, Picture, PictureFormat, PlotError, picture};
 use super::tables::Table;
 use crate::input::file::{self, FileError};
 use crate::input::quote::without_direction_marks;
@@ -90,9 +90,11 @@ pub enum ResultsError {
 }
 
 /// Files of a run: relative path with `/` → bytes.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct ResultsFolder {
     files: BTreeMap<String, Vec<u8>>,
+    /// What the pictures are drawn from, by their stems.
+    drawings: BTreeMap<String, Drawing>,
 }
 
 impl ResultsFolder {
@@ -136,7 +138,36 @@ impl ResultsFolder {
     pub(crate) fn add_picture(&mut self, name: impl Into<PictureName>, drawn: Picture) -> Result<(), ResultsError> {
         let stem = name.into().stem();
         self.add(&format!("plots/{stem}.svg"), without_direction_marks(&drawn.svg).into_owned())?;
-        self.add(&format!("plots/{stem}.csv"), drawn.csv)
+        self.add(&format!("plots/{stem}.csv"), drawn.csv)?;
+        self.drawings.extend(drawn.drawing.map(|drawing| (stem, drawing)));
+        Ok(())
+    }
+
+    /// Puts texts of the staged pictures into other words.
+    pub(crate) fn reword_pictures(&mut self, words: fn(&str) -> String) {
+        let is_picture = |path: &str| path.starts_with("plots/") && path.ends_with(".svg");
+        for (_, bytes) in self.files.iter_mut().filter(|(path, _)| is_picture(path)) {
+            *bytes = words(&String::from_utf8_lossy(bytes)).into_bytes();
+        }
+        // A text stands between the ends of its elements, as in the SVG.
+        let word = |text: &str| words(&format!(">{text}<")).trim_matches(['<', '>']).to_owned();
+        self.drawings.values_mut().for_each(|drawing| drawing.reword(word));
+    }
+
+    /// Stages every picture that stands still in further formats, `plots/<stem>.png` and so on; they are drawn side by
+    /// side. The SVG is there already.
+    ///
+    /// # Errors
+    /// [`ResultsError::Picture`] with the reason.
+    pub fn add_formats(&mut self, formats: &[PictureFormat]) -> Result<(), ResultsError> {
+        let further = [PictureFormat::Png, PictureFormat::Pdf].into_iter().filter(|format| formats.contains(format));
+        let wanted: Vec<_> = further.flat_map(|format| self.drawings.iter().map(move |one| (format, one))).collect();
+        let drawn = wanted.into_par_iter().map(|(format, (stem, drawing))| {
+            let file = drawing.file(format).map_err(|source| ResultsError::Picture { stem: stem.clone(), source })?;
+            Ok((format!("plots/{stem}.{}", format.ending()), file))
+        });
+        let drawn: Vec<(String, Vec<u8>)> = drawn.collect::<Result<_, ResultsError>>()?;
+        drawn.into_iter().try_for_each(|(path, file)| self.add(&path, file))
     }
 
     /// Stages a table as CSV.

@@ -1,11 +1,13 @@
 //! A report under construction: the results folder with its summary, page and controller files.
 
+use super::cascade::cascade_topic;
 use super::html::{self, HtmlError};
-use super::loop_figures::{loop_figures, tool_step_topic, unbalance_topic};
+use super::loop_figures::{bearings_topic, loop_figures, tool_step_topic, unbalance_topic};
 use super::margins::stable_margin_topic;
 use super::page_summary::VerdictLine;
 use super::pictures::PictureName;
 use super::place_words::{at_output, summary_at_output};
+use super::plot::PictureFormat;
 use super::plot::figure::Figure;
 use super::prediction_summary::{sensitivity_topic, stiffness_topic};
 use super::results::{ResultsError, ResultsFolder};
@@ -109,10 +111,12 @@ impl Report {
         top_rpm: f64,
     ) -> Result<(), ReportError> {
         self.figures(loop_figures(curves, runs, top_rpm))?;
+        self.summary.set("simulation.bearings", bearings_topic(&curves.capacity));
         if let Some(stable) = &curves.stable {
             self.summary.set(&format!("margins.{name}"), stable_margin_topic(stable));
             self.summary.set("simulation.step", tool_step_topic(&stable.step));
             self.summary.set("simulation.unbalance", unbalance_topic(&stable.unbalance, top_rpm));
+            self.summary.set("simulation.cascade", cascade_topic(&stable.cascade));
         }
         Ok(())
     }
@@ -162,9 +166,10 @@ impl Report {
         Ok(())
     }
 
-    /// Adds summary and page, and writes the folder whole.
-    pub(crate) fn write(&mut self, out: &str) -> Result<(), ReportError> {
+    /// Adds summary, page and pictures in further formats, and writes the folder whole.
+    pub(crate) fn write(&mut self, out: &str, formats: &[PictureFormat]) -> Result<(), ReportError> {
         self.finish()?;
+        self.folder.add_formats(formats)?;
         Ok(self.folder.write(Path::new(out))?)
     }
 
@@ -172,9 +177,7 @@ impl Report {
     pub(crate) fn finish(&mut self) -> Result<(), ReportError> {
         if self.at_output {
             self.summary = summary_at_output(&self.summary);
-            for (stem, svg) in self.folder.pictures() {
-                self.folder.add(&format!("plots/{stem}.svg"), at_output(&svg))?;
-            }
+            self.folder.reword_pictures(at_output);
         }
         let page = html::report(&self.summary.value(), &self.folder.pictures())?;
         let page = if self.at_output { at_output(&page) } else { page };

@@ -21,7 +21,7 @@ pub use assembly::{Joint, MassProperties, PlaneMatrices, Rotor};
 pub use basis::Basis;
 pub use modes::PlanarModes;
 pub use section::{Disc, Material, Section, Shear};
-pub use whirl::{Damping, Support, WhirlMode};
+pub use whirl::{Damping, Support, WhirlMode, WhirlShape};
 
 use crate::linalg::NumericError;
 use thiserror::Error;

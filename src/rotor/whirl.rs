@@ -7,7 +7,7 @@
 use super::RotorError;
 use super::assembly::Rotor;
 use super::modes::{PlanarModes, RIGID};
-use crate::linalg::{Mat, c64, eigen_vectors, eigenvalues_complex, solve_complex};
+use crate::linalg::{Mat, NumericError, c64, eigen_vectors, eigen_vectors_complex, eigenvalues_complex, solve_complex};
 use std::f64::consts::TAU;
 
 /// Damping of the shaft itself.
@@ -114,9 +114,38 @@ pub struct WhirlSpectrum {
     pub unstable_real_poles_rad_s: Vec<f64>,
 }
 
+/// A whirl mode with the orbits of places along the shaft.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WhirlShape {
+    /// Its direction is that of these orbits.
+    pub mode: WhirlMode,
+    /// Amplitudes X and Y of each place, x = Re(X e^{jωt}): the largest orbit has |X|² + |Y|² = 1 and begins on +x. At
+    /// rest on supports that are equal in x and y the motion is shown in x.
+    pub orbits: Vec<[c64; 2]>,
+}
+
+impl WhirlShape {
+    fn of(value: c64, mut orbits: Vec<[c64; 2]>, at_rest: bool) -> Self {
+        let size = |orbit: &[c64; 2]| orbit[0].norm_sqr() + orbit[1].norm_sqr();
+        let largest = orbits.iter().max_by(|a, b| size(a).total_cmp(&size(b))).copied().unwrap_or_default();
+        let begin = if largest[0].norm() > 0.0 { largest[0] / largest[0].norm() } else { c64::new(1.0, 0.0) };
+        let scale = begin.conj() / size(&largest).sqrt().max(f64::MIN_POSITIVE);
+        orbits.iter_mut().flatten().for_each(|amplitude| *amplitude *= scale);
+        let sum = |sign: f64| -> f64 { orbits.iter().map(|[x, y]| (*x + c64::new(0.0, sign) * y).norm_sqr()).sum() };
+        let (forward, backward) = (sum(1.0), sum(-1.0));
+        let whirl = if at_rest { 0.0 } else { (forward - backward) / (forward + backward) };
+        let (natural_rad_s, damped_rad_s) = (value.norm(), value.im.abs());
+        let mode = WhirlMode { natural_rad_s, damped_rad_s, damping_ratio: -value.re / natural_rad_s, whirl };
+        Self { mode, orbits }
+    }
+}
+
 /// Below this |Im λ| an eigenvalue counts as not oscillating, rad/s: 0.5 Hz is far below every mode of a spindle and
 /// far above the rounding of the double zero of free translation.
 const OSCILLATING_RAD_S: f64 = TAU * 0.5;
+
+/// Largest relative residual of eigenvectors that are shown: a thousandth of what a picture resolves.
+const SHAPE_RESIDUAL: f64 = 1e-6;
 
 /// A rotor on supports in the modes of the free-free shaft: ω², C, ΩG, and what the supports add between the planes.
 struct ModalRotor {
@@ -275,6 +304,69 @@ impl Rotor {
         let direction = |v: c64, k: usize| if v.im > OSCILLATING_RAD_S { whirl(k) } else { 0.0 };
         let kept: Vec<(c64, f64)> = listed.filter(|(v, _)| v.im >= 0.0).map(|(v, k)| (v, direction(v, k))).collect();
         Ok(spectrum(kept, to_hz))
+    }
+
+    /// Oscillating modes up to `to_hz` with the orbits at `places_m`, ascending in damped frequency.
+    ///
+    /// # Errors
+    /// As [`Self::whirl`], and [`RotorError::OffShaft`] for a place beyond the ends.
+    pub fn whirl_shapes(
+        &self,
+        state: &RotorState<'_>,
+        places_m: &[f64],
+        to_hz: f64,
+    ) -> Result<Vec<WhirlShape>, RotorError> {
+        let modes = PlanarModes::new(self)?;
+        let n = modes.len();
+        let reduced = ModalRotor::of(self, &modes, state.speed_rad_s, state.damping, state.supports)?;
+        let at_rest = state.speed_rad_s == 0.0;
+        let rows = places_m.iter().map(|z| Ok(modes.amplitudes(&self.shape_at("place", *z)?)));
+        let rows = rows.collect::<Result<Vec<Vec<f64>>, RotorError>>()?;
+        let read = |vectors: &Mat<c64>, k: usize, plane: usize, row: &[f64]| -> c64 {
+            (0..n).map(|m| vectors[(plane * n + m, k)] * (row[m] / reduced.scale[m])).sum()
+        };
+        let is_isotropic = state.supports.iter().all(Support::is_isotropic);
+        let (values, vectors) = if is_isotropic {
+            let found = eigen_vectors_complex(&reduced.isotropic())?;
+            (found.values, found.vectors)
+        } else {
+            eigen_vectors(&reduced.two_planes())?
+        };
+        let orbit = |k: usize, row: &Vec<f64>| {
+            if !is_isotropic {
+                return [read(&vectors, k, 0, row), read(&vectors, k, 1, row)];
+            }
+            // r = φ e^{λt}: forward as it is, backward as the conjugate of both.
+            let phi = read(&vectors, k, 0, row);
+            match values[k].im > 0.0 {
+                _ if at_rest => [phi, c64::new(0.0, 0.0)],
+                true => [phi, c64::new(0.0, -1.0) * phi],
+                false => [phi.conj(), c64::new(0.0, 1.0) * phi.conj()],
+            }
+        };
+        // One of a conjugate pair stands for the mode; at speed r has no such pairs.
+        let is_listed = |v: &c64| {
+            let (lowest, highest) = (OSCILLATING_RAD_S, TAU * to_hz);
+            v.im.abs() > lowest && v.im.abs() <= highest && (v.im > 0.0 || is_isotropic && !at_rest)
+        };
+        let listed: Vec<usize> = (0..values.len()).filter(|k| is_listed(&values[*k])).collect();
+        if is_isotropic {
+            // Vectors of the free translations, which are not listed, may be wrong.
+            let own = Mat::from_fn(vectors.nrows(), listed.len(), |i, j| vectors[(i, listed[j])]);
+            let matrix = reduced.isotropic();
+            let residual =
+                &matrix * &own - Mat::from_fn(own.nrows(), own.ncols(), |i, j| own[(i, j)] * values[listed[j]]);
+            let residual = residual.norm_max() / matrix.norm_max();
+            if residual > SHAPE_RESIDUAL {
+                return Err(NumericError::NoConvergence { what: "whirl shapes", iterations: 0, residual }.into());
+            }
+        }
+        let shape = |k: usize| WhirlShape::of(values[k], rows.iter().map(|row| orbit(k, row)).collect(), at_rest);
+        let mut found: Vec<WhirlShape> = listed.into_iter().map(shape).collect();
+        let order =
+            |a: &WhirlMode, b: &WhirlMode| a.damped_rad_s.total_cmp(&b.damped_rad_s).then(a.whirl.total_cmp(&b.whirl));
+        found.sort_by(|a, b| order(&a.mode, &b.mode));
+        Ok(found)
     }
 
     /// Displacement over force, m/N, [[xx, xy], [yx, yy]] at each frequency: read at the first of `places_m`, with the

@@ -19,6 +19,7 @@ pub mod rotor_on_supports;
 mod rule;
 mod rules;
 pub(crate) mod whirl_form;
+mod whirl_orbits;
 
 pub use backup::{BackupBearings, BackupContact};
 pub use effective::{Amplifier, AxisElectronics, Effective, EffectiveBearing, Housing};
@@ -28,6 +29,7 @@ pub use model_detail::ModelDetail;
 pub use plant::Plant;
 pub use plant_loop::PlantLoop;
 pub use rotor_on_supports::RotorOnSupports;
+pub use whirl_orbits::WhirlOrbits;
 
 use crate::linalg::NumericError;
 use crate::rotor::RotorError;

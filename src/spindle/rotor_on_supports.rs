@@ -38,13 +38,13 @@ impl RotorOnSupports {
         }
     }
 
-    fn damping(&self, rotor: &Rotor) -> Damping {
+    pub(super) fn damping(&self, rotor: &Rotor) -> Damping {
         let list = &self.damping_ratio;
         let ratio = |k: usize| list.get(k).or(list.last()).copied().unwrap_or_default();
         Damping::Modal((0..rotor.dofs()).map(ratio).collect())
     }
 
-    fn seen_speed(&self, speed_rad_s: f64) -> f64 {
+    pub(super) fn seen_speed(&self, speed_rad_s: f64) -> f64 {
         if self.gyroscopics { speed_rad_s } else { 0.0 }
     }
 

@@ -7,8 +7,11 @@ use crate::input::Measurement;
 use crate::report::identification::{
     DriftSummary, HammerSummary, identification_topic, plausibility_topic, response_files, roving_sets,
 };
+use crate::report::pictures::Picture;
+use crate::report::plot::measured::measured_plant;
 use crate::report::results::ResultsFolder;
 use crate::report::summary::omit_absent;
+use crate::report::whole::Report;
 use crate::spindle::Machine;
 use serde_json::{Value, json};
 
@@ -44,6 +47,18 @@ impl IdentifiedRecords {
             (true, Some(found)) => format!("{} resonances of the free rotor", found.resonances.len()),
         };
         (self.plausible, words)
+    }
+
+    /// The report of a machine, with the files.
+    pub(crate) fn report(&mut self, machine: &Machine) -> Report {
+        let (met, sentence) = self.verdict();
+        let mut report = Report::of("identify", machine);
+        report.folder = std::mem::take(&mut self.folder);
+        report.verdict(met, &sentence);
+        for (key, value) in self.answer.as_object().into_iter().flatten() {
+            report.summary.set(key, value.clone());
+        }
+        report
     }
 }
 
@@ -86,6 +101,12 @@ pub(crate) fn identify_records(
     for (name, text) in response_files(frfs, &measurement.hammers) {
         folder.add(&name, text)?;
         names.push(name);
+    }
+    for (k, frf) in frfs.iter().enumerate() {
+        for (detail, figure) in measured_plant(frf) {
+            let detail = if k == 0 { detail } else { format!("{detail}-{}", k + 1) };
+            folder.add_plot(Picture::Measured.with_detail(detail), &figure)?;
+        }
     }
     let hammers: Vec<HammerSummary> =
         roving_sets(&measurement.hammers).iter().map(|set| HammerSummary::of(set)).collect();

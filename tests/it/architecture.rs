@@ -28,12 +28,15 @@ const ORDER: [&str; 21] = [
 ];
 
 /// Package as it is named in paths, and where it may be named.
-const HOMES: [(&str, &[&str]); 11] = [
+const HOMES: [(&str, &[&str]); 14] = [
     ("faer", &["linalg/"]),
     ("nalgebra", &["linalg/", "rotor/element.rs", "rotor/tilt.rs"]),
     ("wide", &["linalg/lanes.rs"]),
     ("clarabel", &["robust/conic.rs"]),
     ("plotters", &["report/plot/"]),
+    ("ab_glyph", &["report/plot/pdf.rs"]),
+    ("pdf_writer", &["report/plot/pdf.rs"]),
+    ("subsetter", &["report/plot/pdf.rs"]),
     ("serde_yaml", &["input/", "report/"]),
     ("serde", &["input/", "export/", "report/", "workflow/", "cli/", "spindle/", "augment/weights.rs"]),
     ("schemars", &["input/", "spindle/", "augment/weights.rs"]),

@@ -56,7 +56,7 @@ pub(crate) const REDUCED_MOTION: &str = "@media (prefers-reduced-motion: reduce)
 
 /// The animation as SVG text, and its frames as CSV text.
 pub(crate) fn animate(motion: &AnimatedMotion) -> Picture {
-    Picture { svg: svg(motion), csv: csv(motion) }
+    Picture { svg: svg(motion), csv: csv(motion), drawing: None }
 }
 
 /// Opening tag, title and the scale of time.

@@ -15,7 +15,7 @@ const SAMPLE: f64 = 30.0;
 /// Opacity of a band: grid and lines stay visible through it.
 const BAND: f64 = 0.22;
 
-pub(super) fn series(canvas: &Canvas, frame: &PlotFrame, series: &Series) -> Result<(), PlotError> {
+pub(super) fn series(canvas: &mut Canvas, frame: &PlotFrame, series: &Series) {
     let ink: Ink = series.look.color.into();
     match &series.shape {
         SeriesShape::Curve => curve(canvas, frame, series, ink),
@@ -24,24 +24,23 @@ pub(super) fn series(canvas: &Canvas, frame: &PlotFrame, series: &Series) -> Res
             let zero = frame.clamp(frame.rect.left, frame.py(0.0).min(frame.rect.bottom)).1;
             for (x, y) in series.x.iter().zip(&series.y) {
                 if let (Some(a), Some(b)) = (frame.point(x - 0.5 * width, *y), frame.point(x + 0.5 * width, *y)) {
-                    canvas.rectangle(frame.clamp(a.0, a.1), frame.clamp(b.0, zero), ink)?;
+                    canvas.rectangle(frame.clamp(a.0, a.1), frame.clamp(b.0, zero), ink);
                 }
             }
-            error_bars(canvas, frame, series)
+            error_bars(canvas, frame, series);
         }
         SeriesShape::LyingBars { height } => {
             let zero = frame.clamp(frame.px(0.0).max(frame.rect.left), frame.rect.top).0;
             for (x, y) in series.x.iter().zip(&series.y) {
                 if let (Some(a), Some(b)) = (frame.point(*x, y - 0.5 * height), frame.point(*x, y + 0.5 * height)) {
-                    canvas.rectangle(frame.clamp(a.0, a.1), frame.clamp(zero, b.1), ink)?;
+                    canvas.rectangle(frame.clamp(a.0, a.1), frame.clamp(zero, b.1), ink);
                 }
             }
-            Ok(())
         }
     }
 }
 
-fn curve(canvas: &Canvas, frame: &PlotFrame, series: &Series, ink: Ink) -> Result<(), PlotError> {
+fn curve(canvas: &mut Canvas, frame: &PlotFrame, series: &Series, ink: Ink) {
     if let Some(dash) = series.look.line {
         let mut path: Vec<Option<(f64, f64)>> = Vec::with_capacity(series.x.len());
         let mut last = f64::NAN;
@@ -53,45 +52,45 @@ fn curve(canvas: &Canvas, frame: &PlotFrame, series: &Series, ink: Ink) -> Resul
             last = *y;
         }
         for piece in frame.clip_points(path) {
-            canvas.line(&piece, ink, dash, series.look.width_px)?;
+            canvas.line(&piece, ink, dash, series.look.width_px);
         }
     }
-    error_bars(canvas, frame, series)?;
+    error_bars(canvas, frame, series);
     if let Some(marker) = series.look.marker {
         for at in series.x.iter().zip(&series.y).filter_map(|(x, y)| frame.point(*x, *y)) {
             if frame.contains(at.0, at.1) {
-                canvas.marker(at, marker, ink, MARKER)?;
+                canvas.marker(at, marker, ink, MARKER);
             }
         }
     }
-    Ok(())
 }
 
-fn error_bars(canvas: &Canvas, frame: &PlotFrame, series: &Series) -> Result<(), PlotError> {
+fn error_bars(canvas: &mut Canvas, frame: &PlotFrame, series: &Series) {
     let Some(error) = &series.y_error else {
-        return Ok(());
+        return;
     };
     for ((x, y), e) in series.x.iter().zip(&series.y).zip(error) {
         if let (Some(low), Some(high)) = (frame.point(*x, y - e), frame.point(*x, y + e)) {
             let (low, high) = (frame.clamp(low.0, low.1), frame.clamp(high.0, high.1));
             let ink = Ink::grey(40);
-            canvas.line(&[low, high], ink, Dash::Solid, 1.1)?;
+            canvas.line(&[low, high], ink, Dash::Solid, 1.1);
             for end in [low, high] {
-                canvas.line(&[(end.0 - 3.0, end.1), (end.0 + 3.0, end.1)], ink, Dash::Solid, 1.1)?;
+                canvas.line(&[(end.0 - 3.0, end.1), (end.0 + 3.0, end.1)], ink, Dash::Solid, 1.1);
             }
         }
     }
-    Ok(())
 }
 
-fn band(canvas: &Canvas, frame: &PlotFrame, series: &Series, lower: &[f64], ink: Ink) -> Result<(), PlotError> {
+fn band(canvas: &mut Canvas, frame: &PlotFrame, series: &Series, lower: &[f64], ink: Ink) {
     let ink = Ink { opacity: BAND, ..ink };
     // A gap in either edge splits the area.
     let mut upper_edge: Vec<(f64, f64)> = Vec::new();
     let mut lower_edge: Vec<(f64, f64)> = Vec::new();
-    let flush = |upper: &mut Vec<(f64, f64)>, lower: &mut Vec<(f64, f64)>| {
+    let mut flush = |upper: &mut Vec<(f64, f64)>, lower: &mut Vec<(f64, f64)>| {
         let corners: Vec<(f64, f64)> = upper.drain(..).chain(lower.drain(..).rev()).collect();
-        if corners.len() >= 4 { canvas.area(&corners, ink) } else { Ok(()) }
+        if corners.len() >= 4 {
+            canvas.area(&corners, ink);
+        }
     };
     for ((x, y), low) in series.x.iter().zip(&series.y).zip(lower) {
         match (frame.point(*x, *y), frame.point(*x, *low)) {
@@ -99,10 +98,10 @@ fn band(canvas: &Canvas, frame: &PlotFrame, series: &Series, lower: &[f64], ink:
                 upper_edge.push(frame.clamp(a.0, a.1));
                 lower_edge.push(frame.clamp(b.0, b.1));
             }
-            _ => flush(&mut upper_edge, &mut lower_edge)?,
+            _ => flush(&mut upper_edge, &mut lower_edge),
         }
     }
-    flush(&mut upper_edge, &mut lower_edge)
+    flush(&mut upper_edge, &mut lower_edge);
 }
 
 /// Light to dark in one hue: order survives printing in grey and every kind of colour vision.
@@ -122,7 +121,7 @@ fn shade_ink(fraction: f64) -> Ink {
 }
 
 /// Draws the map and its colour bar. Neighbours of one shade become one rectangle.
-pub(super) fn heat_map(canvas: &Canvas, frame: &PlotFrame, heat: &HeatMap) -> Result<(), PlotError> {
+pub(super) fn heat_map(canvas: &mut Canvas, frame: &PlotFrame, heat: &HeatMap) {
     // Steps of the shade the eye cannot tell apart keep the file small.
     const SHADES: f64 = 48.0;
     let [low, high] = heat.range;
@@ -138,7 +137,7 @@ pub(super) fn heat_map(canvas: &Canvas, frame: &PlotFrame, heat: &HeatMap) -> Re
             }
             // Half a pixel of overlap hides the seams that anti-aliasing would show between neighbours.
             let (a, b) = (frame.clamp(frame.px(start), top), frame.clamp(frame.px(end) + 0.5, bottom + 0.5));
-            canvas.rectangle(a, b, shade_ink(shade_here))?;
+            canvas.rectangle(a, b, shade_ink(shade_here));
         }
     }
     let r = frame.rect;
@@ -147,16 +146,16 @@ pub(super) fn heat_map(canvas: &Canvas, frame: &PlotFrame, heat: &HeatMap) -> Re
     for k in 0..SHADES as usize {
         let bottom = bar.bottom - height * k as f64;
         let ink = shade_ink((k as f64 + 0.5) / SHADES);
-        canvas.rectangle((bar.left, bottom - height - 0.4), (bar.right, bottom), ink)?;
+        canvas.rectangle((bar.left, bottom - height - 0.4), (bar.right, bottom), ink);
     }
     let room = ((r.bottom - r.top) / 30.0).clamp(2.0, 8.0) as usize;
     for (value, text) in ticks(super::figure::Scale::Linear, heat.range, room, None).major {
         let y = bar.bottom - (value - low) / (high - low) * (bar.bottom - bar.top);
-        canvas.line(&[(bar.right, y), (bar.right + 4.0, y)], Ink::grey(90), Dash::Solid, 1.0)?;
-        canvas.text(&text, (bar.right + 7.0, y), Anchor::Left, face(11.0, false, 60))?;
+        canvas.line(&[(bar.right, y), (bar.right + 4.0, y)], Ink::grey(90), Dash::Solid, 1.0);
+        canvas.text(&text, (bar.right + 7.0, y), Anchor::Left, face(11.0, false, 60));
     }
     let upright = super::canvas::Type { upright: true, ..face(12.0, false, 25) };
-    canvas.text(&heat.label, (r.right + 80.0, 0.5 * (r.top + r.bottom)), Anchor::Middle, upright)
+    canvas.text(&heat.label, (r.right + 80.0, 0.5 * (r.top + r.bottom)), Anchor::Middle, upright);
 }
 
 /// A line of the legend: what the sample shows, and its name.
@@ -217,13 +216,7 @@ pub(super) fn legend_rows(
     Ok(rows)
 }
 
-pub(super) fn legend_row(
-    canvas: &Canvas,
-    entries: &[LegendEntry],
-    row: &[(usize, f64)],
-    left: f64,
-    y: f64,
-) -> Result<(), PlotError> {
+pub(super) fn legend_row(canvas: &mut Canvas, entries: &[LegendEntry], row: &[(usize, f64)], left: f64, y: f64) {
     for (k, offset) in row {
         let Some(entry) = entries.get(*k) else {
             continue;
@@ -232,22 +225,21 @@ pub(super) fn legend_row(
         match entry.sample {
             LegendSample::Curve(look) => {
                 if let Some(dash) = look.line {
-                    canvas.line(&[(start, y), (end, y)], look.color.into(), dash, look.width_px)?;
+                    canvas.line(&[(start, y), (end, y)], look.color.into(), dash, look.width_px);
                 }
                 if let Some(marker) = look.marker {
-                    canvas.marker((0.5 * (start + end), y), marker, look.color.into(), MARKER)?;
+                    canvas.marker((0.5 * (start + end), y), marker, look.color.into(), MARKER);
                 }
             }
             LegendSample::Area(color, opacity) => {
                 let ink = Ink { opacity, ..color.into() };
-                canvas.rectangle((start + 6.0, y - 5.0), (end - 2.0, y + 5.0), ink)?;
+                canvas.rectangle((start + 6.0, y - 5.0), (end - 2.0, y + 5.0), ink);
             }
             LegendSample::Upright(color, dash) => {
                 let middle = 0.5 * (start + end);
-                canvas.line(&[(middle, y - 8.0), (middle, y + 8.0)], color.into(), dash, 1.3)?;
+                canvas.line(&[(middle, y - 8.0), (middle, y + 8.0)], color.into(), dash, 1.3);
             }
         }
-        canvas.text(&entry.name, (end + 6.0, y), Anchor::Left, face(12.5, false, 25))?;
+        canvas.text(&entry.name, (end + 6.0, y), Anchor::Left, face(12.5, false, 25));
     }
-    Ok(())
 }

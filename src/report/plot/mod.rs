@@ -1,14 +1,17 @@
 //! Pictures: builders turn finished results into a [`Figure`], one renderer draws it, one table writes the same series.
 //!
-//! `builder(values) -> Figure`, then [`picture`] gives the SVG and the CSV of the same stem. plotters is used here
-//! only.
+//! `builder(values) -> Figure`, then [`picture`] gives the SVG and the CSV of the same stem; PNG and PDF are drawn from
+//! the same [`Drawing`]. plotters is used here only.
 
 mod canvas;
 mod draw;
 pub mod figure;
 mod frame;
+mod pdf;
+mod png;
 mod render;
 pub(crate) mod style;
+mod svg;
 mod table;
 mod ticks;
 mod typography;
@@ -17,13 +20,16 @@ pub(crate) mod animation;
 pub mod diagnosis;
 pub mod loops;
 pub mod machining;
+pub mod measured;
 pub mod motion;
 pub mod robustness;
 pub mod shaft;
 pub(crate) mod speed;
 pub mod updating;
+pub mod whirl;
 
 pub use figure::{Axis, Figure, Panel, Series};
+pub use render::Drawing;
 pub use style::{Color, Dash, Look, Marker, Role};
 
 /// Why a figure cannot be drawn.
@@ -61,12 +67,61 @@ pub enum PlotError {
 }
 
 /// A drawn figure and the table of what it shows.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Picture {
     /// SVG text.
     pub svg: String,
     /// CSV text with the same series.
     pub csv: String,
+    /// What other formats are drawn from; none for what moves.
+    pub drawing: Option<Drawing>,
+}
+
+/// A format of pictures beside the SVG that pages are made of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PictureFormat {
+    /// Scalable vector graphics.
+    Svg,
+    /// Pixels, three for each one of the report.
+    Png,
+    /// A page of the size of the picture: curves as vectors, texts as text in an embedded font.
+    Pdf,
+}
+
+impl PictureFormat {
+    /// Ending of the file.
+    pub(crate) fn ending(self) -> &'static str {
+        match self {
+            Self::Svg => "svg",
+            Self::Png => "png",
+            Self::Pdf => "pdf",
+        }
+    }
+}
+
+impl Drawing {
+    /// The file of a format. Same drawing, same bytes.
+    ///
+    /// # Errors
+    /// [`PlotError::Drawing`] when the backend fails.
+    pub fn file(&self, format: PictureFormat) -> Result<Vec<u8>, PlotError> {
+        match format {
+            PictureFormat::Svg => Ok(svg::svg(self)?.into_bytes()),
+            PictureFormat::Png => png::png(self),
+            PictureFormat::Pdf => pdf::pdf(self),
+        }
+    }
+
+    /// Puts the texts into other words.
+    pub(crate) fn reword(&mut self, words: impl Fn(&str) -> String) {
+        self.title = words(&self.title);
+        self.description = words(&self.description);
+        for shape in &mut self.shapes {
+            if let canvas::Shape::Text { text, .. } = shape {
+                *text = words(text);
+            }
+        }
+    }
 }
 
 /// Draws a figure and writes its table. Same figure, same bytes.
@@ -74,7 +129,8 @@ pub struct Picture {
 /// # Errors
 /// [`PlotError`] when the figure is inconsistent or the backend fails.
 pub fn picture(figure: &Figure) -> Result<Picture, PlotError> {
-    Ok(Picture { svg: render::svg(figure)?, csv: table::csv(figure) })
+    let drawing = render::draw(figure)?;
+    Ok(Picture { svg: svg::svg(&drawing)?, csv: table::csv(figure), drawing: Some(drawing) })
 }
 
 /// One named curve as builders take it.

@@ -2,6 +2,7 @@
 
 mod column_slips;
 mod identify_sweeps;
+mod measured_plant;
 mod modal_sums;
 mod partial_records;
 mod polluted_lines;

@@ -1,5 +1,6 @@
 //! Stability lobes, time responses, worst cases.
 
+mod cascade;
 mod chatter;
 mod loop_gain;
 mod loop_sigma;

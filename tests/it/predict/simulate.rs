@@ -67,6 +67,23 @@ fn the_force_law_is_the_closed_form_with_the_gains_of_the_file() {
     assert_eq!(magnet.force_n(5.0, 0.0), bearing.max_force_n);
 }
 
+/// L = k_i²/(2 k_s) of the linear law, so that k_i U/L = 2 U k_s/k_i; a centred rotor is pulled by k_i i₀/4 (i_max/i₀)²
+/// or by what the iron bears.
+#[test]
+fn static_capacity_and_slew_rate_are_those_of_the_two_coils() {
+    let machine = machine();
+    for (k, magnet) in Magnet::both(&machine, 250.0).into_iter().enumerate() {
+        let side = [muspin::spindle::Side::Front, muspin::spindle::Side::Rear][k];
+        let (bearing, own) = (machine.spindle.bearing(side), &machine.effective().bearings[k]);
+        let slew = 2.0 * 250.0 * own.ks_n_per_m / own.ki_n_per_a;
+        assert!((magnet.slew_n_per_s() / slew - 1.0).abs() < 1e-12);
+        let (i0, most) = (bearing.bias_current_a, bearing.max_current_a);
+        assert!(most >= 2.0 * i0, "the other coil is without current");
+        let pull = 0.25 * own.ki_n_per_a * i0 * (most / i0).powi(2);
+        assert!((magnet.static_capacity_n() / pull.min(bearing.max_force_n) - 1.0).abs() < 1e-12);
+    }
+}
+
 #[test]
 fn no_magnet_pulls_more_than_its_capacity() {
     let machine = machine();

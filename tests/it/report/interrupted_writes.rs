@@ -2,6 +2,7 @@
 //! the new ones, every file whole.
 
 use crate::cli::program::muspin;
+use crate::support::folder::tree;
 use serde_json::Value;
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
@@ -13,18 +14,6 @@ use tempfile::TempDir;
 const RECORD: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/identify/c03");
 const MANIFEST: &str = "muspin-manifest.json";
 
-/// Files of a folder without folders in it: name → bytes.
-fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
-    let entries = std::fs::read_dir(folder).unwrap().map(Result::unwrap);
-    entries
-        .map(|e| {
-            let name = e.file_name().into_string().unwrap();
-            let bytes = std::fs::read(e.path()).unwrap();
-            (name, bytes)
-        })
-        .collect()
-}
-
 fn hash(bytes: &[u8]) -> String {
     let digest = Sha256::digest(bytes);
     digest.iter().map(|b| format!("{b:02x}")).collect()
@@ -34,7 +23,7 @@ fn hash(bytes: &[u8]) -> String {
 fn other_record(folder: &Path) -> String {
     let copy = folder.join("record");
     std::fs::create_dir(&copy).unwrap();
-    for (name, bytes) in files(Path::new(RECORD)) {
+    for (name, bytes) in tree(Path::new(RECORD)) {
         let mut bytes = bytes;
         if name.starts_with("hammer") {
             let end_of = |bytes: &[u8]| bytes.iter().position(|b| *b == b'\n').unwrap() + 1;
@@ -88,7 +77,7 @@ fn killed(record: &str, folder: &Path, delay: Duration) -> bool {
 
 /// Every file is one that the manifest lists, whole; nothing else stands there but `kept`.
 fn is_whole(folder: &Path, kept: &[&str], case: &str) {
-    let found = files(folder);
+    let found = tree(folder);
     let manifest: Value = serde_json::from_slice(&found[MANIFEST]).unwrap();
     for (name, bytes) in &found {
         if name == MANIFEST || kept.contains(&name.as_str()) {
@@ -100,15 +89,15 @@ fn is_whole(folder: &Path, kept: &[&str], case: &str) {
 }
 
 #[test]
-fn a_command_that_is_killed_while_it_writes_leaves_whole_files() {
+fn a_command_that_is_killed_while_it_writes_leaves_whole_tree() {
     let scratch = TempDir::new().unwrap();
     let folder = scratch.path();
     let (old, new) = (RECORD.to_owned(), other_record(folder));
     let out = folder.join("out");
     identify(&new, folder);
-    let new_files = files(&out);
+    let new_files = tree(&out);
     identify(&old, folder);
-    let old_files = files(&out);
+    let old_files = tree(&out);
     assert!(old_files != new_files);
     // With a file of the user the results are replaced one by one, without it the folder is exchanged as a whole.
     for kept in [None, Some("notes.txt")] {
@@ -125,14 +114,14 @@ fn a_command_that_is_killed_while_it_writes_leaves_whole_files() {
         for delay_us in [0, 200, 500, 1000, 2000, 3000, 5000, 8000, 12_000, 20_000] {
             let case = format!("{kept:?}, killed {delay_us} µs after the start of writing");
             hit += usize::from(killed(&new, folder, Duration::from_micros(delay_us)));
-            let found = files(&out);
+            let found = tree(&out);
             match kept {
                 None => assert!(found == old_files || found == new_files, "{case}"),
                 Some(name) => is_whole(&out, &[name], &case),
             }
             // The next run takes up from whatever is there.
             identify(&old, folder);
-            assert!(files(&out) == with(&old_files), "{case}");
+            assert!(tree(&out) == with(&old_files), "{case}");
         }
         assert!(hit > 0, "never killed in time");
     }
@@ -178,10 +167,10 @@ fn a_disk_without_room_leaves_the_results_before_and_names_the_file() {
     let first = message.lines().next().unwrap();
     assert!(first.starts_with("error: ") && first.contains("out/frf-0.csv'"), "{message}");
     identify(RECORD, folder);
-    let before = files(&folder.join("out"));
+    let before = tree(&folder.join("out"));
     let (code, message) = limited(64, folder);
     assert_eq!((code, left()), (2, 1), "{message}");
-    assert!(files(&folder.join("out")) == before, "{message}");
+    assert!(tree(&folder.join("out")) == before, "{message}");
     assert!(message.contains("out/frf-0.csv'"), "{message}");
 }
 
