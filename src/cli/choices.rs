@@ -1,6 +1,7 @@
 //! Formats of pictures, and types of the domain that an option of the command line chooses from: name of each
 //! variant, and help where the name does not say it.
 
+use super::Failure;
 use crate::controller::realise::Form;
 use crate::export::firmware::Format;
 use crate::identify::spectra::{Estimator, Motion, SpectralWindow};
@@ -19,6 +20,17 @@ pub(super) struct PictureArguments {
 }
 
 impl PictureArguments {
+    /// The folder that the pictures go to, where one is given.
+    pub(super) fn folder<'a>(&self, out: &'a Option<String>) -> Result<Option<&'a str>, Failure> {
+        match out {
+            None if !self.further().is_empty() => {
+                Err(Failure::new("--format: no pictures are written without --out")
+                    .with_hint("name a folder with --out"))
+            }
+            out => Ok(out.as_deref()),
+        }
+    }
+
     /// The option as it is written on a command line, with a space before it; empty without formats beside SVG.
     pub(super) fn further(&self) -> String {
         let further = self.formats.iter().filter(|format| **format != PictureFormat::Svg);

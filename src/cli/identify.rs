@@ -28,6 +28,7 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd, Failure> {
+    let out = arguments.pictures.folder(&arguments.out)?;
     let measurement = load_measurement(&arguments.measurement, console)?;
     let machine = if is_rotor(arguments.machine.files(&measurement).0) {
         arguments.machine.load_rotor(&measurement)?;
@@ -35,13 +36,13 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd
     } else {
         Some(arguments.machine.load(&measurement)?)
     };
-    if let Some(out) = &arguments.out {
+    if let Some(out) = out {
         console.claim(out, if machine.is_some() { &REPORT } else { &[] }, &[])?;
     }
     let records = Records::of(&measurement, machine.as_ref(), &|| {})?;
     records.lines().for_each(|line| eprintln!("{line}"));
     let mut found = identify_records(&measurement, machine.as_ref(), &records, &|| {})?;
-    if let Some(out) = &arguments.out {
+    if let Some(out) = out {
         console.writing(|| match &machine {
             Some(machine) => found.report(machine).write(out, &arguments.pictures.formats),
             None => Ok(found.folder.write(Path::new(out))?),
@@ -89,7 +90,7 @@ fn show_identification(arguments: &Arguments, found: &IdentifiedRecords) -> Comm
             ]]);
         }
     }
-    if let Some(out) = &arguments.out {
+    if let Some(out) = out {
         shown = shown.file(out.as_str());
     }
     shown

@@ -35,12 +35,13 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd, Failure> {
+    let out = arguments.pictures.folder(&arguments.out)?;
     let (spindle, tool, speeds) = (&arguments.spindle, arguments.tool.as_deref(), &arguments.speeds.0);
-    if let Some(out) = &arguments.out {
+    if let Some(out) = out {
         console.claim(out, &REPORT, &[])?;
     }
     // Only pictures need the shapes.
-    let drawn = if arguments.out.is_some() { speeds.as_slice() } else { &[] };
+    let drawn = if out.is_some() { speeds.as_slice() } else { &[] };
     let (answer, orbits) = if is_rotor(spindle) {
         let rotor = load_rotor_said(spindle, tool)?;
         let orbits = drawn.iter().map(|rpm| WhirlOrbits::of_rotor(&rotor, *rpm, TO_HZ));
@@ -55,7 +56,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd
         (ModesSummary::of(&machine, speeds)?, orbits.collect::<Result<Vec<_>, _>>()?)
     };
     let shown = show_modes(&answer).answer(&json(&answer));
-    let Some(out) = &arguments.out else {
+    let Some(out) = out else {
         return Ok(shown);
     };
     let mut report = modes_report(&answer, &orbits)?;

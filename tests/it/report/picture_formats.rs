@@ -180,4 +180,7 @@ fn commands_write_the_formats_that_are_asked_for_and_their_manifest_lists_them()
     let (code, _, err) = muspin(&["modes", "--format", "jpg"], folder.path());
     assert_eq!(code, 2);
     assert!(err.contains("svg, png, pdf"), "{err}");
+    let (code, _, err) = muspin(&["modes", "--format", "png"], folder.path());
+    assert_eq!(code, 2);
+    assert!(err.contains("name a folder with --out"), "{err}");
 }
