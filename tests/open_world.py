@@ -31,7 +31,6 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 AXES = ["front_x", "front_y", "rear_x", "rear_y"]
 SIDES = {"front": [0, 1], "rear": [2, 3], "both": [0, 1, 2, 3]}
 STEEL = {"steel": {"youngs_modulus_pa": 2.06e11, "density_kg_m3": 7850, "poisson_ratio": 0.29}}
-MODES = 40
 PIDS = {}
 
 
@@ -96,10 +95,11 @@ class Truth:
         self.plane_x, self.z = self.shaft(elements, materials, tool, 0)
         self.plane_y = self.shaft(elements, materials, tool, 1)[0] if cause.get("effect") == "anisotropic_region" else self.plane_x
         m, k, _ = self.plane_x
-        values, self.phi = eigh(k, m, subset_by_index=[0, MODES - 1])
+        values, self.phi = eigh(k, m)  # all modes: the tip of a thin tool is soft by the highest ones
+        self.modes = n = len(values)
         ratio = spindle["rotor"]["damping_ratio"]
-        ratio = np.array([0, 0] + [ratio[min(i, len(ratio) - 1)] for i in range(MODES - 2)])
-        ratio[2:] *= np.exp(0.15 * width * rng.normal(size=MODES - 2))
+        ratio = np.array([0, 0] + [ratio[min(i, len(ratio) - 1)] for i in range(n - 2)])
+        ratio[2:] *= np.exp(0.15 * width * rng.normal(size=n - 2))
         if cause.get("effect") == "modal_damping":
             ratio[1 + cause["mode"]] *= cause["factor"]
         self.omega = np.sqrt(np.maximum(values, 0.0))
@@ -110,6 +110,8 @@ class Truth:
         self.ks = each(lambda s: b[s]["ks_n_per_m"] * (1 + 0.04 * width * rng.normal()))
         self.gain = np.array([b[a[:-2]].get("sensor_gain", 1.0) for a in AXES]) 
         self.gain *= 1 + 0.01 * width * np.repeat(rng.normal(size=2), 2) + 0.002 * rng.normal(size=4)
+        self.off = dict(force_constant=self.ki / each(lambda s: b[s]["ki_n_per_a"]), sensor_gain=self.gain,
+                        negative_stiffness=self.ks / each(lambda s: b[s]["ks_n_per_m"]))
         self.act_m, self.sen_m = (each(lambda s: p[f"{s}_{what}_m"]) for what in ("actuator", "sensor"))
         self.currents, self.signals = np.eye(4), np.eye(4)
         size = cause.get("size", 0.0)
@@ -117,7 +119,9 @@ class Truth:
         kind = cause.get("effect")
         if kind in ("force_constant", "negative_stiffness", "sensor_gain"):
             target = {"force_constant": self.ki, "negative_stiffness": self.ks, "sensor_gain": self.gain}[kind]
-            target[on] *= size
+            nominal = [b[a[:-2]][{"force_constant": "ki_n_per_a", "negative_stiffness": "ks_n_per_m"}.get(kind, "")]
+                       if kind != "sensor_gain" else b[a[:-2]].get("sensor_gain", 1.0) for a in AXES]
+            target[on] = size * np.array(nominal)[on]  # the size says how far the number is off in all
         elif kind in ("sensor_offset", "actuator_offset"):
             (self.sen_m if kind == "sensor_offset" else self.act_m)[on] += size
         elif kind == "axis_misalignment":
@@ -132,7 +136,6 @@ class Truth:
         self.act = np.array([nodes(z) for z in self.act_m])
         self.sen = np.array([nodes(z) for z in self.sen_m])
         self.tip = nodes(-tool["tool_plane_m"])
-        n = MODES
         two = lambda a, b: np.block([[a, np.zeros((n, n))], [np.zeros((n, n)), b]])
         self.m = np.eye(2 * n)
         self.k = two(np.diag(self.omega**2), self.phi.T @ self.plane_y[1] @ self.phi)
@@ -267,8 +270,7 @@ class Truth:
         return signal @ self.receptance(hz, rpm, self.forces, self.reads) @ force
 
     def compliance(self, hz, rpm, control, axis):
-        tip = np.zeros((2 * MODES, 1))
-        tip[axis * MODES:(axis + 1) * MODES, 0] = self.tip
+        tip = np.kron(np.eye(2)[axis], self.tip)[:, None]
         inputs = np.hstack([self.forces, tip])
         h = self.receptance(hz, rpm, inputs, np.vstack([self.reads, tip.T]))
         force, signal = self.lags(2j * np.pi * hz)
@@ -278,7 +280,7 @@ class Truth:
     def sampled(self, modes):
         """(A, B early, B late, C, whole samples of delay): mechanics, amplifiers and sensors over a sample."""
         e = self.spindle["electronics"]
-        pick = np.r_[0:modes, MODES:MODES + modes]
+        pick = np.r_[0:modes, self.modes:self.modes + modes]
         m, k, c = (x[np.ix_(pick, pick)] for x in (self.m, self.k, self.c))
         n, wa, ws = len(pick), 2 * np.pi * e["amplifier_bandwidth_hz"], 2 * np.pi * e["sensor_bandwidth_hz"]
         # Laws without a rational form are a delay of their lag at 200 Hz here, for the choice of the controller only.
@@ -421,7 +423,7 @@ def frequency_sweep(truth, law, hz, rpm, rig, rng):
 
 def time_sweep(truth, law, hz, rig, rng):
     """The loop as firmware runs it: sampled, quantised, limited, with hum and run-out; every column an experiment."""
-    a, b1, b2, y, whole = truth.sampled(20)
+    a, b1, b2, y, whole = truth.sampled(36)
     ka, kb, kc, kd = law
     bearing, t, c = truth.spindle["bearings"]["front"], truth.period_s, truth.cause
     steps, n = round(1 / t), rig["repeats"]
@@ -513,7 +515,8 @@ def write_set(folder, machine, rpm, rig, cause, seed):
     for name, content in (("spindle", spindle), ("tool", tool), ("measurement", dict(spindle="spindle.yaml", tool="tool.yaml", records=records))):
         with open(os.path.join(folder, f"{name}.yaml"), "w") as out:
             out.write(yaml.safe_dump(content, sort_keys=False))
-    hidden = dict(machine=spindle["name"], seed=seed, speed_rpm=rpm, rig=rig, cause=cause, growth_rate_per_s=round(full, 2))
+    hidden = dict(machine=spindle["name"], seed=seed, speed_rpm=rpm, rig=rig, cause=cause, growth_rate_per_s=round(float(full), 2),
+                  off={k: np.round(v - 1, 4).tolist() for k, v in truth.off.items()})
     json.dump(hidden, open(folder + ".truth.json", "w"), indent=1)
     return hidden
 
@@ -598,7 +601,7 @@ def plan(places, detectable):
 
 def same(found, cause, length):
     """Whether a found effect is the hidden one: kind, where, and a position within 5 % of the shaft."""
-    if found["effect"] != cause.get("named", cause["effect"]):
+    if found["effect"] != cause.get("named", cause.get("effect")):
         return False
     where = found.get("where", {})
     if "position_m" in cause:
@@ -606,11 +609,21 @@ def same(found, cause, length):
     return all(where.get(k) == cause.get(k) for k in ("bearing", "axis", "region", "from", "to", "mode"))
 
 
-def score(kind, cause, d, length):
+def is_off(found, off):
+    """Whether a found factor is one that was drawn: a number of the machine that is off, within 3 %."""
+    axes = SIDES.get(found["where"].get("bearing"), [AXES.index(a) for a in found["where"].values() if a in AXES])
+    factor = found["parameters"].get("factor", 1.0) - 1
+    drawn = [off.get(found["effect"], [9.0] * 4)[a] for a in axes]
+    return bool(drawn) and abs(np.mean(drawn) - factor) < 0.03 and abs(factor) > 0.03
+
+
+def score(kind, cause, d, length, off):
     """right, wrong (a confident name that is not so), tie, refused or missed."""
     verdict, effects = d["verdict"], d.get("effects", [])
     tied = [e for t in d.get("tie") or [] for e in (t if isinstance(t, list) else t.get("effects", [t]))]
     if kind == "nothing":
+        if effects and all(same(e, cause, length) if cause else is_off(e, off) for e in effects):
+            return "right"  # what is there was named, though it need not be
         return {"adequate": "right", "unexplained": "refused"}.get(verdict, "wrong")
     if kind == "outside":
         return {"unexplained": "right", "adequate": "missed"}.get(verdict, "wrong")
@@ -666,7 +679,8 @@ def main():
             continue
         d, error, seconds = diagnose(arguments.muspin, folder)
         length = sum(e["length_m"] for e in spindle["rotor"]["elements"])
-        result = score(kind, cause, d, length) if d else "error"
+        off = json.load(open(folder + ".truth.json"))["off"]
+        result = score(kind, cause, d, length, off) if d else "error"
         said = words(d["effects"]) if d else error
         hidden = " ".join(f"{v:.5g}" if isinstance(v, float) else str(v) for k, v in cause.items()) or "nothing"
         faults = "; ".join(f["fault"] for f in d["record_faults"]) if d else ""
