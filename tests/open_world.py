@@ -110,8 +110,6 @@ class Truth:
         self.ks = each(lambda s: b[s]["ks_n_per_m"] * (1 + 0.04 * width * rng.normal()))
         self.gain = np.array([b[a[:-2]].get("sensor_gain", 1.0) for a in AXES]) 
         self.gain *= 1 + 0.01 * width * np.repeat(rng.normal(size=2), 2) + 0.002 * rng.normal(size=4)
-        self.off = dict(force_constant=self.ki / each(lambda s: b[s]["ki_n_per_a"]), sensor_gain=self.gain,
-                        negative_stiffness=self.ks / each(lambda s: b[s]["ks_n_per_m"]))
         self.act_m, self.sen_m = (each(lambda s: p[f"{s}_{what}_m"]) for what in ("actuator", "sensor"))
         self.currents, self.signals = np.eye(4), np.eye(4)
         size = cause.get("size", 0.0)
@@ -122,14 +120,17 @@ class Truth:
             nominal = [b[a[:-2]][{"force_constant": "ki_n_per_a", "negative_stiffness": "ks_n_per_m"}.get(kind, "")]
                        if kind != "sensor_gain" else b[a[:-2]].get("sensor_gain", 1.0) for a in AXES]
             target[on] = size * np.array(nominal)[on]  # the size says how far the number is off in all
-        elif kind in ("sensor_offset", "actuator_offset"):
+        self.off = dict(force_constant=self.ki / each(lambda s: b[s]["ki_n_per_a"]), sensor_gain=self.gain,
+                        negative_stiffness=self.ks / each(lambda s: b[s]["ks_n_per_m"]))
+        if kind in ("sensor_offset", "actuator_offset"):
             (self.sen_m if kind == "sensor_offset" else self.act_m)[on] += size
         elif kind == "axis_misalignment":
-            c, s, at = np.cos(np.radians(size)), np.sin(np.radians(size)), np.flatnonzero(on)
-            self.signals[np.ix_(at, at)] = [[c, s], [-s, c]]
+            c, s = np.cos(np.radians(size)), np.sin(np.radians(size))
+            for at in (i for i in (slice(0, 2), slice(2, 4)) if on[i].any()):
+                self.signals[at, at] = [[c, s], [-s, c]]
         elif kind == "bearing_coupling":
-            at = np.flatnonzero(on)
-            self.currents[at[0], at[1]] = self.currents[at[1], at[0]] = size
+            for x in (i for i in (0, 2) if on[i]):
+                self.currents[x, x + 1] = self.currents[x + 1, x] = size
         elif kind == "sensor_crosstalk":
             self.signals[AXES.index(cause["to"]), AXES.index(cause["from"])] += size
         nodes = lambda z, slope=0: self.phi.T @ self.shape(z, slope)
@@ -623,15 +624,17 @@ def score(kind, cause, d, length, off):
     tied = [e for t in d.get("tie") or [] for e in (t if isinstance(t, list) else t.get("effects", [t]))]
     if kind == "nothing":
         if effects and all(same(e, cause, length) if cause else is_off(e, off) for e in effects):
-            return "right"  # what is there was named, though it need not be
+            return "right" if verdict != "tie" else "tie"  # what is there was named, though it need not be
+        if verdict == "tie" and any(same(e, cause, length) if cause else is_off(e, off) for e in tied):
+            return "tie"
         return {"adequate": "right", "unexplained": "refused"}.get(verdict, "wrong")
     if kind == "outside":
         return {"unexplained": "right", "adequate": "missed"}.get(verdict, "wrong")
     if verdict in ("unexplained", "adequate"):
         return "refused" if verdict == "unexplained" else "missed"
-    if len(effects) == 1 and same(effects[0], cause, length):
+    if verdict != "tie" and effects and all(same(e, cause, length) or is_off(e, off) for e in effects):
         return "right"
-    return "tie" if any(same(e, cause, length) for e in tied) else "wrong"
+    return "tie" if any(same(e, cause, length) or is_off(e, off) for e in tied) else "wrong"
 
 
 def diagnose(program, folder):
