@@ -137,7 +137,9 @@ def plan(places, detectable):
         # Every kind comes about equally often; the place is drawn.
         kind = sorted(by_kind)[(5 * i + int(rng.integers(5))) % len(by_kind)]
         cause = by_kind[kind][int(rng.integers(len(by_kind[kind])))]
-        domain = "time" if i % 6 == 5 else "frequency"
+        # The loop in time has no lags of its own: laws of s stay in the frequency domain.
+        lags = ("loop_delay", "amplifier_bandwidth", "eddy_currents", "laminated_core", "sensor_lowpass")
+        domain = "time" if i % 6 == 5 and cause["effect"] not in lags else "frequency"
         wide = {16: 2.5, 17: 2.5, 18: 4.0, 19: 4.0, 20: 2.5, 21: 4.0}.get(i, 1.0)
         sets.append((f"catalogue-{i:02}", machine, 0, usual(rng, domain=domain, width=wide), cause, 2000 + i, "cause"))
     for i, law in enumerate(OUTSIDE):
