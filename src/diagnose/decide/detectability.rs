@@ -3,8 +3,9 @@
 //! With v the derivative of the whitened residuals to an effect, J those of the nuisance parameters and of what was
 //! named, N = JᵀJ with priors: what remains of a size θ is  λ = θ² (vᵀv − vᵀJ N⁻¹ Jᵀv).  An effect is accepted when the
 //! score falls by `FURTHER_EFFECT_BIC_GAIN` (`FIRST_EFFECT_BIC_GAIN`); it is found nine times in ten when √λ
-//! exceeds the root of that by 1.28 standard deviations. Linear in the fit coordinate, in which small effects are. It has
-//! a name where the gap falls by more than chance too, whose σ holds half a percent of the signal ([`GAP_FLOOR`]). What
+//! exceeds the root of that by 1.28 standard deviations. Linear in the fit coordinate, in which small effects are. It
+//! has a name where the gap falls by more than chance too, whose σ holds half a percent of the signal ([`GAP_FLOOR`]).
+//! What
 //! is too small to be worth a name ([`Hypothesis::matters`]) is not named however clear it is; from which size on it
 //! would be is told beside.
 
@@ -124,8 +125,8 @@ fn remaining(base: &Linear, further: &Jacobian) -> Result<Vec<f64>, DiagnoseErro
     Ok(each.collect())
 }
 
-/// The effect at the size of which nine in ten are found, and at which it has a name, from `named` on; none where no size
-/// that makes sense would be found.
+/// The effect at the size of which nine in ten are found, and at which it has a name, from `named` on; none where no
+/// size that makes sense would be found.
 fn smallest(h: &Hypothesis, mut size: f64, named: f64) -> Option<Detectable> {
     let nothing = h.nothing();
     let start = nothing.first().copied().unwrap_or_default();

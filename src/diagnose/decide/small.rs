@@ -25,8 +25,8 @@ impl Case<'_> {
     /// The machine with all small effects, where these explain the records.
     pub(crate) fn explain_by_small(&self) -> Result<Option<Standing>, DiagnoseError> {
         let mut effects: Vec<Hypothesis> = vec![];
-        // Both bearings are front and rear together: a third coordinate would share out what one bearing has, until each
-        // part is too small for a name.
+        // Both bearings are front and rear together: a third coordinate would share out what one bearing has, until
+        // each part is too small for a name.
         let both = Location::Bearing(Bearings::Both);
         for h in self.catalogue.iter().filter(|h| KINDS.contains(&h.kind) && h.place != both) {
             if !effects.iter().any(|e| e.same_name(h)) {

@@ -110,8 +110,8 @@ fn noise_that_grows_with_the_signals_is_no_pollution() {
     assert_eq!(polluted(&record).0, []);
 }
 
-/// Hum that is alike in every repeat shows only in the distance from the model: beside a multiple of the mains it is left
-/// out with the skirt beside it, elsewhere the same distance may be an effect.
+/// Hum that is alike in every repeat shows only in the distance from the model: beside a multiple of the mains it is
+/// left out with the skirt beside it, elsewhere the same distance may be an effect.
 #[test]
 fn steady_hum_is_left_out_at_multiples_of_the_mains_only() {
     let record = sweeps("c01").swap_remove(0);
