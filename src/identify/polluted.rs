@@ -2,9 +2,8 @@
 //!
 //! A disturbed line scatters over its repeats more than its neighbours do, and its signals are no larger for it; noise
 //! that a resonance of the loop amplifies grows with the signal there. A single repeat does not tell. Hum whose
-//! phase hardly moves from one repeat to the next is alike in all of them: it shows where lines at multiples of the mains leav
-//! Hum whose hardly moves from one repeat to the next is alike in all of them: it shows where lines at multiples of the mains leave
-//! the model and their neighbours do not.
+//! phase hardly moves from one repeat to the next is alike in all of them: it shows where lines at multiples of the
+//! mains leave the model and their neighbours do not.
 
 use super::frf::{AXES, MeasuredFrf, SweepRecord};
 use super::repeat_scatter::{RepeatScatter, rare_ratio};
