@@ -1,7 +1,9 @@
 //! Lines of a sweep that something outside the loop disturbs: hum of the mains, run-out at multiples of the speed.
 //!
 //! A disturbed line scatters over its repeats more than its neighbours do, and its signals are no larger for it; noise
-//! that a resonance of the loop amplifies grows with the signal there. A single repeat does not tell.
+//! that a resonance of the loop amplifies grows with the signal there. A single repeat does not tell. Hum whose
+//! phase hardly moves from one repeat to the next is alike in all of them: it shows where lines at multiples of the
+//! mains leave the model and their neighbours do not.
 
 use super::frf::{AXES, MeasuredFrf, SweepRecord};
 use super::repeat_scatter::{RepeatScatter, rare_ratio};
@@ -51,8 +53,10 @@ pub struct PollutedLines {
     pub hz: Vec<f64>,
     /// Where it comes from.
     pub source: PollutionSource,
-    /// Largest standard deviation of these lines relative to that of their neighbours.
+    /// Largest standard deviation of these lines, or distance from the model, relative to that of their neighbours.
     pub factor: f64,
+    /// Whether it is alike in every repeat, so that the model alone shows it.
+    pub steady: bool,
 }
 
 impl PollutedLines {
@@ -64,9 +68,11 @@ impl PollutedLines {
             PollutionSource::Speed => ", beside multiples of the speed as run-out and unbalance are",
             PollutionSource::Unknown => ", for a reason that their frequencies do not tell",
         };
-        let (noun, verb) = if self.hz.len() == 1 { ("line", "scatters") } else { ("lines", "scatter") };
+        let verb = if self.steady { "leave" } else { "scatter" };
+        let (noun, ending) = if self.hz.len() == 1 { ("line", "s") } else { ("lines", "") };
+        let from = if self.steady { " the model, alike in every repeat," } else { "" };
         format!(
-            "the {noun} at {} Hz {verb} up to {:.1} times as much as the neighbours{place}",
+            "the {noun} at {} Hz {verb}{ending}{from} up to {:.1} times as much as the neighbours{place}",
             lines.join(", "),
             self.factor
         )
@@ -99,13 +105,48 @@ pub fn without_polluted_lines(
                 own.hz.push(hz);
                 own.factor = own.factor.max(factor);
             }
-            None => list.push(PollutedLines { sweep, hz: vec![hz], source, factor }),
+            None => list.push(PollutedLines { sweep, hz: vec![hz], source, factor, steady: false }),
         }
     }
     list.sort_by_key(|own| own.source);
     let kept: Vec<usize> = (0..excess.len()).filter(|k| !polluted.contains(k)).collect();
     let run_out = list.iter().any(|own| own.source == PollutionSource::Speed);
     (list, SweepRecord { run_out, ..record.with_lines(&kept) })
+}
+
+/// Hum that is alike in every repeat, and the record without its lines: those round multiples of the mains frequency
+/// whose squared distances from the model, `misfit`, mean over all channels in σ², stand out of their neighbours.
+pub fn without_steady_hum(sweep: usize, record: &SweepRecord, misfit: &[f64]) -> Option<(PollutedLines, SweepRecord)> {
+    let hz = &record.frequency_hz;
+    if misfit.len() != hz.len() {
+        return None;
+    }
+    let excess: Vec<f64> = (0..hz.len())
+        .map(|k| match median_near(misfit, k, |apart| apart > 1) {
+            median if median > 0.0 => misfit[k] / median,
+            _ => 0.0,
+        })
+        .collect();
+    // One complex square a channel.
+    let limit = MEDIAN_MARGIN * rare_ratio((AXES * AXES) as f64);
+    let beside = |k: usize| mains_multiples().any(|f| is_next_to(hz, k, f));
+    let hum = with_skirts((0..hz.len()).map(|k| excess[k] > limit && beside(k)).collect(), &excess);
+    let factor = hum.iter().map(|k| excess[*k]).reduce(f64::max)?.sqrt();
+    let kept: Vec<usize> = (0..hz.len()).filter(|k| !hum.contains(k)).collect();
+    let lines = hum.iter().map(|k| hz[*k]).collect();
+    let polluted = PollutedLines { sweep, hz: lines, source: PollutionSource::Mains, factor, steady: true };
+    Some((polluted, record.with_lines(&kept)))
+}
+
+/// Multiples of the mains frequencies, Hz.
+fn mains_multiples() -> impl Iterator<Item = f64> {
+    [50.0, 60.0].into_iter().flat_map(|base| (1..=MAINS_MULTIPLES).map(move |multiple| base * multiple as f64))
+}
+
+/// Whether line `k` is the nearest below or above a frequency that lies in the band.
+fn is_next_to(hz: &[f64], k: usize, of_hz: f64) -> bool {
+    let above = hz.partition_point(|f| *f < of_hz);
+    above > 0 && above < hz.len() && (k == above || k + 1 == above)
 }
 
 /// The numbers of the lines that are disturbed, with those beside them that still scatter more than theirs: leakage

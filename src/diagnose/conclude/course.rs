@@ -9,6 +9,7 @@ use super::super::data::evidence::Subset;
 use super::super::data::measurement::{RecordId, RecordSet};
 use super::super::decide::candidate::{Candidate, Standing};
 use super::super::decide::judgement::Verdict;
+use super::super::decide::residuals::Record;
 use super::super::decide::screening::{ScreeningRound, TIE_BIC, explains};
 use super::super::decide::selection::MOST_EFFECTS;
 use super::super::fit::estimate::FINAL_MODEL_ERROR;
@@ -21,6 +22,7 @@ use super::super::records::search::{Explained, explain_records, on_all_lines};
 use super::super::records::trial::{Trial, Widened};
 use super::unsearched::{conclude_located, conclude_single, conclude_small};
 use super::verdict::{Diagnosis, Instead, Rival, conclude, conclude_unless, hypotheses};
+use crate::identify::frf::AXES;
 use crate::identify::open_loop;
 use crate::identify::plausibility::RecordFault;
 use crate::identify::polluted::{self, PollutedLines};
@@ -49,9 +51,38 @@ pub fn diagnose_with(
     alternatives: &Alternatives,
     progress: &(dyn Fn(&str) + Sync),
 ) -> Result<Diagnosis, DiagnoseError> {
-    let (polluted_lines, measurement) = without_polluted_lines(measurement)?;
-    let found = diagnose_quiet_lines(machine, &measurement, alternatives, progress)?;
+    let (mut polluted_lines, measurement) = without_polluted_lines(measurement)?;
+    let mut found = diagnose_quiet_lines(machine, &measurement, alternatives, progress)?;
+    let (hum, quiet) = match found.verdict {
+        Verdict::Unexplained => without_steady_hum(&measurement, &found),
+        _ => (vec![], measurement),
+    };
+    if !hum.is_empty() {
+        progress("without hum of the mains");
+        let again = diagnose_quiet_lines(machine, &quiet, alternatives, progress)?;
+        if again.verdict != Verdict::Unexplained {
+            found = again;
+            polluted_lines.extend(hum);
+        }
+    }
     Ok(Diagnosis { polluted_lines, ..found })
+}
+
+/// The hum that leaves the model of a diagnosis, and the measurement without it.
+fn without_steady_hum<'a>(measurement: &RecordSet<'a>, found: &Diagnosis) -> (Vec<PollutedLines>, RecordSet<'a>) {
+    let (mut hum, mut quiet) = (vec![], measurement.clone());
+    let channels: Vec<_> = found.channels.iter().filter(|c| matches!(c.record, Record::Sweep(..))).collect();
+    for (sweep, (record, own)) in measurement.sweeps.iter().zip(channels.chunks(AXES * AXES)).enumerate() {
+        let residuals: Vec<Vec<f64>> = own.iter().map(|channel| channel.residual().1).collect();
+        let lines = own.first().map_or(0, |channel| channel.omega_rad_s.len());
+        let mean = |line: usize| residuals.iter().map(|r| r[line].powi(2)).sum::<f64>() / residuals.len() as f64;
+        let misfit: Vec<f64> = (0..lines).map(mean).collect();
+        if let Some((polluted, without)) = polluted::without_steady_hum(sweep, record, &misfit) {
+            hum.push(polluted);
+            quiet.sweeps[sweep] = without;
+        }
+    }
+    (hum, quiet)
 }
 
 /// The measurement without the lines that something outside the loop disturbs, and these.

@@ -3,12 +3,14 @@
 //! With v the derivative of the whitened residuals to an effect, J those of the nuisance parameters and of what was
 //! named, N = JᵀJ with priors: what remains of a size θ is  λ = θ² (vᵀv − vᵀJ N⁻¹ Jᵀv).  An effect is accepted when the
 //! score falls by `FURTHER_EFFECT_BIC_GAIN` (`FIRST_EFFECT_BIC_GAIN`); it is found nine times in ten when √λ
-//! exceeds the root of that by 1.28 standard deviations. Linear in the fit coordinate, in which small effects are. What
+//! exceeds the root of that by 1.28 standard deviations. Linear in the fit coordinate, in which small effects are. It
+//! has a name where the gap falls by more than chance too, whose σ holds half a percent of the signal ([`GAP_FLOOR`]).
+//! What
 //! is too small to be worth a name ([`Hypothesis::matters`]) is not named however clear it is; from which size on it
 //! would be is told beside.
 
 use super::super::DiagnoseError;
-use super::super::data::evidence::Subset;
+use super::super::data::evidence::{GAP_FLOOR, Subset};
 use super::super::fit::case::Case;
 use super::super::fit::estimate::FINAL_MODEL_ERROR;
 use super::super::fit::hypothesis::Hypothesis;
@@ -60,10 +62,33 @@ pub fn detectable(case: &Case, named: &[Hypothesis], at: &Point) -> Result<Vec<D
         .map(|(_, h)| h)
         .filter(|h| !h.in_place_of_another() && !named.iter().any(|n| n.same_name(h)))
         .collect();
+    let left = remaining_of(case, named, at, FINAL_MODEL_ERROR, &wanted)?;
+    let in_the_gap = remaining_of(case, named, at, GAP_FLOOR, &wanted)?;
+    let needed_in_the_gap = residuals.ln().sqrt() + NINE_IN_TEN;
+    let mut found = vec![];
+    for h in wanted {
+        // Hypotheses are few: their place in the list is found by looking.
+        let of = |all: &[(Hypothesis, f64)]| all.iter().find(|(l, _)| l == h).map(|(_, left)| *left);
+        let smallest_named = of(&in_the_gap).filter(|left| *left > 0.0).map(|left| needed_in_the_gap / left.sqrt());
+        let both = of(&left).zip(smallest_named);
+        found.extend(both.and_then(|(left, named)| smallest(h, needed / left.sqrt(), named)));
+    }
+    Ok(found)
+}
+
+/// For each hypothesis the curvature of its size that is its own, at a relative model error.
+fn remaining_of(
+    case: &Case,
+    named: &[Hypothesis],
+    at: &Point,
+    model_error: f64,
+    wanted: &[&Hypothesis],
+) -> Result<Vec<(Hypothesis, f64)>, DiagnoseError> {
+    let base = problem(case, named).linear(at, model_error)?;
     let (sized, without): (Vec<&Hypothesis>, Vec<&Hypothesis>) =
         wanted.iter().copied().partition(|h| assembled_with_size(h.kind));
     let without: Vec<Hypothesis> = without.into_iter().cloned().collect();
-    let shared = problem(case, named).beside(at, FINAL_MODEL_ERROR, &without)?;
+    let shared = problem(case, named).beside(at, model_error, &without)?;
     let mut left: Vec<(Hypothesis, f64)> = vec![];
     let all = remaining(&base, &shared.jacobian)?;
     let mut first = 0;
@@ -76,20 +101,11 @@ pub fn detectable(case: &Case, named: &[Hypothesis], at: &Point) -> Result<Vec<D
         let with: Vec<Hypothesis> = named.iter().chain([h]).cloned().collect();
         let mut there = at.clone();
         there.theta.push(h.nothing());
-        let linearised = problem(case, &with).newest(&there, FINAL_MODEL_ERROR, None)?;
+        let linearised = problem(case, &with).newest(&there, model_error, None)?;
         Ok((h.clone(), remaining(&base, &linearised.jacobian)?[0]))
     });
     left.extend(each.collect::<Result<Vec<_>, DiagnoseError>>()?);
-    let mut found = vec![];
-    for h in wanted {
-        // Hypotheses are few: their place in the list is found by looking.
-        if let Some((_, left)) = left.iter().find(|(l, _)| l == h)
-            && let Some(smallest) = smallest(h, *left, needed)
-        {
-            found.push(smallest);
-        }
-    }
-    Ok(found)
+    Ok(left)
 }
 
 /// For each column the curvature that is its own, the earlier parameters following: all lines counted, zero where the
@@ -109,12 +125,9 @@ fn remaining(base: &Linear, further: &Jacobian) -> Result<Vec<f64>, DiagnoseErro
     Ok(each.collect())
 }
 
-/// The effect at the size of which nine in ten are found, and at which it has a name; none where no size that makes
-/// sense would be found.
-fn smallest(h: &Hypothesis, left: f64, needed: f64) -> Option<Detectable> {
-    if left <= 0.0 {
-        return None;
-    }
+/// The effect at the size of which nine in ten are found, and at which it has a name, from `named` on; none where no
+/// size that makes sense would be found.
+fn smallest(h: &Hypothesis, mut size: f64, named: f64) -> Option<Detectable> {
     let nothing = h.nothing();
     let start = nothing.first().copied().unwrap_or_default();
     let of_size = |size: f64| {
@@ -127,8 +140,8 @@ fn smallest(h: &Hypothesis, left: f64, needed: f64) -> Option<Detectable> {
         // A size beyond what the coordinate allows is none.
         (theta.first().copied() == meant).then_some(theta)
     };
-    let mut size = needed / left.sqrt();
     let effect = h.effect(&of_size(size)?);
+    size = size.max(named);
     for _ in 0..400 {
         match of_size(size) {
             Some(theta) if !h.matters(&theta) => size *= GROWTH,

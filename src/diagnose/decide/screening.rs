@@ -379,6 +379,14 @@ fn ahead(
 
 type Screened = (Hypothesis, Point, f64);
 
+/// Whether a hypothesis is the same kind at another axis than a better one. A gain of x that is up and one of y that is
+/// down differ by the gain of their bearing alone, which is a nuisance parameter: they are rivals.
+fn is_of_lesser_axis(h: &Hypothesis, better: &Hypothesis) -> bool {
+    let (Location::Axis(a), Location::Axis(b)) = (&h.place, &better.place) else { return false };
+    let gain = matches!(h.kind, EffectKind::SensorGain | EffectKind::ForceConstant);
+    h.kind == better.kind && !(gain && a ^ 1 == *b)
+}
+
 /// Hypotheses by predicted χ²: the best `most`, of those of one axis the best of each kind, and one start of each
 /// effect that has one place only (a sharp resonance that moves far is not predicted by a linear step).
 fn shortlist(mut all: Vec<Screened>, most: usize) -> Vec<Screened> {
@@ -386,8 +394,7 @@ fn shortlist(mut all: Vec<Screened>, most: usize) -> Vec<Screened> {
     let mut kept: Vec<Screened> = vec![];
     for entry in all {
         let first = !kept.iter().any(|k| k.0.same_name(&entry.0));
-        let of_axis = |h: &Hypothesis| matches!(h.place, Location::Axis(_));
-        if of_axis(&entry.0) && first && kept.iter().any(|k| of_axis(&k.0) && k.0.kind == entry.0.kind) {
+        if first && kept.iter().any(|k| is_of_lesser_axis(&entry.0, &k.0)) {
             continue;
         }
         if first && entry.0.sole() || kept.len() < most {

@@ -10,7 +10,7 @@ use super::super::fit::hypothesis::Hypothesis;
 use super::super::fit::problem::Point;
 use super::candidate::Standing;
 use super::selection::complete;
-use crate::spindle::EffectKind;
+use crate::spindle::{Bearings, EffectKind, Location};
 
 /// What no rotor and no bearing is without.
 const KINDS: [EffectKind; 5] = [
@@ -25,7 +25,10 @@ impl Case<'_> {
     /// The machine with all small effects, where these explain the records.
     pub(crate) fn explain_by_small(&self) -> Result<Option<Standing>, DiagnoseError> {
         let mut effects: Vec<Hypothesis> = vec![];
-        for h in self.catalogue.iter().filter(|h| KINDS.contains(&h.kind)) {
+        // Both bearings are front and rear together: a third coordinate would share out what one bearing has, until
+        // each part is too small for a name.
+        let both = Location::Bearing(Bearings::Both);
+        for h in self.catalogue.iter().filter(|h| KINDS.contains(&h.kind) && h.place != both) {
             if !effects.iter().any(|e| e.same_name(h)) {
                 effects.push(h.as_nuisance());
             }

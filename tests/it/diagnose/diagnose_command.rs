@@ -6,13 +6,18 @@ use serde_json::Value;
 use std::path::Path;
 use std::process::Command;
 
-/// A copy of the folder c03 with the controller of the hammer test unknown.
-fn without_controller(folder: &Path) {
-    let from = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/diagnosis/c03");
+/// A copy of a folder of `tests/data/diagnosis`.
+fn copy_records(name: &str, folder: &Path) {
+    let from = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/diagnosis").join(name);
     for entry in std::fs::read_dir(from).unwrap() {
         let path = entry.unwrap().path();
         std::fs::copy(&path, folder.join(path.file_name().unwrap())).unwrap();
     }
+}
+
+/// A copy of the folder c03 with the controller of the hammer test unknown.
+fn without_controller(folder: &Path) {
+    copy_records("c03", folder);
     let file = folder.join("measurement.yaml");
     let text = std::fs::read_to_string(&file).unwrap();
     let (sweep, hammer) = text.split_once("- kind: hammer").unwrap();
@@ -79,6 +84,39 @@ fn a_diagnosis_ends_with_what_the_controller_does_on_both_machines() {
     }
     // The delay moves the poles.
     assert!((growth[0] / growth[1] - 1.0).abs() > 1e-3, "{growth:?}");
+}
+
+/// A pole at 1e28 1/s changes nothing in the band, but no sample rate has a form of it: what the controller does on the
+/// corrected machine is left open, and the effect is named all the same.
+#[test]
+fn a_controller_without_a_discrete_form_does_not_end_a_diagnosis() {
+    let temporary = tempfile::tempdir().unwrap();
+    let folder = temporary.path();
+    copy_records("c01", folder);
+    let file = folder.join("pid.json");
+    let mut law: Value = serde_json::from_str(&std::fs::read_to_string(&file).unwrap()).unwrap();
+    let states = law["A"].as_array().unwrap().len();
+    let rows = |law: &mut Value, key: &str, last: &[f64; 4]| {
+        for (i, row) in law[key].as_array_mut().unwrap().iter_mut().enumerate() {
+            row.as_array_mut().unwrap().push(last.get(i).copied().unwrap_or(0.0).into());
+        }
+    };
+    rows(&mut law, "A", &[0.0; 4]);
+    rows(&mut law, "C", &[1e-6, 0.0, 0.0, 0.0]);
+    let mut fast = vec![0.0; states];
+    fast.push(-1e28);
+    law["A"].as_array_mut().unwrap().push(fast.into());
+    law["B"].as_array_mut().unwrap().push(vec![1e28, 0.0, 0.0, 0.0].into());
+    std::fs::write(&file, law.to_string()).unwrap();
+    let [spindle, tool] = ["spindle.yaml", "tool.yaml"].map(|own| folder.join(own));
+    let machine = load_machine(spindle.to_str().unwrap(), tool.to_str().unwrap()).unwrap();
+    assert!(predict(&machine, &load_controller(file.to_str().unwrap()).unwrap(), 0.0).is_err());
+    let mut program = Command::new(env!("CARGO_BIN_EXE_muspin"));
+    let ended = program.args(["diagnose", "--json", "--measurement"]).arg(folder).arg("--out").arg(folder.join("d"));
+    let text = String::from_utf8(ended.output().unwrap().stdout).unwrap();
+    let diagnosis = &serde_json::from_str::<Value>(&text).unwrap()["diagnosis"];
+    assert_eq!(diagnosis["verdict"], "named");
+    assert_eq!(diagnosis["effects"][0]["effect"], "loop_delay");
 }
 
 /// Tests of several seconds each: `cargo test --release --test it long:: -- --ignored`.

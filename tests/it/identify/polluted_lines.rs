@@ -1,7 +1,7 @@
 //! Lines of a sweep that hum or run-out disturb: found in quiet records that get them, and in none as they are.
 
 use crate::support::files::below_root;
-use muspin::identify::polluted::{PollutedLines, PollutionSource, without_polluted_lines};
+use muspin::identify::polluted::{PollutedLines, PollutionSource, without_polluted_lines, without_steady_hum};
 use muspin::identify::{SweepRecord, open_loop};
 use muspin::input::load_measurement;
 use muspin::linalg::c64;
@@ -108,4 +108,26 @@ fn noise_that_grows_with_the_signals_is_no_pollution() {
     record.signal.index_axis_mut(ndarray::Axis(0), line).mapv_inplace(|y| y * 10.0);
     record.current.index_axis_mut(ndarray::Axis(0), line).mapv_inplace(|u| u * 10.0);
     assert_eq!(polluted(&record).0, []);
+}
+
+/// Hum that is alike in every repeat shows only in the distance from the model: beside a multiple of the mains it is
+/// left out with the skirt beside it, elsewhere the same distance may be an effect.
+#[test]
+fn steady_hum_is_left_out_at_multiples_of_the_mains_only() {
+    let record = sweeps("c01").swap_remove(0);
+    let lines = record.frequency_hz.len();
+    let flat: Vec<f64> = (0..lines).map(|k| 0.5 + 0.1 * (k % 3) as f64).collect();
+    assert_eq!(without_steady_hum(0, &record, &flat), None);
+    let hum = record.frequency_hz.partition_point(|hz| *hz < 100.0);
+    let mut misfit = flat.clone();
+    misfit[hum] = 9.0;
+    misfit[hum + 1] = 2.5;
+    let (found, rest) = without_steady_hum(0, &record, &misfit).unwrap();
+    assert_eq!(found.hz, record.frequency_hz[hum..hum + 2]);
+    assert_eq!(found.source, PollutionSource::Mains);
+    assert!(found.words().contains("leave the model"), "{}", found.words());
+    assert_eq!(rest.frequency_hz.len(), lines - 2);
+    let mut elsewhere = flat;
+    elsewhere[record.frequency_hz.partition_point(|hz| *hz < 730.0)] = 9.0;
+    assert_eq!(without_steady_hum(0, &record, &elsewhere), None);
 }
