@@ -90,7 +90,7 @@ fn show_identification(arguments: &Arguments, found: &IdentifiedRecords) -> Comm
             ]]);
         }
     }
-    if let Some(out) = out {
+    if let Some(out) = &arguments.out {
         shown = shown.file(out.as_str());
     }
     shown
