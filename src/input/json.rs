@@ -1,5 +1,5 @@
-//! JSON text to values, of a bounded number and size: a value takes up to thirty times the bytes that it has in the text,
-//! and a key is copied into every message about it.
+//! JSON text to values, of a bounded number and size: a value takes up to thirty times the bytes that it has in the
+//! text, and a key is copied into every message about it.
 
 use serde::de::{DeserializeOwned, Error};
 
@@ -39,4 +39,15 @@ fn longest_string(text: &str) -> usize {
         }
     }
     longest.max(begin.map_or(0, |from| text.len() - from))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::longest_string;
+
+    #[test]
+    fn escaped_quotation_marks_end_no_string() {
+        assert_eq!(longest_string(r#"{"a": "b\"cd", "e": [1, 2]}"#), 5);
+        assert_eq!(longest_string(r#"["\\", "abc"#), 3);
+    }
 }

@@ -338,10 +338,12 @@ impl Rotor {
             }
             // r = φ e^{λt}: forward as it is, backward as the conjugate of both.
             let phi = read(&vectors, k, 0, row);
-            match values[k].im > 0.0 {
-                _ if at_rest => [phi, c64::new(0.0, 0.0)],
-                true => [phi, c64::new(0.0, -1.0) * phi],
-                false => [phi.conj(), c64::new(0.0, 1.0) * phi.conj()],
+            if at_rest {
+                [phi, c64::new(0.0, 0.0)]
+            } else if values[k].im > 0.0 {
+                [phi, c64::new(0.0, -1.0) * phi]
+            } else {
+                [phi.conj(), c64::new(0.0, 1.0) * phi.conj()]
             }
         };
         // One of a conjugate pair stands for the mode; at speed r has no such pairs.

@@ -108,7 +108,8 @@ fn trace(content: &mut Content, points: &[(f64, f64)]) {
 }
 
 /// A circle of four cubic curves, true to 3e-4 of the radius.
-fn circle(content: &mut Content, (x, y): (f64, f64), radius: f64) {
+fn circle(content: &mut Content, centre: (f64, f64), radius: f64) {
+    let (x, y) = centre;
     const HANDLE: f64 = 0.552_284_75;
     let at = |u: f64, v: f64| ((x + radius * u) as f32, (y + radius * v) as f32);
     let start = at(1.0, 0.0);
@@ -151,7 +152,8 @@ impl EmbeddedFace {
         1000.0 * units / self.font.units_per_em().unwrap_or(2048.0)
     }
 
-    fn show(&mut self, content: &mut Content, text: &str, (x, y): (f64, f64), anchor: Anchor, face: Type) {
+    fn show(&mut self, content: &mut Content, text: &str, at: (f64, f64), anchor: Anchor, face: Type) {
+        let (x, y) = at;
         let (mut numbers, mut width) = (vec![], 0.0);
         for character in text.chars() {
             let glyph = self.font.glyph_id(character);

@@ -161,7 +161,8 @@ fn fill(ink: Ink) -> ShapeStyle {
     ShapeStyle { filled: true, ..stroke(ink, 1.0) }
 }
 
-fn finest((x, y): (f64, f64)) -> (i32, i32) {
+fn finest(at: (f64, f64)) -> (i32, i32) {
+    let (x, y) = at;
     ((x * FINEST).round() as i32, (y * FINEST).round() as i32)
 }
 

@@ -106,7 +106,8 @@ fn shape_style(ink: Ink, filled: bool, width_px: f64) -> ShapeStyle {
     ShapeStyle { color: RGBAColor(r, g, b, ink.opacity), filled, stroke_width }
 }
 
-fn fine((x, y): (f64, f64)) -> (i32, i32) {
+fn fine(at: (f64, f64)) -> (i32, i32) {
+    let (x, y) = at;
     ((x * FINE).round() as i32, (y * FINE).round() as i32)
 }
 
