@@ -7,7 +7,6 @@ use super::frf::{MeasuredFrf, SweepRecord, open_loop_columns};
 use super::local::STEPS;
 use super::peaks::Channel;
 use super::selection::Survey;
-use crate::linalg::c64;
 use crate::spindle::Machine;
 use ndarray::s;
 
@@ -60,8 +59,7 @@ pub fn pole_drift(
         let told = channels.iter().filter(|c| c.sigma.iter().all(|s| *s > 0.0)).collect();
         let survey = Survey::of(&frf.frequency_hz, told);
         for (k, pole) in poles.iter().enumerate() {
-            let others: Vec<c64> = poles.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, p)| *p).collect();
-            if let Some(mode) = survey.fit_mode(*pole, &others, STEPS) {
+            if let Some(mode) = survey.mode_of(&poles, k, STEPS) {
                 let relative = mode.pole_hz.re / pole.re - 1.0;
                 readings[k].push((repeat as f64, relative, (pole.re / mode.sd_hz).powi(2)));
             }

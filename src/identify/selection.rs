@@ -108,7 +108,7 @@ impl<'a> Survey<'a> {
             self.split_modes(&mut poles);
             self.drop_modes(&mut poles);
         }
-        let mut modes: Vec<FittedMode> = (0..poles.len()).filter_map(|k| self.mode_of(&poles, k)).collect();
+        let mut modes: Vec<FittedMode> = (0..poles.len()).filter_map(|k| self.mode_of(&poles, k, STEPS)).collect();
         modes.retain(|m| self.accepts(m));
         modes.sort_by(|a, b| a.pole_hz.re.total_cmp(&b.pole_hz.re));
         modes
@@ -161,7 +161,7 @@ impl<'a> Survey<'a> {
             };
             let mut next = others;
             next.extend([best.pole_hz, *second]);
-            let stands = |k: usize| self.mode_of(&next, k).is_some_and(|m| self.accepts(&m));
+            let stands = |k: usize| self.mode_of(&next, k, STEPS).is_some_and(|m| self.accepts(&m));
             if stands(next.len() - 1) && stands(next.len() - 2) {
                 *poles = next;
             }
@@ -176,8 +176,8 @@ impl<'a> Survey<'a> {
         let mut unsettled = 0;
         while unsettled < MOST_SETTLING_ROUNDS {
             let again: Vec<usize> = (0..poles.len()).filter(|k| stale[*k]).collect();
-            let fit = |k: usize| self.fit_mode(poles[k], &without(poles, k), STEPS_OF_ROUND);
-            let fitted: Vec<Option<FittedMode>> = again.par_iter().map(|k| fit(*k)).collect();
+            let fit = |k: &usize| self.mode_of(poles, *k, STEPS_OF_ROUND);
+            let fitted: Vec<Option<FittedMode>> = again.par_iter().map(fit).collect();
             let mut moved = 0.0f64;
             for (k, mode) in again.into_iter().zip(fitted) {
                 if let Some(mode) = mode.as_ref().filter(|m| self.accepts(m)) {
@@ -215,8 +215,8 @@ impl<'a> Survey<'a> {
     }
 
     /// Mode `k` in the presence of the others.
-    fn mode_of(&self, poles: &[c64], k: usize) -> Option<FittedMode> {
-        self.fit_mode(poles[k], &without(poles, k), STEPS)
+    pub(super) fn mode_of(&self, poles: &[c64], k: usize, most_steps: usize) -> Option<FittedMode> {
+        self.fit_mode(poles[k], &without(poles, k), most_steps)
     }
 
     fn accepts(&self, mode: &FittedMode) -> bool {
@@ -256,7 +256,7 @@ impl<'a> Survey<'a> {
     }
 
     /// The mode that starts at a pole, fitted with those of the others that lie in its window.
-    pub(super) fn fit_mode(&self, start_hz: c64, others: &[c64], most_steps: usize) -> Option<FittedMode> {
+    fn fit_mode(&self, start_hz: c64, others: &[c64], most_steps: usize) -> Option<FittedMode> {
         let (window, mut data, free, fixed) = self.window(start_hz, others)?;
         let start = free.iter().map(|k| window.normalise(others[*k]));
         let start: Vec<c64> = [window.normalise(start_hz)].into_iter().chain(start).collect();

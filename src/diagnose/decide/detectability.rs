@@ -5,9 +5,8 @@
 //! score falls by `FURTHER_EFFECT_BIC_GAIN` (`FIRST_EFFECT_BIC_GAIN`); it is found nine times in ten when √λ
 //! exceeds the root of that by 1.28 standard deviations. Linear in the fit coordinate, in which small effects are. It
 //! has a name where the gap falls by more than chance too, whose σ holds half a percent of the signal ([`GAP_FLOOR`]).
-//! What
-//! is too small to be worth a name ([`Hypothesis::matters`]) is not named however clear it is; from which size on it
-//! would be is told beside.
+//! What is too small to be worth a name ([`Hypothesis::matters`]) is not named however clear it is; from which size on
+//! it would be is told beside.
 
 use super::super::DiagnoseError;
 use super::super::data::evidence::{GAP_FLOOR, Subset};

@@ -89,7 +89,7 @@ fn is_whole(folder: &Path, kept: &[&str], case: &str) {
 }
 
 #[test]
-fn a_command_that_is_killed_while_it_writes_leaves_whole_tree() {
+fn a_command_that_is_killed_while_it_writes_leaves_whole_files() {
     let scratch = TempDir::new().unwrap();
     let folder = scratch.path();
     let (old, new) = (RECORD.to_owned(), other_record(folder));
