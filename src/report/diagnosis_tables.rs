@@ -26,7 +26,8 @@ pub(crate) struct DiagnosisTopic {
     pub(crate) consequence: QuotedTopic,
     #[serde(flatten)]
     pub(crate) parts: GapsOfParts,
-    held_out: String,
+    /// What was held out, in words; of a rotor without magnets the number of frequencies.
+    held_out: Value,
     localisation: Vec<PortTopic>,
     menu: Vec<ProposalTopic>,
     detectable: Vec<DetectableTopic>,
@@ -196,7 +197,7 @@ fn show_known(value: Option<f64>, shown: impl Fn(f64) -> String) -> String {
 }
 
 fn gap(d: &DiagnosisTopic) -> Option<Grid> {
-    let held = &d.held_out;
+    let held = d.held_out.as_str().unwrap_or_default();
     let row = |name: String, before: Option<f64>, after: Option<f64>| -> Option<Vec<String>> {
         let (b, a) = (before?, after?);
         let shrunk = if b > 0.0 { format!("{:.0} %", 100.0 * (1.0 - a / b)) } else { "–".to_owned() };

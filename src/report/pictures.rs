@@ -66,6 +66,7 @@ kinds! {
     Localisation "localisation" Diagnosis,
     LocalisationPlaces "localisation_places" Diagnosis,
     Impedance "impedance" Diagnosis,
+    RotorErrors "rotor_errors" Diagnosis,
     Ranking "ranking" Diagnosis,
     Residual "residual" Diagnosis,
     Hammer "hammer" Diagnosis,

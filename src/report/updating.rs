@@ -97,7 +97,7 @@ fn label(e: &PeakError) -> String {
 }
 
 /// The table of errors in Hz and %, models side by side as in Table 1 of the reference method.
-pub(crate) fn error_table(models: &[(&str, &Updated)]) -> Table {
+pub(crate) fn error_table(models: &[(&str, &[PeakError])]) -> Table {
     let mut header = vec![
         "kind".to_owned(),
         "frf".to_owned(),
@@ -115,7 +115,7 @@ pub(crate) fn error_table(models: &[(&str, &Updated)]) -> Table {
         return table;
     };
     let cell = |v: Option<f64>| Table::number(v.unwrap_or(f64::NAN));
-    for (k, e) in first.errors.iter().enumerate() {
+    for (k, e) in first.iter().enumerate() {
         let mut row = vec![
             match e.kind {
                 PeakKind::Resonance => "resonance".to_owned(),
@@ -126,8 +126,8 @@ pub(crate) fn error_table(models: &[(&str, &Updated)]) -> Table {
             Table::number(e.measured_hz),
             cell(e.before_hz),
         ];
-        for (_, fit) in models {
-            let of = fit.errors.get(k);
+        for (_, errors) in models {
+            let of = errors.get(k);
             row.push(cell(of.and_then(|e| e.after_hz)));
             row.push(cell(of.and_then(PeakError::error_hz)));
             row.push(cell(of.and_then(PeakError::error_percent)));
@@ -171,25 +171,29 @@ pub(crate) fn figures(machine: Option<&Machine>, models: &[(&str, &Updated)]) ->
     // Combinations that the data say nothing about have no place on a logarithmic axis.
     let singular: Vec<f64> =
         fit.determined.combinations.iter().map(|c| c.singular_value).filter(|s| *s > 1e-3).collect();
-    let labels: Vec<String> = fit.errors.iter().map(label).collect();
-    let before: Vec<f64> =
-        fit.errors.iter().map(|e| e.before_hz.map_or(0.0, |f| 100.0 * (f / e.measured_hz - 1.0))).collect();
-    let after: Vec<(&str, Vec<f64>)> = models
-        .iter()
-        .map(|(n, f)| {
-            let each = |e: &PeakError| e.error_percent().unwrap_or(0.0);
-            (*n, f.errors.iter().map(each).collect())
-        })
-        .collect();
-    let mut bars: Vec<(&str, &[f64])> = vec![("before", &before)];
-    bars.extend(after.iter().map(|(n, e)| (*n, e.as_slice())));
     let mut list = vec![
         (Picture::ModulusFactors, modulus_factors("Modulus factors", &regions, &factor, &deviation)),
         (Picture::Determinability, determinability("What the data determine", &singular, &regions, &share)),
-        (Picture::FrequencyErrors, frequency_errors("Errors of the model", &labels, &bars)),
+        (Picture::FrequencyErrors, errors_figure(&errors_of(models))),
     ];
     list.push((Picture::ModeShapes, shapes_figure(machine, name, fit)));
     list
+}
+
+/// The tables of errors of fits.
+pub(crate) fn errors_of<'a>(models: &[(&'a str, &'a Updated)]) -> Vec<(&'a str, &'a [PeakError])> {
+    models.iter().map(|(name, fit)| (*name, fit.errors.as_slice())).collect()
+}
+
+/// The errors before and of every model, per cent.
+pub(crate) fn errors_figure(models: &[(&str, &[PeakError])]) -> Figure {
+    let first = models.first().map_or(&[][..], |(_, errors)| errors);
+    let labels: Vec<String> = first.iter().map(label).collect();
+    let before = |e: &PeakError| e.before_hz.map_or(0.0, |f| 100.0 * (f / e.measured_hz - 1.0));
+    let after = |e: &PeakError| e.error_percent().unwrap_or(0.0);
+    let mut bars: Vec<(&str, Vec<f64>)> = vec![("before", first.iter().map(before).collect())];
+    bars.extend(models.iter().map(|(name, errors)| (*name, errors.iter().map(after).collect())));
+    frequency_errors("Errors of the model", &labels, &bars)
 }
 
 fn shapes_figure(machine: Option<&Machine>, name: &str, fit: &Updated) -> Figure {

@@ -284,23 +284,9 @@ pub(super) fn assemble(
         let of = |name: &String| factors.iter().find(|f| &f.region == name);
         section.region.as_ref().and_then(of).map_or(1.0, |f| f.factor)
     })?;
-    let hz = |e: &UpdateEvaluation, i: usize| e.compared[i].model.map(|(_, f)| f);
-    let row = |(i, peak): (usize, &MeasuredPeak)| PeakError {
-        kind: peak.kind,
-        frf: match peak.kind {
-            PeakKind::Resonance => String::new(),
-            PeakKind::Antiresonance => problem.frf_names[peak.frf].clone(),
-        },
-        number: peak.index + 1,
-        measured_hz: peak.target.frequency_hz,
-        relative_sd: finish.relative_sd[i],
-        before_hz: hz(finish.start, i),
-        after_hz: hz(finish.end, i),
-        used: peak.used,
-    };
     Ok(Updated {
         method: finish.method,
-        errors: problem.peaks.iter().enumerate().map(row).collect(),
+        errors: peak_errors(problem, [finish.start, finish.end], &finish.relative_sd),
         shapes: shapes::compare(&updated, &finish.end.spectrum, &targets.mode_shapes)?,
         rotor: updated,
         factors,
@@ -313,6 +299,29 @@ pub(super) fn assemble(
         after: finish.end.spectrum.clone(),
         node_position_m: problem.chain.position_m.clone(),
     })
+}
+
+/// The table of errors of a model before and after, with the relative standard deviation of every peak.
+pub(super) fn peak_errors(
+    problem: &UpdateProblem,
+    [before, after]: [&UpdateEvaluation; 2],
+    relative_sd: &[f64],
+) -> Vec<PeakError> {
+    let hz = |e: &UpdateEvaluation, i: usize| e.compared[i].model.map(|(_, f)| f);
+    let row = |((i, peak), sd): ((usize, &MeasuredPeak), &f64)| PeakError {
+        kind: peak.kind,
+        frf: match peak.kind {
+            PeakKind::Resonance => String::new(),
+            PeakKind::Antiresonance => problem.frf_names[peak.frf].clone(),
+        },
+        number: peak.index + 1,
+        measured_hz: peak.target.frequency_hz,
+        relative_sd: *sd,
+        before_hz: hz(before, i),
+        after_hz: hz(after, i),
+        used: peak.used,
+    };
+    problem.peaks.iter().enumerate().zip(relative_sd).map(row).collect()
 }
 
 /// At least half of the peaks must have a partner before a fit makes sense.

@@ -2,11 +2,10 @@
 //! modulus, density or diameter of a region, the discs, the supports, a mass somewhere on the shaft.
 
 use super::UpdateError;
-use super::alternatives::{Refit, RotorParameter, of_regions};
+use super::alternatives::{RefinedChange, Refit, RotorParameter, of_regions};
 use super::determine::prior_root;
-use super::moduli_fit::ModuliFit;
-use super::outcome::{check_matches, chi_squared_99};
-use super::problem::{UpdateProblem, UpdateSettings};
+use super::outcome::{PeakError, check_matches, chi_squared_99, peak_errors};
+use super::problem::{UpdateEvaluation, UpdateProblem, UpdateSettings};
 use super::targets::Targets;
 use crate::linalg::Mat;
 use crate::rotor::Rotor;
@@ -32,6 +31,8 @@ pub(crate) struct FittedChange {
     pub(crate) held_out: f64,
     /// Factor on the modulus of every region beside it.
     pub(crate) modulus_factors: Vec<(String, f64)>,
+    /// Every frequency of the file's rotor, and of the rotor with the change and those moduli.
+    pub(crate) errors: Vec<PeakError>,
 }
 
 /// The rotor as drawn and all single changes.
@@ -57,7 +58,8 @@ pub(crate) fn single_changes(rotor: &Rotor, targets: &Targets) -> Result<SingleC
     let settings = UpdateSettings::default();
     let problem = UpdateProblem::new(rotor, targets, true)?;
     let n = problem.parameters();
-    check_matches(&problem, &problem.evaluate(&vec![0.0; n], false))?;
+    let drawn = problem.evaluate(&vec![0.0; n], false);
+    check_matches(&problem, &drawn)?;
     let positions: Vec<f64> = problem.chain.regions.iter().map(|r| r.position_m).collect();
     let unit_root = prior_root(&positions, 1.0, settings.prior_correlation_m)?;
     let root = Mat::from_fn(n, n, |i, j| MODULUS_SD * unit_root[(i, j)]);
@@ -66,11 +68,14 @@ pub(crate) fn single_changes(rotor: &Rotor, targets: &Targets) -> Result<SingleC
     let sigma: Vec<f64> = of_peaks.collect();
     let refit = Refit { sigma: &sigma, root: &root, settings: &settings };
     let moduli = refit.fit(rotor, targets)?;
-    let as_drawn = fitted_change(None, 1.0, moduli.statistic, &moduli, &sigma);
+    let fitted_change =
+        |parameter: Option<RotorParameter>, found: &RefinedChange| change_of(parameter, found, &drawn, &sigma);
+    let unchanged = RefinedChange { factor: 1.0, statistic: moduli.statistic, fit: moduli };
+    let (as_drawn, moduli) = (fitted_change(None, &unchanged), &unchanged.fit);
     let mut changes = vec![];
     for parameter in parameters(rotor, &problem) {
-        if let Some(found) = refit.refine(&parameter, (rotor, targets), &moduli)? {
-            changes.push(fitted_change(Some(parameter), found.factor, found.statistic, &found.fit, &sigma));
+        if let Some(found) = refit.refine(&parameter, (rotor, targets), moduli)? {
+            changes.push(fitted_change(Some(parameter), &found));
         }
     }
     changes.sort_by(|a, b| a.statistic.total_cmp(&b.statistic));
@@ -83,11 +88,10 @@ pub(crate) fn single_changes(rotor: &Rotor, targets: &Targets) -> Result<SingleC
             for trial_m in [best_m - step_m, best_m + step_m] {
                 let parameter = RotorParameter::Mass(trial_m);
                 let inside = (rotor.from_m().max(0.0)..=rotor.to_m()).contains(&trial_m);
-                let found = if inside { refit.refine(&parameter, (rotor, targets), &moduli)? } else { None };
+                let found = if inside { refit.refine(&parameter, (rotor, targets), moduli)? } else { None };
                 if let Some(found) = found.filter(|found| found.statistic < changes[0].statistic) {
                     best_m = trial_m;
-                    let change = fitted_change(Some(parameter), found.factor, found.statistic, &found.fit, &sigma);
-                    changes.insert(0, change);
+                    changes.insert(0, fitted_change(Some(parameter), &found));
                 }
             }
         }
@@ -114,17 +118,23 @@ fn parameters(rotor: &Rotor, problem: &UpdateProblem) -> Vec<RotorParameter> {
     moduli.chain(of_regions(problem)).chain(parts).chain(masses).collect()
 }
 
-fn fitted_change(
+fn change_of(
     parameter: Option<RotorParameter>,
-    factor: f64,
-    statistic: f64,
-    fit: &ModuliFit,
+    found: &RefinedChange,
+    drawn: &UpdateEvaluation,
     sigma: &[f64],
 ) -> FittedChange {
+    let RefinedChange { factor, statistic, fit } = found;
     let each = fit.problem.peaks.iter().zip(&fit.end.compared).zip(sigma);
     let unseen = each.filter(|((peak, _), _)| !peak.used);
     let held_out = unseen.fold(0.0, |sum, ((_, own), s)| sum + (own.residual_ln / s).powi(2));
     let regions = fit.problem.chain.regions.iter().zip(&fit.end.ln_factors);
-    let modulus_factors = regions.map(|(region, x)| (region.name.clone(), x.exp())).collect();
-    FittedChange { parameter, factor, statistic, held_out, modulus_factors }
+    FittedChange {
+        parameter,
+        factor: *factor,
+        statistic: *statistic,
+        held_out,
+        modulus_factors: regions.map(|(region, x)| (region.name.clone(), x.exp())).collect(),
+        errors: peak_errors(&fit.problem, [drawn, &fit.end], sigma),
+    }
 }

@@ -5,8 +5,12 @@ use super::update::taps_of;
 use crate::diagnose::Verdict;
 use crate::diagnose::rotor_alone::{RotorDiagnosis, diagnose_rotor};
 use crate::input::{Measurement, rotor_yaml, tool_yaml};
-use crate::report::results::ResultsFolder;
+use crate::report::pictures::Picture;
+use crate::report::plot::Figure;
+use crate::report::plot::diagnosis::ranking;
 use crate::report::summary::omit_absent;
+use crate::report::updating::{error_table, errors_figure};
+use crate::report::whole::Report;
 use crate::rotor::{Disc, Section};
 use crate::spindle::RotorOnSupports;
 use crate::update::alternatives::RotorParameter;
@@ -28,17 +32,43 @@ pub(crate) fn is_explained(found: &RotorDiagnosis) -> bool {
     found.verdict != Verdict::Unexplained
 }
 
-/// Summary and the corrected files; without a name they are those that were given.
-pub(crate) fn diagnosed_folder(rotor: &RotorOnSupports, found: &RotorDiagnosis) -> Result<ResultsFolder, Failure> {
-    let mut folder = ResultsFolder::new();
-    folder.add("summary.json", format!("{:#}\n", json!({ "diagnosis": diagnosis_topic(found) })))?;
+/// Figures, tables and the corrected files; without a name they are those that were given.
+pub(crate) fn diagnosed_report(rotor: &RotorOnSupports, found: &RotorDiagnosis) -> Result<Report, Failure> {
+    let mut report = Report::default();
+    let summary = &mut report.summary;
+    summary.set("run", "diagnose");
+    summary.set("spindle", rotor.name.as_str());
+    if let Some(tool) = &rotor.tool {
+        summary.set("tool", tool.name.as_str());
+    }
+    summary.set("diagnosis", diagnosis_topic(found));
+    report.verdict(is_explained(found), &found.sentence());
+    let best = found.found.changes.first().filter(|_| found.verdict != Verdict::Adequate);
+    let changed = best.map(|change| ("with the change", change.errors.as_slice()));
+    let models: Vec<_> = [("as drawn", found.found.as_drawn.errors.as_slice())].into_iter().chain(changed).collect();
+    report.figures([(Picture::RotorErrors, errors_figure(&models)), (Picture::Ranking, changes_figure(found))])?;
+    let folder = &mut report.folder;
+    folder.add_table("errors.csv", &error_table(&models))?;
     let corrected = found.named().map_or_else(|| rotor.clone(), |change| corrected(rotor, found, change));
     folder.add("spindle.yaml", rotor_yaml(&corrected))?;
     if let Some(tool) = &corrected.tool {
         folder.add("tool.yaml", tool_yaml(tool))?;
     }
-    Ok(folder)
+    Ok(report)
 }
+
+/// What the best changes leave, beside the rotor as drawn.
+fn changes_figure(found: &RotorDiagnosis) -> Figure {
+    let shown = || found.found.changes.iter().take(CHANGES_SHOWN).chain([&found.found.as_drawn]);
+    let names: Vec<String> = shown().map(|change| found.change_words(change)).collect();
+    let left: Vec<f64> = shown().map(|change| (1.0 + change.statistic).log10()).collect();
+    let limit = (1.0 + found.found.limit).log10();
+    let label = format!("log10(1 + χ² left); explained below {limit:.2}");
+    ranking("Single changes, best first, and the rotor as drawn", &names, &left, &label)
+}
+
+/// Bars of the picture: half a page.
+const CHANGES_SHOWN: usize = 15;
 
 /// `diagnosis` of the summary.
 pub(crate) fn diagnosis_topic(found: &RotorDiagnosis) -> Value {

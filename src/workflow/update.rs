@@ -7,7 +7,7 @@ use crate::identify::{Identification, identify};
 use crate::input::{Measurement, spindle_yaml, tool_yaml};
 use crate::report::identification::file_name;
 use crate::report::results::ResultsFolder;
-use crate::report::updating::{error_table, figures, shape_table};
+use crate::report::updating::{error_table, errors_of, figures, shape_table};
 use crate::rotor::Rotor;
 use crate::spindle::Machine;
 use crate::update::machine::identified_targets;
@@ -116,7 +116,7 @@ pub(crate) fn updated_folder(
 /// Tables and pictures of fits, the delivered one first.
 pub(crate) fn fit_folder(before: Option<&Machine>, models: &[(&str, &Updated)]) -> Result<ResultsFolder, Failure> {
     let mut folder = ResultsFolder::new();
-    folder.add_table("errors.csv", &error_table(models))?;
+    folder.add_table("errors.csv", &error_table(&errors_of(models)))?;
     if let Some((_, fit)) = models.first().filter(|(_, fit)| !fit.shapes.is_empty()) {
         folder.add_table("mode_shapes.csv", &shape_table(&fit.shapes))?;
     }

@@ -41,7 +41,7 @@ pub fn determinability(title: &str, singular_values: &[f64], regions: &[String],
 
 /// Errors of the frequencies in percent, one group of bars a frequency, one bar a model (nominal, resonances only,
 /// all).
-pub fn frequency_errors(title: &str, frequencies: &[String], models: &[(&str, &[f64])]) -> Figure {
+pub fn frequency_errors(title: &str, frequencies: &[String], models: &[(&str, Vec<f64>)]) -> Figure {
     const COLORS: [Color; 4] = [Color::Grey, Color::Vermillion, Color::Blue, Color::Green];
     let mut panel = Panel::new("", Axis::categories("Frequency", frequencies.to_vec()), Axis::linear("Error", "%"));
     let width = 0.8 / models.len().max(1) as f64;

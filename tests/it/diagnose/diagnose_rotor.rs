@@ -78,3 +78,25 @@ fn two_changes_at_once_are_not_called_one() {
     assert_eq!((code, &found["verdict"]), (1, &Value::from("unexplained")), "{err}");
     assert!(err.contains("no single change"), "{err}");
 }
+
+#[test]
+fn the_page_shows_errors_and_changes_and_is_made_again_from_its_summary() {
+    let folder = tempfile::tempdir().unwrap();
+    hits(folder.path(), &hanging_bar(&disc(0.7, 0.2)), &PLACES_M);
+    let found = folder.path().with_extension("found");
+    let out = found.to_str().unwrap();
+    let command = ["diagnose", "--measurement", ".", "--spindle", "rotor.yaml", "--out", out, "--format", "pdf"];
+    let (code, _, err) = muspin(&command, folder.path());
+    assert_eq!(code, 0, "{err}");
+    let page = std::fs::read_to_string(found.join("report.html")).unwrap();
+    for shown in ["a mass of", "Single changes, best first", "Errors of the model", "explained below"] {
+        assert!(page.contains(shown), "{shown}");
+    }
+    assert!(found.join("plots/ranking.pdf").exists());
+    let rows = std::fs::read_to_string(found.join("errors.csv")).unwrap();
+    assert!(rows.lines().next().unwrap().contains("with the change_error_percent"), "{rows}");
+    let (code, _, err) = muspin(&["report", out], folder.path());
+    assert_eq!(code, 0, "{err}");
+    assert_eq!(std::fs::read_to_string(found.join("report.html")).unwrap(), page);
+    std::fs::remove_dir_all(&found).unwrap();
+}
