@@ -166,6 +166,9 @@ impl DesignEnd<'_> {
         }
         let yes = |good: bool| if good { "yes" } else { "no" }.to_owned();
         let rounded = &design.delivery.rounded;
+        let decay = design.least_decay().map(|[slowest, asked]| {
+            vec!["slowest decay of the loop, 1/s".to_owned(), format!("{slowest:.2}"), format!("≥ {asked}")]
+        });
         CommandEnd::met(self.met(), words)
             .row(["", "reached", "asked"])
             .row(["μ of the specification at rest".to_owned(), rounded.specification.words(), "≤ 1".into()])
@@ -173,7 +176,7 @@ impl DesignEnd<'_> {
             .row(["proven stable to, rpm".to_owned(), proven, format!("{:.0}", design.delivery.speed_proof.to_rpm)])
             .row(["stable at every speed".to_owned(), yes(design.is_stable()), "yes".into()])
             .row(["order of the controller".to_owned(), (2 * rounded.order).to_string(), String::new()])
-            .rows(loop_rows(self.delivered, self.stable))
+            .rows(decay.into_iter().chain(loop_rows(self.delivered, self.stable)))
             .file(format!("{out}/report.html"))
             .file(format!("{out}/controller"))
             .next(format!("muspin simulate --controller {out}/controller/discrete.json --case impulse"))

@@ -7,8 +7,9 @@
 //! the signals is
 //!   R = K S = K₀S₀ + S_u Q S₀,
 //! the tool's compliance H = H₀ + (d S_u) Q (S₀ r), the sensitivity S = S₀ + (G S_u) Q S₀. Q(z) = Σ Q_n z⁻ⁿ with a
-//! finite number of taps; more taps can only raise the stiffness, and the value with half as many shows how far it has
-//! converged.
+//! finite number of taps; more taps can only raise the stiffness. With a quarter, half and all of them the limit is
+//! extrapolated as if every doubling gained the same share of what the one before did. Taps of a stable Q fall
+//! geometrically, so that a doubling gains less than that: the extrapolation lies above, but proves nothing.
 //!
 //! Limits: |S_jj| and the noise current as they are; the gain above the modes of the model is asked of the entries of
 //! R = K S, which is K where S is one. Lines as dense as those of the polish; between them the loop may be worse.
@@ -36,6 +37,8 @@ pub struct StiffnessLimit {
     pub stiffness_n_per_m: f64,
     /// The same with half the taps: how far from its limit the first still is.
     pub with_half_the_taps_n_per_m: f64,
+    /// Limit for ever more taps, N/m; none where a doubling gains no less than the one before.
+    pub extrapolated_n_per_m: Option<f64>,
     /// Taps of Q.
     pub taps: usize,
     /// Lines.
@@ -87,9 +90,12 @@ pub fn stiffness_limit(
         .collect();
     let nyquist = PI / plants.period_s();
     let solve = |taps: usize| problem(&base, limits, nyquist, taps);
+    let [quarter, half, all] = [solve(taps / 4)?, solve(taps / 2)?, solve(taps)?];
+    let share = (all - half) / (half - quarter);
     Ok(StiffnessLimit {
-        stiffness_n_per_m: solve(taps)?,
-        with_half_the_taps_n_per_m: solve(taps / 2)?,
+        stiffness_n_per_m: all,
+        with_half_the_taps_n_per_m: half,
+        extrapolated_n_per_m: (0.0..1.0).contains(&share).then(|| all + (all - half) * share / (1.0 - share)),
         taps,
         lines: lines.len(),
     })

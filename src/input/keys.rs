@@ -245,6 +245,8 @@ pub const WEIGHTS: &[KeyGroup] = &[
             positive "integral_corner_hz" "Hz" [[1e-3, 100.0], [1e-9, 1e6]]
                 "integral action ends below the first resonance";
             number "mode_shift" "" [[0.001, 0.1], [0.0, 0.5]] "a PID holds modes shifted by 0.03";
+            positive "least_decay_per_s" "1/s" [[0.1, 100.0], [1e-3, 1e4]]
+                "loops come to rest within hundredths of a second to seconds";
         },
     ),
     group("uncertainty", uncertainty::KEYS),

@@ -59,6 +59,9 @@ pub(super) struct WeightsFile {
     /// Relative shift of the natural frequencies, alone, combined and together, that the loop is to bear as that of a
     /// tuned PID does: the polish goes on for it where the loop does not. Zero: none is asked. 0.03 unless given.
     mode_shift: Option<f64>,
+    /// Least decay of the loop: the polish keeps the controller's own poles at least as fast, so that the tool comes to
+    /// rest after a load within some multiples of its inverse. None is asked unless given.
+    least_decay_per_s: Option<f64>,
     /// Where the keys above come from that the file leaves out: `table`, the values stated here, the same on every
     /// machine, or `machine`: current 5/6 of the bias, roll-off at 0.15 of the sample rate and above the modes of the
     /// table, noise four times that of the sensors, crossovers from mass and negative stiffness.
@@ -162,6 +165,7 @@ fn weights(errors: &mut ErrorList<'_>, read: WeightsFile) -> Weights {
         uncertainty,
         curves,
         mode_shift: read.mode_shift.unwrap_or(MODE_SHIFT),
+        least_decay_per_s: read.least_decay_per_s.unwrap_or_default(),
         tool_stiffness: read.tool_stiffness,
         open,
         tool: limits(&read.tool),

@@ -73,10 +73,14 @@ pub(crate) fn design_topic(design: &Design) -> Value {
         "specification_scale": design.specification_scale.as_ref().filter(|_| loop_is_stable).map(scale_topic),
         // Largest at rest, specification as written, over the corners of ki and ks; only where they are uncertain.
         "mu_at_real_corners": design.real_corner_mu.and_then(of_stable),
+        "least_decay": design.least_decay().map(|[slowest, asked]| json!({
+            "slowest_pole_per_s": slowest,
+            "asked_per_s": asked,
+        })),
         "aim": aim_topic(design),
         "polish": design.polish.as_ref().map(polish_topic),
     });
-    omit_absent(topic, &["mu_at_real_corners"])
+    omit_absent(topic, &["mu_at_real_corners", "least_decay"])
 }
 
 /// The specification as written, at rest.

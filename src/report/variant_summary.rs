@@ -24,6 +24,7 @@ pub(crate) fn limit_topic(limit: &StiffnessLimit, reached_n_per_m: f64) -> Value
     json!({
         "minimum_n_per_m": limit.stiffness_n_per_m,
         "with_half_the_taps_n_per_m": limit.with_half_the_taps_n_per_m,
+        "extrapolated_n_per_m": limit.extrapolated_n_per_m,
         "taps": limit.taps,
         "lines": limit.lines,
         "share_reached": reached_n_per_m / limit.stiffness_n_per_m,

@@ -23,7 +23,7 @@ pub fn derivative_errors(
     plane: &StateSpace<Discrete>,
 ) -> Result<[f64; LIMITS + 1], VerificationError> {
     let plants = Plants::new(machine, 1.2, &[])?.with_weak_magnets(&WEAK_MAGNETS);
-    let (law, x) = ModalLaw::of(plane)?;
+    let (law, x) = ModalLaw::within(plane, task.largest_radius(plane.time.period_s))?;
     let lines = lines(&plants, 1.0, &[], 2e-3);
     let loss = loss_on(&plants, task, lines, None)?;
     let all = |x: &[f64]| loss.evaluate_near(&law, x, f64::INFINITY);

@@ -1,6 +1,6 @@
 //! A controller of one plane in modal coordinates, stable by construction:
 //!   K(z) = D + Σ_pairs [c bᵀ/(z − λ) + c̄ b̄ᵀ/(z − λ̄)] + Σ_real c bᵀ/(z − λ),
-//! with λ = exp(−e^a + jθ) for a pair and λ = tanh(a) for a real pole. Parameters: per pair a, θ, Re c, Im c, Re b, Im
+//! with λ = ρ exp(−e^a + jθ) for a pair and λ = ρ tanh(a) for a real pole, ρ = 1 or less for a least decay. Parameters: per pair a, θ, Re c, Im c, Re b, Im
 //! b (two each), per real pole a, c, b, then D by rows. Signals are counted in units of [`SIGNAL_SCALE_M`], so that b,
 //! c, D are of order one. One complex factor between c and b of a pair is free; the metric of the step takes no notice
 //! of it.
@@ -19,7 +19,8 @@ use crate::lti::{Discrete, StateSpace};
 const PAIR: usize = 10;
 const REAL: usize = 5;
 const DIRECT: usize = 4;
-/// Slowest decay per sample that a start may have; a pole on or outside the circle is moved to it.
+/// Slowest decay per sample, beyond that of the largest radius, that a start may have; a pole on or outside that circle
+/// is moved to it.
 const SLOWEST: f64 = 1e-7;
 /// Accepted change of the transfer matrix by the modal form, relative to its peak.
 const LARGEST_CHANGE: f64 = 1e-6;
@@ -30,11 +31,21 @@ pub(crate) struct ModalLaw {
     pairs: usize,
     reals: usize,
     period_s: f64,
+    /// ρ.
+    largest_radius: f64,
 }
 
 impl ModalLaw {
     /// The law and the parameters of a sampled controller of one plane, A/m.
     pub(crate) fn of(system: &StateSpace<Discrete>) -> Result<(Self, Vec<f64>), ControllerError> {
+        Self::within(system, 1.0)
+    }
+
+    /// The same with no pole beyond a radius of the z plane.
+    pub(crate) fn within(
+        system: &StateSpace<Discrete>,
+        largest_radius: f64,
+    ) -> Result<(Self, Vec<f64>), ControllerError> {
         const STEP: &str = "modal form for the polish";
         let n = system.order();
         let (balanced, scale) = balance(&system.a);
@@ -49,19 +60,20 @@ impl ModalLaw {
             let write = [b[(k, 0)] * SIGNAL_SCALE_M, b[(k, 1)] * SIGNAL_SCALE_M];
             // Rounding leaves a real eigenvalue of a real matrix exactly real or in a pair.
             if pole.im.abs() <= 1e-12 {
-                reals.extend(real_parameters(pole.re, &read, &write));
+                reals.extend(real_parameters(pole.re / largest_radius, &read, &write));
             } else if pole.im > 0.0 {
-                pairs.extend(pair_parameters(*pole, &read, &write));
+                pairs.extend(pair_parameters(*pole / largest_radius, &read, &write));
             }
         }
-        let law = Self { pairs: pairs.len() / PAIR, reals: reals.len() / REAL, period_s: system.time.period_s };
+        let period_s = system.time.period_s;
+        let law = Self { pairs: pairs.len() / PAIR, reals: reals.len() / REAL, period_s, largest_radius };
         let mut x = pairs;
         x.extend(reals);
         x.extend((0..DIRECT).map(|k| system.d[(k / 2, k % 2)] * SIGNAL_SCALE_M));
         if 2 * law.pairs + law.reals != n || !x.iter().all(|v| v.is_finite()) {
             return Err(inaccurate(f64::NAN));
         }
-        let own_stable = eigen.values.iter().all(|z| z.norm() < 1.0 - SLOWEST);
+        let own_stable = eigen.values.iter().all(|z| z.norm() < largest_radius * (1.0 - SLOWEST));
         let back = law.system(&x).map_err(in_step(STEP))?;
         let change = crate::controller::modal::transfer_change(system, &back);
         // NaN must fail too.
@@ -82,7 +94,7 @@ impl ModalLaw {
         let (mut a, mut b, mut c) = (Mat::zeros(n, n), Mat::zeros(n, 2), Mat::zeros(2, n));
         for k in 0..self.pairs {
             // w⁺ = λ w + b y with w = w₁ + j w₂, u = 2 Re(c w).
-            let p = PolePair::read(&x[k * PAIR..(k + 1) * PAIR]);
+            let p = PolePair::read(&x[k * PAIR..(k + 1) * PAIR], self.largest_radius);
             let (i, j) = (2 * k, 2 * k + 1);
             (a[(i, i)], a[(i, j)]) = (p.pole.re, -p.pole.im);
             (a[(j, i)], a[(j, j)]) = (p.pole.im, p.pole.re);
@@ -94,7 +106,7 @@ impl ModalLaw {
         for k in 0..self.reals {
             let p = &x[self.pairs * PAIR + k * REAL..];
             let i = 2 * self.pairs + k;
-            a[(i, i)] = p[0].tanh();
+            a[(i, i)] = self.largest_radius * p[0].tanh();
             for q in 0..2 {
                 c[(q, i)] = p[1 + q];
                 b[(i, q)] = p[3 + q] / SIGNAL_SCALE_M;
@@ -132,8 +144,8 @@ impl LawStructure for ModalLaw {
         let (pairs, rest) = x.split_at(self.pairs * PAIR);
         let (reals, direct) = rest.split_at(self.reals * REAL);
         Box::new(FixedModal {
-            pairs: pairs.chunks_exact(PAIR).map(PolePair::read).collect(),
-            reals: reals.chunks_exact(REAL).map(Real::read).collect(),
+            pairs: pairs.chunks_exact(PAIR).map(|p| PolePair::read(p, self.largest_radius)).collect(),
+            reals: reals.chunks_exact(REAL).map(|p| Real::read(p, self.largest_radius)).collect(),
             direct: [0, 1].map(|i| [0, 1].map(|j| direct[2 * i + j])),
         })
     }
@@ -224,6 +236,8 @@ fn add_to(four: &mut [(Matrix2, Vec<f64>)], from: usize, gradients: &[Reals]) {
 /// A real pole with its residue c bᵀ.
 struct Real {
     pole: f64,
+    /// ρ.
+    largest: f64,
     c: [f64; 2],
     b: [f64; 2],
 }
@@ -243,12 +257,12 @@ impl Real {
         }
         let by_pole = whole.rounded_times(g).rounded_times(g).reals().0;
         let [c, b] = [c, b].map(|both| both.map(|own| own.rounded_times(g).reals().0));
-        let by_pole = by_pole * (1.0 - self.pole * self.pole);
+        let by_pole = by_pole * (self.largest - self.pole * self.pole / self.largest);
         [by_pole, c[0], c[1], b[0], b[1]]
     }
 
-    fn read(x: &[f64]) -> Self {
-        Self { pole: x[0].tanh(), c: [x[1], x[2]], b: [x[3], x[4]] }
+    fn read(x: &[f64], largest: f64) -> Self {
+        Self { pole: largest * x[0].tanh(), largest, c: [x[1], x[2]], b: [x[3], x[4]] }
     }
 }
 
@@ -294,11 +308,17 @@ impl PolePair {
         all
     }
 
-    fn read(x: &[f64]) -> Self {
+    fn read(x: &[f64], largest: f64) -> Self {
         let z = |re: usize, im: usize| c64::new(x[re], x[im]);
         let (c, b) = ([z(2, 4), z(3, 5)], [z(6, 8), z(7, 9)]);
         let decay = x[0].exp();
-        Self { pole: c64::from_polar((-decay).exp(), x[1]), decay, residue: c.map(|c| b.map(|b| c * b)), c, b }
+        Self {
+            pole: c64::from_polar(largest * (-decay).exp(), x[1]),
+            decay,
+            residue: c.map(|c| b.map(|b| c * b)),
+            c,
+            b,
+        }
     }
 
     /// 1/(z − λ), 1/(z − λ̄).

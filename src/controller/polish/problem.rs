@@ -29,6 +29,13 @@ pub struct PolishTask<'a> {
     pub limits: LoopLimits,
 }
 
+impl PolishTask<'_> {
+    /// Largest radius of the controller's own poles in the z plane.
+    pub(super) fn largest_radius(&self, period_s: f64) -> f64 {
+        (-self.weights.least_decay_per_s * period_s).exp()
+    }
+}
+
 /// The loss on `lines`; `earlier` is a loss for the same task on other lines, whose responses are taken where both have
 /// a line, and whose scales of the modal channels at the nearest line; without it they are one.
 pub(super) fn loss_on(

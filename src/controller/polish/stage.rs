@@ -137,7 +137,7 @@ impl<'a> Polisher<'a> {
         let open = StateSpace::gain(Mat::zeros(AXES, AXES), Discrete { period_s });
         let found = sampled.loop_poles(&open).map_err(in_step(LOOP))?;
         let plant_poles = oscillating(all(&found), period_s);
-        let (law, x) = ModalLaw::of(start)?;
+        let (law, x) = ModalLaw::within(start, task.largest_radius(period_s))?;
         let mut polisher = Self {
             loss: loss_on(&plants, &task, vec![], None)?,
             task,

@@ -62,12 +62,31 @@ fn start() -> StateSpace<Discrete> {
 fn derivatives_of_every_limit_are_central_differences() {
     let (machine, weights, modes) = reference();
     let floors = [StiffnessFloor { from_hz: 800.0, to_hz: 860.0, at_least_n_per_m: 5e6 }];
-    let task = PolishTask { weights: &weights, modes: &modes, floors: &floors, shifts: &[], limits: limits(&machine) };
-    let errors = derivative_errors(&machine, &task, &start()).unwrap();
-    // A step of 1e-5 leaves 1e-10 of the third derivative and 1e-16/1e-5 of rounding, both magnified by sharp
-    // resonances.
-    for (group, error) in errors.iter().enumerate() {
-        assert!(*error < 1e-4, "group {group}: {error:.1e} of {errors:?}");
+    for least_decay_per_s in [0.0, 20.0] {
+        let weights = Weights { least_decay_per_s, ..weights.clone() };
+        let task =
+            PolishTask { weights: &weights, modes: &modes, floors: &floors, shifts: &[], limits: limits(&machine) };
+        let errors = derivative_errors(&machine, &task, &start()).unwrap();
+        // A step of 1e-5 leaves 1e-10 of the third derivative and 1e-16/1e-5 of rounding, both magnified by sharp
+        // resonances.
+        for (group, error) in errors.iter().enumerate() {
+            assert!(*error < 1e-4, "group {group}: {error:.1e} of {errors:?}");
+        }
+    }
+}
+
+#[test]
+fn a_least_decay_holds_for_every_pole_of_the_controller() {
+    let (machine, weights, modes) = reference();
+    let slowest = |plane: &StateSpace<Discrete>| -plane.growth_rate().unwrap();
+    // The integrators of the PID become poles of a decay of milliseconds to minutes.
+    let free = polisher(&machine, &weights, &modes).plane().unwrap();
+    assert!(slowest(&free) < 1.0, "{}", slowest(&free));
+    let weights = Weights { least_decay_per_s: 4.0, ..weights };
+    let mut held = polisher(&machine, &weights, &modes);
+    for _ in 0..2 {
+        assert!(slowest(&held.plane().unwrap()) >= 4.0 * (1.0 - 1e-9), "{}", slowest(&held.plane().unwrap()));
+        held.run_round(6).unwrap();
     }
 }
 
@@ -218,6 +237,9 @@ fn no_controller_of_the_polish_passes_the_limit_of_the_stiffness() {
     assert!(free.stiffness_n_per_m > 0.98 * own, "{free:?} {own}");
     assert!(free.with_half_the_taps_n_per_m > 0.98 * own, "{free:?} {own}");
     assert!(free.stiffness_n_per_m > 0.999 * free.with_half_the_taps_n_per_m, "{free:?}");
+    // Further taps are between what is found and what is extrapolated; twice as many keep within a per cent of it.
+    let further = stiffness_limit(&machine, &wide, &plane, 24).unwrap().stiffness_n_per_m;
+    assert!(free.extrapolated_n_per_m.is_none_or(|above| further < 1.01 * above), "{free:?} {further}");
     // A tighter limit never raises it, and here lowers it.
     let tight = limit(&LoopLimits { sensitivity: 4.0, ..wide });
     assert!(tight.stiffness_n_per_m < 0.99 * free.stiffness_n_per_m, "{tight:?} {free:?}");
