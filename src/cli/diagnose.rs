@@ -12,11 +12,9 @@ use crate::input::{Measurement, is_rotor};
 use crate::report::diagnosis_words::sentence;
 use crate::report::place_words::place_words;
 use crate::workflow::diagnose::{diagnose_records, unused_rows, without_unknown_controllers};
-use crate::workflow::diagnose_rotor::{diagnose_taps, diagnosed_folder, diagnosis_topic, is_explained};
+use crate::workflow::diagnose_rotor::{diagnose_taps, diagnosed_report, is_explained};
 use crate::workflow::plausibility::Records;
 use crate::workflow::surroundings::Surroundings;
-use serde_json::json;
-use std::path::Path;
 
 /// Arguments of `muspin diagnose`.
 #[derive(clap::Args, Debug, Default)]
@@ -53,7 +51,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd
     let said = |what: &str| progress.start_stage(what);
     let diagnosed = diagnose_records(&machine, &loaded, &records, &known, &said)?;
     progress.end(arguments.timings);
-    diagnosed.unstable.iter().for_each(|line| eprintln!("{line}"));
+    diagnosed.unstable.iter().chain(&diagnosed.unjudged).for_each(|line| eprintln!("{line}"));
     let mut report = diagnosed.report(&loaded, &records, &known, &left_out)?;
     console.writing(|| report.write(&arguments.out, &arguments.pictures.formats))?;
     let (found, out) = (&diagnosed.found, arguments.out.as_str());
@@ -71,7 +69,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd
 /// The missing change of a rotor without magnets.
 fn diagnose_rotor(arguments: &Arguments, loaded: &Measurement, console: &Console) -> Result<CommandEnd, Failure> {
     let rotor = arguments.machine.load_rotor(loaded)?;
-    console.claim(&arguments.out, &["summary.json", "spindle.yaml"], &[])?;
+    console.claim(&arguments.out, &REPORT, &[])?;
     let records = Records::of(loaded, None, &|| {})?;
     records.lines().for_each(|line| eprintln!("{line}"));
     let progress = Progress::start(console);
@@ -79,11 +77,11 @@ fn diagnose_rotor(arguments: &Arguments, loaded: &Measurement, console: &Console
     let (found, notes) = diagnose_taps(&rotor, loaded)?;
     progress.end(arguments.timings);
     notes.iter().for_each(|note| eprintln!("{note}"));
-    let folder = diagnosed_folder(&rotor, &found)?;
-    console.writing(|| folder.write(Path::new(&arguments.out)))?;
+    let mut report = diagnosed_report(&rotor, &found)?;
+    console.writing(|| report.write(&arguments.out, &arguments.pictures.formats))?;
     Ok(CommandEnd::met(is_explained(&found), format!("verdict {}", found.verdict.name()))
-        .json(format!("{:#}\n", json!({ "diagnosis": diagnosis_topic(&found) })))
-        .file(format!("{}/summary.json", arguments.out))
+        .json(report.summary.to_json() + "\n")
+        .file(format!("{}/report.html", arguments.out))
         .file(format!("{}/spindle.yaml", arguments.out))
         .say(found.sentence()))
 }

@@ -89,6 +89,9 @@ pub struct StateSpace<T: TimeBase> {
     pub time: T,
 }
 
+/// Rows of a pencil whose sizes differ by more than this: of sixteen digits an elimination leaves the smaller four.
+const FAR_APART: f64 = 1e12;
+
 impl<T: TimeBase> StateSpace<T> {
     /// A system from its four matrices.
     ///
@@ -177,9 +180,23 @@ impl<T: TimeBase> StateSpace<T> {
         if n == 0 {
             return Mat::from_fn(p, m, |i, j| real(self.d[(i, j)]));
         }
-        let pencil = Mat::from_fn(n, n, |i, j| real(-self.a[(i, j)]) + if i == j { point } else { real(0.0) });
-        let x = solve_complex(&pencil, &Mat::from_fn(n, m, |i, j| real(self.b[(i, j)])));
+        let entry = |i: usize, j: usize| real(-self.a[(i, j)]) + if i == j { point } else { real(0.0) };
+        let unit = self.units_of_rows(point);
+        let pencil = Mat::from_fn(n, n, |i, j| unit[i] * entry(i, j));
+        let x = solve_complex(&pencil, &Mat::from_fn(n, m, |i, j| real(unit[i] * self.b[(i, j)])));
         Mat::from_fn(p, m, |i, j| (0..n).fold(real(self.d[(i, j)]), |sum, k| sum + x[(k, j)] * self.c[(i, k)]))
+    }
+
+    /// Units (powers of two) that make the rows of ζI − A alike where they are so far apart that an elimination loses
+    /// the smaller ones, as in the companion form of a filter far beyond every frequency; else ones.
+    fn units_of_rows(&self, point: c64) -> Vec<f64> {
+        let n = self.order();
+        let size = |i: usize| (0..n).map(|j| self.a[(i, j)].abs()).fold(point.norm(), f64::max);
+        let sizes: Vec<f64> = (0..n).map(size).collect();
+        let positive = || sizes.iter().filter(|size| **size > 0.0);
+        let (least, most) = positive().fold((f64::INFINITY, 0.0f64), |(a, b), s| (a.min(*s), b.max(*s)));
+        let unit = |size: &f64| if *size > 0.0 { size.log2().round().exp2().recip() } else { 1.0 };
+        if most > FAR_APART * least { sizes.iter().map(unit).collect() } else { vec![1.0; n] }
     }
 
     /// The subsystem from the listed inputs to the listed outputs, in the order given.

@@ -6,7 +6,7 @@
 use super::PipelineError;
 use crate::controller::verification::growth_words;
 use crate::controller::{ControlLaw, Controller};
-use crate::linalg::c64;
+use crate::linalg::{NumericError, c64};
 use crate::lti::TimeBase;
 use crate::lti::connect::lower_lft;
 use crate::spindle::plant::AXES;
@@ -42,7 +42,17 @@ pub(crate) fn loop_poles(plant: &Plant, controller: &Controller) -> Result<Speed
             let open = plant.state_space(PADE)?.select(&axes, &axes);
             let closed = lower_lft(&open, law).map_err(&numeric)?;
             let poles_rad_s = closed.poles().map_err(&numeric)?;
-            Ok(SpeedPoles { growth_rate_per_s: closed.time.largest_growth_rate(&poles_rad_s), poles_rad_s })
+            let growth_rate_per_s = closed.time.largest_growth_rate(&poles_rad_s);
+            // Eigenvalues carry the rounding of the largest one.
+            let largest = poles_rad_s.iter().map(|p| p.norm()).fold(0.0, f64::max);
+            if growth_rate_per_s.abs() < f64::EPSILON * closed.order() as f64 * largest {
+                return Err(numeric(NumericError::Contradiction {
+                    what: "poles of the loop: the fastest hides on which side of stability the slowest lie, leave out \
+                           of the controller what is far beyond its sample rate",
+                    residual: growth_rate_per_s.abs() / largest,
+                }));
+            }
+            Ok(SpeedPoles { growth_rate_per_s, poles_rad_s })
         }
     }
 }

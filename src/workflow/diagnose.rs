@@ -8,6 +8,7 @@ use crate::diagnose::data::measurement::{ControlAxis, HammerTest, RecordSet};
 use crate::diagnose::locate::recovered_law::Law;
 use crate::diagnose::{DiagnoseError, Diagnosis, Verdict, diagnose_with};
 use crate::input::{Measurement, machine_files};
+use crate::pipeline::PipelineError;
 use crate::pipeline::consequence::{Consequence, LoopOutcome};
 use crate::pipeline::loop_stability::unstable_words;
 use crate::report::corrected_records::record_faults;
@@ -35,6 +36,8 @@ pub(crate) struct DiagnosedRecords {
     pub(crate) found: Diagnosis,
     /// Hammer tests whose loop is unstable with the corrected machine, in words.
     pub(crate) unstable: Vec<String>,
+    /// Hammer tests of which no arithmetic tells whether their loop is stable, in words.
+    pub(crate) unjudged: Vec<String>,
     /// What the corrected machine changes for the first of them, where the records are explained or a model takes the
     /// law that explains them without a name.
     pub(crate) consequence: Option<Consequence>,
@@ -58,7 +61,7 @@ impl DiagnosedRecords {
         let mut report = Report::of("diagnose", &found.corrected);
         let names: Vec<&str> = found.effects.iter().map(|e| e.effect.kind.name()).collect();
         let words = diagnosis_verdict(found.verdict.name(), &names).into_iter().map(|(_, words)| words);
-        let words: Vec<String> = words.chain(self.unstable.iter().cloned()).collect();
+        let words: Vec<String> = words.chain(self.unstable.iter().chain(&self.unjudged).cloned()).collect();
         report.verdict(self.is_explained(), &words.join("; "));
         let summary = &mut report.summary;
         summary.set("plausibility", plausibility_topic(&records.reports));
@@ -94,10 +97,17 @@ pub(crate) fn diagnose_records(
     let found = diagnose_with(machine, &evidence, &known.alternatives(), said)
         .map_err(|error| name_failure(&loaded.folder.display().to_string(), error))?;
     let unnamed = with_recovered_law(&found);
-    let (mut unstable, mut consequence) = (vec![], None);
+    let (mut unstable, mut unjudged, mut consequence) = (vec![], vec![], None);
     for (hammer, controller) in loaded.hammers.iter().zip(&records.controllers) {
         let rpm = hammer.frf.speed_rpm;
-        let corrected = LoopOutcome::of(&found.corrected, controller, rpm)?;
+        let corrected = match LoopOutcome::of(&found.corrected, controller, rpm) {
+            Ok(corrected) => corrected,
+            Err(error @ PipelineError::Numeric { .. }) => {
+                unjudged.push(format!("{}: its loop is not judged: {error}", hammer.name));
+                continue;
+            }
+            Err(error) => return Err(error.into()),
+        };
         if corrected.growth_rate_per_s >= 0.0 {
             let words = unstable_words(corrected.growth_rate_per_s, rpm);
             unstable.push(format!("{}: with the corrected model {words}", hammer.name));
@@ -108,7 +118,7 @@ pub(crate) fn diagnose_records(
             consequence = Some(Consequence { record, speed_rpm: rpm, given, corrected });
         }
     }
-    Ok(DiagnosedRecords { found, unstable, consequence })
+    Ok(DiagnosedRecords { found, unstable, unjudged, consequence })
 }
 
 /// The machine with the law that was recovered without a name; none where there is no such law, or where no model takes

@@ -5,12 +5,14 @@ use crate::robust::solve_cases::{answer, matrix, number};
 use muspin::controller::discretise::discretise_law;
 use muspin::controller::realise::modal_form;
 use muspin::controller::{ControlLaw, Controller};
+use muspin::input::load_machine;
 use muspin::linalg::{Mat, c64};
 use muspin::lti::balance::{Balancing, hankel_values};
-use muspin::lti::connect::{add, series};
+use muspin::lti::connect::{add, append, series};
 use muspin::lti::norm::linf_norm;
 use muspin::lti::sample::{tustin, zoh};
 use muspin::lti::{Continuous, Discrete, Response, StateSpace};
+use muspin::pipeline::comparison::predict;
 use std::f64::consts::{PI, TAU};
 
 /// 1/Π(s/ω + …): coefficients aₖ = aₖ₋₁ cos((k − 1)π/2n)/sin(kπ/2n) of the normalised filter (Butterworth 1930).
@@ -135,4 +137,48 @@ fn a_continuous_controller_in_companion_form_is_realised_as_in_any_other() {
         let difference = given.transfer(z)[(0, 0)] - other.transfer(z)[(0, 0)];
         assert!(difference.norm() < 1e-9, "{k}: {difference}");
     }
+}
+
+/// Numbers of a PID whose filter an optimiser has left 1e20 beyond every frequency: a chain of integrators with gains
+/// of powers of two, and the coefficients that feed back to its first.
+const CHAIN: [f64; 3] = [1.9807040628566084e28, 7.737125245533627e25, 8796093022208.0];
+const BACK: [f64; 4] = [1.7062135810636688e28, 1.0206459859056757e28, 8.858210155597783e25, 10070619004634.162];
+const DRIVE: f64 = 1.29246971e-26;
+const READ: [f64; 4] = [0.0, -1.31654101e78, -1.12267900e55, -7.64642265e42];
+
+fn filter_beyond_every_frequency() -> StateSpace<Continuous> {
+    let a = Mat::from_fn(4, 4, |i, j| match i {
+        0 => -BACK[j],
+        _ if i == j + 1 => CHAIN[j],
+        _ => 0.0,
+    });
+    let b = Mat::from_fn(4, 1, |i, _| if i == 0 { DRIVE } else { 0.0 });
+    StateSpace::new(a, b, Mat::from_fn(1, 4, |_, j| READ[j]), Mat::zeros(1, 1), Continuous).unwrap()
+}
+
+#[test]
+fn a_filter_beyond_every_frequency_leaves_the_response_its_digits() {
+    let law = filter_beyond_every_frequency();
+    for hz in [1.0, 10.0, 100.0, 1000.0, 4000.0] {
+        let s = c64::new(0.0, TAU * hz);
+        // From the last state of the chain backwards: no difference of large numbers.
+        let mut x = [c64::new(1.0, 0.0); 4];
+        for k in (0..3).rev() {
+            x[k] = s * x[k + 1] / CHAIN[k];
+        }
+        let sum = |row: &[f64; 4]| row.iter().zip(&x).map(|(c, x)| x * c).sum::<c64>();
+        let exact = sum(&READ) * DRIVE / (s * x[0] + sum(&BACK));
+        let found = law.at(s.im)[(0, 0)];
+        assert!((found - exact).norm() < 1e-12 * exact.norm(), "{hz} Hz: {found} {exact}");
+    }
+}
+
+#[test]
+fn a_loop_whose_stability_rounding_hides_is_an_error_and_neither_stable_nor_unstable() {
+    let machine = load_machine("reference", "paper-tool").unwrap();
+    let one = filter_beyond_every_frequency();
+    let all = append(&append(&one, &one), &append(&one, &one));
+    let controller = Controller { name: "pid".to_owned(), law: ControlLaw::Continuous(all) };
+    let error = predict(&machine, &controller, 0.0).unwrap_err().to_string();
+    assert!(error.contains("hides on which side of stability"), "{error}");
 }
