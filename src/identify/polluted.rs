@@ -59,10 +59,16 @@ pub struct PollutedLines {
     pub steady: bool,
 }
 
+/// Ratio of lines that a sentence takes together: the skirts of one sharp resonance.
+const SAME_PLACE: f64 = 1.01;
+
 impl PollutedLines {
     /// What is the matter, as a sentence without its end.
     pub fn words(&self) -> String {
-        let lines: Vec<String> = self.hz.iter().map(|hz| format!("{hz:.1}")).collect();
+        let groups = self.hz.chunk_by(|a, b| *b < SAME_PLACE * a).map(|group| match group {
+            [first, .., last] => format!("{first:.1} to {last:.1} ({} of them)", group.len()),
+            _ => group.iter().map(|hz| format!("{hz:.1}")).collect(),
+        });
         let place = match self.source {
             PollutionSource::Mains => ", at multiples of the mains frequency",
             PollutionSource::Speed => ", beside multiples of the speed as run-out and unbalance are",
@@ -73,7 +79,7 @@ impl PollutedLines {
         let from = if self.steady { " the model, alike in every repeat," } else { "" };
         format!(
             "the {noun} at {} Hz {verb}{ending}{from} up to {:.1} times as much as the neighbours{place}",
-            lines.join(", "),
+            groups.collect::<Vec<String>>().join(", "),
             self.factor
         )
     }

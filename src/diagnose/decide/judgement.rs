@@ -24,6 +24,10 @@ const PREDICTED: f64 = 1.5;
 /// fit.
 const REMAINS: f64 = 0.3;
 
+/// Largest gap that several effects together may leave: right ones leave 0.7 to 1, several that stand for one law of no
+/// catalogue more.
+const MOST_GAP_OF_SEVERAL: f64 = 1.1;
+
 /// Iterations of fits of a sensor offset and of an arm.
 const SLOPE_ITERATIONS: usize = 6;
 
@@ -83,7 +87,10 @@ pub(crate) fn judge(case: &Case, best: &Candidate) -> Result<Judgement, Diagnose
     let held_out = HeldOut::new(case);
     let before = overall(case, &[], &case.origin())?;
     let after = overall(case, &best.effects, &best.fit.at)?;
-    let fits = best.model_error == FINAL_MODEL_ERROR && misfit.value < FAILING_BLOCK_CHI2;
+    let several = best.effects.iter().filter(|h| !h.is_nuisance()).count() > 1;
+    let fits = best.model_error == FINAL_MODEL_ERROR
+        && misfit.value < FAILING_BLOCK_CHI2
+        && !(several && after.all > MOST_GAP_OF_SEVERAL);
     // What noise and the floor of the gap explain needs no other explanation.
     let explained = fits || after.all <= 1.0;
     let mut trained = case.finish(&best.effects, &best.fit.at, 0.001, held_out.training)?;

@@ -10,6 +10,7 @@ use super::super::data::evidence::Subset;
 use super::super::fit::case::Case;
 use super::super::fit::estimate::{FINAL_MODEL_ERROR, Fit, Stage};
 use super::super::fit::hypothesis::Hypothesis;
+use super::super::fit::model::Model;
 use super::super::fit::problem::{Point, Problem};
 use super::candidate::{Candidate, MODEL_ERRORS, Standing, fails, next_model_error};
 use super::screening::{DROPPED_CHI2_RATIO, LINES, beside_present, explains, matters};
@@ -21,12 +22,13 @@ const RELOCATED: usize = 8;
 /// Effects that are tried with every size.
 const STRONG: [EffectKind; 4] =
     [EffectKind::TiltingStiffness, EffectKind::ToolMass, EffectKind::AddedMass, EffectKind::ToolJoint];
-/// Places of the whole shaft that are fitted at the next model error, and down to the final one.
-const PLACES: [usize; 2] = [8, 2];
+/// Places of the whole shaft that are fitted, at the next model error as well, and down to the final one.
+const PLACES: [usize; 3] = [16, 8, 2];
 /// Part of the distance between the magnets within which a mass stands for a disc, and model errors at which its places
-/// are compared.
+/// are compared, and places that are followed beyond the first of these.
 const DISC_REACH_M_PER_M: f64 = 0.2;
 const DISC_STAGES: usize = 3;
+const DISC_PLACES: usize = 4;
 /// Fits of a finalist at other places: thinned lines first.
 const FINAL_STAGES: [Stage; 3] = [(0.01, 2), (0.003, 3), (FINAL_MODEL_ERROR, 3)];
 
@@ -121,35 +123,46 @@ impl Case<'_> {
         let mut origin = standing.from.clone();
         origin.p.fill(0.0);
         let sizes = sizes(kind);
+        // Sizes are compared, not fitted: what a mass changes of the damping does not count.
+        let compared = Model { masses_at_ports: true, ..self.model.clone() };
         let begun = places.par_iter().filter_map(|h| {
             let effects = beside_present(present, h);
-            let problem = self.problem(&effects, self.thin());
+            let problem = Problem { model: &compared, ..self.problem(&effects, self.thin()) };
             let sized = |size: &Vec<f64>| {
                 let mut at = origin.clone();
                 let mut theta = h.start.clone();
                 theta.iter_mut().zip(size).for_each(|(t, s)| *t = *s);
                 h.clamp(&mut theta);
+                let effect = h.effect(&theta);
+                if problem.lightest_kg(&effect).zip(effect.values.first()).is_some_and(|(least, value)| *value < least)
+                {
+                    return None;
+                }
                 at.theta.push(theta);
                 let chi2 = problem.chi2(&at, w).ok()?;
                 Some((at, chi2, size.clone()))
             };
             let least = |a: &Sized, b: &Sized| a.1.total_cmp(&b.1);
             let coarse = sizes.iter().filter_map(sized).min_by(least)?;
-            let closer = places_between(kind, &coarse.2);
+            let closer = sizes_beside(kind, &coarse.2);
             let closer = closer.iter().filter_map(sized);
-            let (at, ..) = closer.chain([coarse]).min_by(least)?;
-            let fit = problem.fit(&at, &[(w, 2)]).ok()?;
-            Some((*h, fit))
+            let (at, chi2, _) = closer.chain([coarse]).min_by(least)?;
+            Some((*h, at, chi2))
+        });
+        let begun = lowest(begun.collect(), |found: &(&Hypothesis, Point, f64)| found.2, PLACES[0]);
+        let begun = begun.into_par_iter().filter_map(|(h, at, _)| {
+            let effects = beside_present(present, h);
+            Some((h, self.problem(&effects, self.thin()).fit(&at, &[(w, 2)]).ok()?))
         });
         let chi2 = |found: &(&Hypothesis, Fit)| found.1.chi2;
-        let begun = lowest(begun.collect(), chi2, PLACES[0]);
+        let begun = lowest(begun.collect(), chi2, PLACES[1]);
         let lower = next_model_error(w);
         let followed = begun.into_par_iter().filter_map(|(h, fit)| {
             let effects = beside_present(present, h);
             let problem = self.problem(&effects, self.thin());
             Some((h, problem.fit(&fit.at, &[(w, 2), (lower, 4)]).ok()?))
         });
-        let followed = lowest(followed.collect(), chi2, PLACES[1]);
+        let followed = lowest(followed.collect(), chi2, PLACES[2]);
         let ends = followed.into_par_iter().filter_map(|(h, fit)| {
             let effects = beside_present(present, h);
             self.finish(&effects, &fit.at, lower, Subset::ALL).ok()
@@ -206,7 +219,10 @@ impl Case<'_> {
         });
         let stages: Vec<Stage> =
             MODEL_ERRORS.into_iter().filter(|e| *e <= top).take(DISC_STAGES).map(|e| (e, 3)).collect();
-        let fits = near.filter_map(|place| problem.fit(&at.with_newest_at(place)?, &stages).ok());
+        let (first, later) = stages.split_at_checked(1)?;
+        let begun = near.filter_map(|place| problem.fit(&at.with_newest_at(place)?, first).ok());
+        let begun = lowest(begun.collect(), |fit: &Fit| fit.chi2, DISC_PLACES);
+        let fits = begun.into_par_iter().filter_map(|fit| problem.fit(&fit.at, later).ok());
         let best = lowest(fits.collect(), |fit: &Fit| fit.chi2, 1).pop()?;
         self.finish(&effects, &best.at, stages.last()?.0, Subset::ALL).ok()
     }
@@ -244,7 +260,7 @@ impl Case<'_> {
         let problem = self.problem(&best.effects, self.thin());
         let places = self.catalogue.par_iter().filter(|o| o.kind == EffectKind::TiltingStiffness);
         let mut starts = vec![best.fit.at.clone()];
-        let (mut kept, mut from_error) = (PLACES[1], FINAL_MODEL_ERROR);
+        let (mut kept, mut from_error) = (PLACES[2], FINAL_MODEL_ERROR);
         if self.model.is_strained(&best.fit.at.p) {
             let p = self.origin().p;
             starts.push(Point { p, ..best.fit.at.clone() });
@@ -281,17 +297,19 @@ fn lowest<T>(mut found: Vec<T>, chi2: impl Fn(&T) -> f64, most: usize) -> Vec<T>
 /// A point, its χ², and the numbers with which the newest effect is tried there.
 type Sized = (Point, f64, Vec<f64>);
 
-/// Ratio of the sizes with which a tilting stiffness is tried at every place.
+/// Ratio of the sizes with which a tilting stiffness, and a mass, is tried at every place.
 const TILTING_RATIO: f64 = 3.0;
+const MASS_RATIO: f64 = 2.25;
 
 /// Numbers next to the best of [`sizes`], half way to its neighbours in the logarithm: from a tilting stiffness 1.7
 /// times too large or too small, fits ended at a wrong place.
-fn places_between(kind: EffectKind, best: &[f64]) -> Vec<Vec<f64>> {
-    let half = TILTING_RATIO.sqrt();
-    match kind {
-        EffectKind::TiltingStiffness => [half.recip(), half].map(|by| best.iter().map(|t| by * t).collect()).to_vec(),
-        _ => vec![],
-    }
+fn sizes_beside(kind: EffectKind, best: &[f64]) -> Vec<Vec<f64>> {
+    let half = match kind {
+        EffectKind::ToolJoint => return vec![],
+        EffectKind::TiltingStiffness => TILTING_RATIO.sqrt(),
+        _ => MASS_RATIO.sqrt(),
+    };
+    [half.recip(), half].map(|by| best.iter().map(|t| by * t).collect()).to_vec()
 }
 
 /// Numbers that an effect is tried with beside its position, in fit coordinates. Stiffnesses and masses have either
@@ -306,6 +324,6 @@ fn sizes(kind: EffectKind) -> Vec<Vec<f64>> {
         EffectKind::ToolJoint => {
             up(0.5, 2.0, 7).flat_map(|along| up(0.5, 2.0, 9).map(move |turning| vec![along, turning, 0.1])).collect()
         }
-        _ => up(0.02, 1.5, 21).flat_map(signed).collect(),
+        _ => up(0.02, MASS_RATIO, 11).flat_map(signed).collect(),
     }
 }

@@ -136,7 +136,7 @@ impl Problem<'_> {
     }
 
     /// The least mass that a place can be given.
-    fn lightest_kg(&self, effect: &Effect) -> Option<f64> {
+    pub(crate) fn lightest_kg(&self, effect: &Effect) -> Option<f64> {
         let jointed = self.effects.iter().any(|h| h.kind == EffectKind::ToolJoint);
         let position_m = match (effect.kind, &effect.location) {
             (EffectKind::ToolMass, _) => self.model.reduced.span_m().0,

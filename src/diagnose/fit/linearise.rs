@@ -211,6 +211,7 @@ impl Problem<'_> {
                     effects: &effects,
                     speed_rad_s: *speed,
                     derivatives: strained,
+                    masses_at_ports: model.masses_at_ports,
                     further: &[],
                     probes: &probes,
                 },

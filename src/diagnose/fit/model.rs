@@ -31,6 +31,8 @@ pub struct Model {
     pub layout: Layout,
     /// The loop in which responses that are far apart are compared; none compares them as they are.
     pub(in crate::diagnose) levitation: Option<Levitation>,
+    /// As [`Assembly::masses_at_ports`], to compare many masses.
+    pub(in crate::diagnose) masses_at_ports: bool,
 }
 
 impl Model {
@@ -44,6 +46,7 @@ impl Model {
         Ok(Self {
             levitation: Some(Levitation::of(machine, mass_kg)),
             layout: Layout::new(reduced.parameters.clone(), axis_gain_sd),
+            masses_at_ports: false,
             reduced,
         })
     }
@@ -59,7 +62,8 @@ impl Model {
         speed_rad_s: f64,
         derivatives: bool,
     ) -> Result<Assembled, DiagnoseError> {
-        let assembly = Assembly { effects, speed_rad_s, derivatives, ..Assembly::default() };
+        let masses_at_ports = self.masses_at_ports;
+        let assembly = Assembly { effects, speed_rad_s, derivatives, masses_at_ports, ..Assembly::default() };
         Ok(self.reduced.assemble(p, assembly)?)
     }
 

@@ -68,9 +68,10 @@ impl Place {
                 values: vec![rigid[0], rigid[1], 0.0],
             });
         }
-        let assembled = model
-            .reduced
-            .assemble(p, Assembly { effects: &effects, speed_rad_s, derivatives, further: &probes, probes: &[] })?;
+        let assembled = model.reduced.assemble(
+            p,
+            Assembly { effects: &effects, speed_rad_s, derivatives, further: &probes, ..Assembly::default() },
+        )?;
         let count = assembled.ports();
         let extra = match self {
             Self::Housing => MAGNETS.to_vec(),

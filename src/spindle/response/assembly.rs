@@ -39,6 +39,9 @@ pub struct Assembly<'a> {
     pub speed_rad_s: f64,
     /// Whether derivatives to moduli and mesh are wanted.
     pub derivatives: bool,
+    /// Whether added masses act as forces at their ports round the modes without them, which leaves them the damping of
+    /// those modes: many masses then share one eigenvalue problem.
+    pub masses_at_ports: bool,
     /// Further ports.
     pub further: &'a [Probe],
     /// Ports behind those, of which the responses between one and another are not needed.
@@ -67,7 +70,9 @@ impl ReducedMachine {
             None => &self.rigid,
         };
         let scale = self.modulus_factors(p, effects);
-        let by = Move { scale: &scale, joint, mesh: p[parameters.mesh()], effects };
+        let whole = Move { scale: &scale, joint, mesh: p[parameters.mesh()], effects };
+        let at_ports = if assembly.masses_at_ports { whole.masses(shaft) } else { vec![] };
+        let by = if at_ports.is_empty() { whole } else { Move { effects: &[], ..whole } };
         let moved = self.recent.shaft(shaft, by)?;
         let MovedShaft { modes, finer } = &*moved;
         let omega = &modes.omega;
@@ -79,6 +84,10 @@ impl ReducedMachine {
         let damping = ModalDamping::new(omega, zeta, effective.loss_time_s, assembly.speed_rad_s);
         let mut ports = self.ports(shaft, &machine, &effective, p)?;
         add_joint_damping(&mut ports, shaft, joint);
+        for mass in &at_ports {
+            ports.feedback.push(Feedback { port: ports.rows.len(), law: FeedbackLaw::Mass, value: mass.value });
+            ports.rows.push(mass.row(shaft)?);
+        }
         for probe in assembly.further.iter().chain(assembly.probes) {
             ports.rows.push(probe.row(shaft)?);
         }

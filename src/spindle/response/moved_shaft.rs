@@ -68,31 +68,48 @@ impl Recent {
     }
 }
 
+/// A mass that an effect adds.
+pub(super) struct MovedMass {
+    position_m: f64,
+    /// Whether the slope of the shaft moves it.
+    along: bool,
+    /// kg, or kg m² where the slope moves it.
+    pub value: f64,
+}
+
+impl MovedMass {
+    /// What moves it, over the coordinates of the shaft.
+    pub(super) fn row(&self, shaft: &ReducedShaft) -> Result<Vec<f64>, SpindleError> {
+        if self.along { Ok(shaft.rotation_rows(self.position_m)?[0].clone()) } else { shaft.row(self.position_m) }
+    }
+}
+
 impl Move<'_> {
-    /// Places, whether the slope there moves it, and masses in kg or inertias in kg m² that the effects add.
-    fn masses(&self, shaft: &ReducedShaft) -> Vec<(f64, bool, f64)> {
+    /// What the effects add.
+    pub(super) fn masses(&self, shaft: &ReducedShaft) -> Vec<MovedMass> {
         let mut all = vec![];
+        let mut add = |position_m: f64, along: bool, value: f64| all.push(MovedMass { position_m, along, value });
         for effect in self.effects {
             let at = |i: usize| effect.values.get(i).copied().unwrap_or_default();
             match (effect.kind, &effect.location) {
-                (EffectKind::ToolMass, _) => all.push((shaft.span_m().0, false, at(0))),
-                (EffectKind::AddedMass, Location::Position(z)) => all.push((*z, false, at(0))),
+                (EffectKind::ToolMass, _) => add(shaft.span_m().0, false, at(0)),
+                (EffectKind::AddedMass, Location::Position(z)) => add(*z, false, at(0)),
                 (EffectKind::AddedDisc, Location::Position(z)) => {
-                    all.extend([(*z, false, at(0)), (*z, true, at(2))]);
+                    add(*z, false, at(0));
+                    add(*z, true, at(2));
                 }
                 _ => {}
             }
         }
         // No mass has no place: its derivative to the place is exactly none, not rounding.
-        all.retain(|(.., value)| *value != 0.0);
+        all.retain(|mass| mass.value != 0.0);
         all
     }
 
     fn key(&self, shaft: &ReducedShaft) -> Vec<u64> {
         let joint = self.joint.map_or(&[][..], |joint| &joint.values);
         let lengths = [self.joint.is_some() as u64, joint.len() as u64];
-        let masses =
-            self.masses(shaft).into_iter().flat_map(|(z, along, value)| [z, f64::from(u8::from(along)), value]);
+        let masses = self.masses(shaft).into_iter().flat_map(|m| [m.position_m, f64::from(u8::from(m.along)), m.value]);
         let numbers = [self.mesh].into_iter().chain(self.scale.iter().copied());
         let numbers = numbers.chain(joint.iter().copied()).chain(masses);
         lengths.into_iter().chain(numbers.map(f64::to_bits)).collect()
@@ -104,13 +121,13 @@ impl MovedShaft {
         let mut k = stiffness(shaft, by.scale, by.joint);
         let finer = FinerMesh::new(shaft, &mut k, by.mesh)?;
         let mut masses = vec![];
-        for (z, along, mass) in by.masses(shaft) {
-            let mut row = [if along { shaft.rotation_rows(z)?[0].clone() } else { shaft.row(z)? }];
+        for mass in by.masses(shaft) {
+            let mut row = [mass.row(shaft)?];
             if let Some(finer) = &finer {
                 finer.move_ports(shaft, &mut row)?;
             }
             let [row] = row;
-            masses.push((row, mass));
+            masses.push((row, mass.value));
         }
         // Near an added mass its inertia bends the shaft, which the fast coordinates do not follow.
         let condensed = match &shaft.condensation {

@@ -208,10 +208,9 @@ fn derivatives_of_readings() {
         let readings = model.reduced.readings(&effects, &mut probes).expect("planes");
         let (planes, numbers): (Vec<usize>, Vec<Number>) = readings.into_iter().unzip();
         assert_eq!(planes, [0, 3]);
-        let here = model.reduced.assemble(
-            &p,
-            Assembly { effects: &effects, speed_rad_s: speed, derivatives: false, further: &[], probes: &probes },
-        );
+        let here = model
+            .reduced
+            .assemble(&p, Assembly { effects: &effects, speed_rad_s: speed, probes: &probes, ..Assembly::default() });
         let here = here.expect("assembled");
         let first = here.ports() - probes.len();
         for (i, plane) in planes.into_iter().enumerate() {
@@ -347,7 +346,13 @@ fn derivatives_of_effects() {
         assert_eq!(numbers.len(), theta.len(), "{kind:?}");
         let here = model.reduced.assemble(
             &p,
-            Assembly { effects: &effects, speed_rad_s: speed, derivatives: true, further: &[], probes: &probes },
+            Assembly {
+                effects: &effects,
+                speed_rad_s: speed,
+                derivatives: true,
+                probes: &probes,
+                ..Assembly::default()
+            },
         );
         let here = here.expect("assembled");
         let first = here.ports() - probes.len();
