@@ -2,29 +2,24 @@
 
 use super::Failure;
 use super::choices::PictureArguments;
-use super::console::{CommandEnd, Console};
+use super::console::{CommandEnd, Console, REPORT};
 use super::machine::{MeasuredMachine, load_machine, measured_mesh_warning, say};
 use super::progress::Progress;
 use super::reading::load_measurement;
 use super::timings::Timings;
 use crate::controller::Controller;
-use crate::input::{Measurement, is_rotor, rotor_yaml, tool_yaml};
+use crate::input::{Measurement, is_rotor};
 use crate::pipeline::loop_stability::{growth_rate_at, unstable_words};
-use crate::report::identification::{identification_topic, plausibility_topic};
-use crate::report::summary::omit_absent;
 use crate::report::updating::updating_topic;
+use crate::report::whole::Report;
 use crate::spindle::Machine;
 use crate::update::{
     Targets, UpdateSettings, Updated, gauss_newton, gauss_newton_rotor, nelder_mead, nelder_mead_rotor, tool_error_db,
 };
 use crate::workflow::plausibility::Records;
-use crate::workflow::update::{fit_folder, read_off, taps_of, targets, updated_folder, verdict};
+use crate::workflow::update::{MachineUpdate, read_off, taps_of, targets, updated_rotor_report};
 use clap::ValueEnum;
 use serde_json::{Value, json};
-use std::path::Path;
-
-/// Files that every update writes.
-const WRITTEN: [&str; 2] = ["summary.json", "spindle.yaml"];
 
 /// How the factors are found.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -62,7 +57,7 @@ pub(super) struct Arguments {
     /// Iterations of Nelder–Mead
     #[arg(long, default_value_t = 500)]
     iterations: usize,
-    /// Folder for spindle.yaml, tool.yaml, summary.json, tables and plots
+    /// Folder for spindle.yaml, tool.yaml, summary.json, report.html, tables and plots
     #[arg(long, default_value = "results/update")]
     out: String,
     #[command(flatten)]
@@ -79,7 +74,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd
         return update_rotor(arguments, &settings, &measurement, console);
     }
     let machine = load_machine(files.0, files.1)?;
-    console.claim(&arguments.out, &WRITTEN, &[])?;
+    console.claim(&arguments.out, &REPORT, &[])?;
     let progress = Progress::start(console);
     progress.start_stage("records");
     let records = Records::of(&measurement, Some(&machine), &|| {})?;
@@ -124,37 +119,42 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd
     if !hammers.is_empty() {
         updating["held_out_tool_frf"] = json!(hammers);
     }
-    let reports = &records.reports;
-    let answer = json!({
-        "identification": identification.as_ref().map(identification_topic),
-        "plausibility": (!reports.is_empty()).then(|| plausibility_topic(reports)),
-        "updating": updating,
-    });
-    let answer = omit_absent(answer, &["identification", "plausibility"]);
-    let text = format!("{:#}\n", answer);
     progress.start_stage("report");
-    let mut folder = updated_folder(&machine, delivered, &models)?;
-    folder.add("summary.json", text.as_str())?;
-    folder.add_formats(&arguments.pictures.formats)?;
-    console.writing(|| folder.write(Path::new(&arguments.out)))?;
+    let update = MachineUpdate {
+        before: &machine,
+        delivered,
+        models: &models,
+        records: &records,
+        identification: identification.as_ref(),
+    };
+    let end = write_update(arguments, update.report(updating)?, &delivered.fit, (records.plausible(), console))?;
     progress.end(arguments.timings);
-    let (met, sentence) = verdict(&delivered.fit, &records);
-    let end = show_update(arguments, met, &delivered.fit, machine.tool.is_absent()).json(text);
-    Ok(if delivered.fit.explanation.explained { end } else { end.say(sentence) })
-}
-
-fn show_update(arguments: &Arguments, met: bool, fit: &Updated, toolless: bool) -> CommandEnd {
     let out = arguments.out.as_str();
-    let tool = (!toolless).then(|| format!("{out}/tool.yaml"));
+    let tool = (!machine.tool.is_absent()).then(|| format!("{out}/tool.yaml"));
     let with_tool = tool.iter().map(|file| format!(" --tool {file}")).collect::<String>();
-    let end = CommandEnd::met(met, fit.explanation.statement.as_str())
-        .row(["largest error of a frequency, %".to_owned(), format!("{:.4}", fit.largest_error_percent())])
-        .row(["evaluations".to_owned(), fit.evaluations.to_string()])
-        .file(format!("{out}/spindle.yaml"));
-    tool.into_iter()
+    let end = end.row(["evaluations".to_owned(), delivered.fit.evaluations.to_string()]);
+    Ok(tool
+        .into_iter()
         .fold(end, CommandEnd::file)
         .next(format!("muspin design --spindle {out}/spindle.yaml{with_tool}"))
-        .next(format!("muspin diagnose --measurement {}", arguments.measurement))
+        .next(format!("muspin diagnose --measurement {}", arguments.measurement)))
+}
+
+/// Writes a report; the end of the command with what every update says of its fit.
+fn write_update(
+    arguments: &Arguments,
+    mut report: Report,
+    fit: &Updated,
+    (plausible, console): (bool, &Console),
+) -> Result<CommandEnd, Failure> {
+    let (explanation, out) = (&fit.explanation, arguments.out.as_str());
+    console.writing(|| report.write(out, &arguments.pictures.formats))?;
+    let end = CommandEnd::met(plausible && explanation.explained, explanation.statement.as_str())
+        .json(report.summary.to_json() + "\n")
+        .row(["largest error of a frequency, %".to_owned(), format!("{:.4}", fit.largest_error_percent())])
+        .file(format!("{out}/report.html"))
+        .file(format!("{out}/spindle.yaml"));
+    Ok(if explanation.explained { end } else { end.say(explanation.statement.as_str()) })
 }
 
 /// Codes of the FRFs, output and input axis, in the order of the targets.
@@ -194,7 +194,7 @@ fn update_rotor(
     console: &Console,
 ) -> Result<CommandEnd, Failure> {
     let rotor = arguments.machine.load_rotor(measurement)?;
-    console.claim(&arguments.out, &WRITTEN, &[])?;
+    console.claim(&arguments.out, &REPORT, &[])?;
     let progress = Progress::start(console);
     let records = Records::of(measurement, None, &|| {})?;
     records.lines().for_each(|line| eprintln!("{line}"));
@@ -220,27 +220,10 @@ fn update_rotor(
         MethodArgument::GaussNewton => gauss_newton_rotor(&shaft, &targets, &settings)?,
         MethodArgument::NelderMead => nelder_mead_rotor(&shaft, &targets, &settings)?,
     };
-    let text = format!("{:#}\n", json!({ "updating": updating_topic(&fit) }));
     progress.start_stage("report");
-    let mut folder = fit_folder(None, &[("updated", &fit)])?;
-    let mut updated = rotor.clone();
-    fit.scale(&mut updated.sections);
-    folder.add("spindle.yaml", rotor_yaml(&updated))?;
-    if let Some(tool) = &mut updated.tool {
-        fit.scale(&mut tool.sections);
-        folder.add("tool.yaml", tool_yaml(tool))?;
-    }
-    folder.add("summary.json", text.as_str())?;
-    folder.add_formats(&arguments.pictures.formats)?;
-    console.writing(|| folder.write(Path::new(&arguments.out)))?;
+    let end = write_update(arguments, updated_rotor_report(&rotor, &fit)?, &fit, (true, console))?;
     progress.end(arguments.timings);
-    let (explanation, out) = (&fit.explanation, arguments.out.as_str());
-    let end = CommandEnd::met(explanation.explained, explanation.statement.as_str())
-        .json(text)
-        .row(["largest error of a frequency, %".to_owned(), format!("{:.4}", fit.largest_error_percent())])
-        .file(format!("{out}/spindle.yaml"))
-        .next(format!("muspin modes --spindle {out}/spindle.yaml"));
-    Ok(if explanation.explained { end } else { end.say(explanation.statement.as_str()) })
+    Ok(end.next(format!("muspin modes --spindle {}/spindle.yaml", arguments.out)))
 }
 
 /// How well the closed-loop compliance at the tool is predicted before and after: data that no fit has used.

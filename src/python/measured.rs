@@ -3,7 +3,6 @@
 use super::compute::Stop;
 use super::results::words;
 use crate::input::{Measurement, load_measurement_watched};
-use crate::report::identification::{identification_topic, plausibility_topic};
 use crate::report::updating::updating_topic;
 use crate::report::whole::Report;
 use crate::spindle::Machine;
@@ -13,7 +12,7 @@ use crate::workflow::diagnose::{diagnose_records, unused_rows, without_unknown_c
 use crate::workflow::identify::identify_records;
 use crate::workflow::plausibility::Records;
 use crate::workflow::surroundings::Surroundings;
-use crate::workflow::update::{FitTargets, targets, updated_folder, verdict};
+use crate::workflow::update::{FitTargets, MachineUpdate, targets};
 
 fn load(measurement: &str, stop: &Stop) -> Result<Measurement, Failure> {
     Ok(load_measurement_watched(measurement, &|_| stop.here())?)
@@ -38,16 +37,14 @@ pub(super) fn update(machine: &Machine, measurement: &str, stop: &Stop) -> Resul
         let FitTargets { targets, identification, .. } = targets(&loaded, &records, machine, None)?;
         stop.here();
         let found = gauss_newton(machine, &targets, &UpdateSettings::default())?;
-        let mut report = Report::of("update", &found.machine);
-        let summary = &mut report.summary;
-        if let Some(peaks) = &identification {
-            summary.set("identification", identification_topic(peaks));
-        }
-        summary.set("plausibility", plausibility_topic(&records.reports));
-        summary.set("updating", updating_topic(&found.fit));
-        let (met, sentence) = verdict(&found.fit, &records);
-        report.verdict(met, sentence);
-        report.folder = updated_folder(machine, &found, &[("updated", &found.fit)])?;
+        let update = MachineUpdate {
+            before: machine,
+            delivered: &found,
+            models: &[("updated", &found.fit)],
+            records: &records,
+            identification: identification.as_ref(),
+        };
+        let report = update.report(updating_topic(&found.fit))?;
         Ok((found.machine, report))
     };
     found().map_err(words)

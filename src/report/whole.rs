@@ -26,7 +26,7 @@ use crate::pipeline::comparison::Prediction;
 use crate::pipeline::design::Design;
 use crate::pipeline::loop_curves::LoopCurves;
 use crate::pipeline::problem_set::ProblemSet;
-use crate::spindle::{Machine, SpindleError};
+use crate::spindle::{Machine, RotorOnSupports, SpindleError};
 use serde_json::json;
 use std::path::Path;
 use thiserror::Error;
@@ -70,6 +70,18 @@ impl Report {
         if let Some(correction) = &machine.correction {
             let poles = correction.laws.iter().map(|own| own.law.order()).max().unwrap_or_default();
             summary.set("correction", json!({"poles": poles, "left_out_share": correction.left_out}));
+        }
+        report
+    }
+
+    /// An empty report of a command on a rotor without magnets.
+    pub(crate) fn of_rotor(command: &str, rotor: &RotorOnSupports) -> Self {
+        let mut report = Self::default();
+        let summary = &mut report.summary;
+        summary.set("run", command);
+        summary.set("spindle", rotor.name.as_str());
+        if let Some(tool) = &rotor.tool {
+            summary.set("tool", tool.name.as_str());
         }
         report
     }

@@ -34,14 +34,8 @@ pub(crate) fn is_explained(found: &RotorDiagnosis) -> bool {
 
 /// Figures, tables and the corrected files; without a name they are those that were given.
 pub(crate) fn diagnosed_report(rotor: &RotorOnSupports, found: &RotorDiagnosis) -> Result<Report, Failure> {
-    let mut report = Report::default();
-    let summary = &mut report.summary;
-    summary.set("run", "diagnose");
-    summary.set("spindle", rotor.name.as_str());
-    if let Some(tool) = &rotor.tool {
-        summary.set("tool", tool.name.as_str());
-    }
-    summary.set("diagnosis", diagnosis_topic(found));
+    let mut report = Report::of_rotor("diagnose", rotor);
+    report.summary.set("diagnosis", diagnosis_topic(found));
     report.verdict(is_explained(found), &found.sentence());
     let best = found.found.changes.first().filter(|_| found.verdict != Verdict::Adequate);
     let changed = best.map(|change| ("with the change", change.errors.as_slice()));

@@ -4,17 +4,18 @@ use super::failure::Failure;
 use super::identify::record_at_rest;
 use super::plausibility::{Records, name_record};
 use crate::identify::{Identification, identify};
-use crate::input::{Measurement, spindle_yaml, tool_yaml};
-use crate::report::identification::file_name;
-use crate::report::results::ResultsFolder;
-use crate::report::updating::{error_table, errors_of, figures, shape_table};
+use crate::input::{Measurement, rotor_yaml, spindle_yaml, tool_yaml};
+use crate::report::identification::{file_name, identification_topic, plausibility_topic};
+use crate::report::updating::{error_table, errors_of, figures, shape_table, updating_topic};
+use crate::report::whole::Report;
 use crate::rotor::Rotor;
-use crate::spindle::Machine;
+use crate::spindle::{Machine, RotorOnSupports};
 use crate::update::machine::identified_targets;
 use crate::update::{PlacedTap, Target, Targets, UpdateError, Updated, UpdatedMachine, front_and_rear, hammer_targets};
+use serde_json::Value;
 
 /// Whether moduli explain the frequencies of plausible records, and the sentence about it.
-pub(crate) fn verdict<'a>(fit: &'a Updated, records: &Records) -> (bool, &'a str) {
+fn verdict<'a>(fit: &'a Updated, records: &Records) -> (bool, &'a str) {
     (fit.explanation.explained && records.plausible(), &fit.explanation.statement)
 }
 
@@ -98,30 +99,61 @@ pub(crate) fn taps_of(
     Ok((hammer_targets(rotor, springs(first.axis), &placed)?, notes))
 }
 
-/// The updated files, tables and pictures.
-pub(crate) fn updated_folder(
-    before: &Machine,
-    delivered: &UpdatedMachine,
-    models: &[(&str, &Updated)],
-) -> Result<ResultsFolder, Failure> {
-    let mut folder = fit_folder(Some(before), models)?;
-    folder.add("spindle.yaml", spindle_yaml(&delivered.machine.spindle))?;
-    let tool = &delivered.machine.tool;
-    if tool.sections.iter().any(|s| s.region.is_some()) {
-        folder.add("tool.yaml", tool_yaml(tool))?;
-    }
-    Ok(folder)
+/// An update of a machine.
+pub(crate) struct MachineUpdate<'a> {
+    pub(crate) before: &'a Machine,
+    pub(crate) delivered: &'a UpdatedMachine,
+    /// The fits by name, the delivered one first.
+    pub(crate) models: &'a [(&'a str, &'a Updated)],
+    pub(crate) records: &'a Records,
+    pub(crate) identification: Option<&'a Identification>,
 }
 
-/// Tables and pictures of fits, the delivered one first.
-pub(crate) fn fit_folder(before: Option<&Machine>, models: &[(&str, &Updated)]) -> Result<ResultsFolder, Failure> {
-    let mut folder = ResultsFolder::new();
-    folder.add_table("errors.csv", &error_table(&errors_of(models)))?;
+impl MachineUpdate<'_> {
+    /// Figures, the updated files, tables and pictures; `updating` is that topic.
+    pub(crate) fn report(&self, updating: Value) -> Result<Report, Failure> {
+        let Machine { spindle, tool, .. } = &self.delivered.machine;
+        let mut report = Report::of("update", &self.delivered.machine);
+        let summary = &mut report.summary;
+        if let Some(found) = self.identification {
+            summary.set("identification", identification_topic(found));
+        }
+        if !self.records.reports.is_empty() {
+            summary.set("plausibility", plausibility_topic(&self.records.reports));
+        }
+        summary.set("updating", updating);
+        let (met, sentence) = verdict(&self.delivered.fit, self.records);
+        report.verdict(met, sentence);
+        add_fits(&mut report, Some(self.before), self.models)?;
+        report.folder.add("spindle.yaml", spindle_yaml(spindle))?;
+        if tool.sections.iter().any(|s| s.region.is_some()) {
+            report.folder.add("tool.yaml", tool_yaml(tool))?;
+        }
+        Ok(report)
+    }
+}
+
+/// Figures, the updated files, tables and pictures of a rotor without magnets.
+pub(crate) fn updated_rotor_report(rotor: &RotorOnSupports, fit: &Updated) -> Result<Report, Failure> {
+    let mut report = Report::of_rotor("update", rotor);
+    report.summary.set("updating", updating_topic(fit));
+    report.verdict(fit.explanation.explained, &fit.explanation.statement);
+    add_fits(&mut report, None, &[("updated", fit)])?;
+    let mut updated = rotor.clone();
+    fit.scale(&mut updated.sections);
+    report.folder.add("spindle.yaml", rotor_yaml(&updated))?;
+    if let Some(tool) = &mut updated.tool {
+        fit.scale(&mut tool.sections);
+        report.folder.add("tool.yaml", tool_yaml(tool))?;
+    }
+    Ok(report)
+}
+
+/// Adds tables and pictures of fits, the delivered one first.
+fn add_fits(report: &mut Report, before: Option<&Machine>, models: &[(&str, &Updated)]) -> Result<(), Failure> {
+    report.folder.add_table("errors.csv", &error_table(&errors_of(models)))?;
     if let Some((_, fit)) = models.first().filter(|(_, fit)| !fit.shapes.is_empty()) {
-        folder.add_table("mode_shapes.csv", &shape_table(&fit.shapes))?;
+        report.folder.add_table("mode_shapes.csv", &shape_table(&fit.shapes))?;
     }
-    for (name, figure) in figures(before, models) {
-        folder.add_plot(name, &figure)?;
-    }
-    Ok(folder)
+    Ok(report.figures(figures(before, models))?)
 }
