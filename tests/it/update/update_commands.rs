@@ -120,6 +120,9 @@ fn a_sweep_is_identified_first_and_then_updated() {
             assert!(e.abs() < 1.0, "{name}: {e} %");
         }
     }
+    assert_eq!(answer["verdict"]["met"], true);
+    let page = std::fs::read_to_string(out.path().join("report.html")).unwrap();
+    assert!(page.contains("Errors of the model") && page.contains("the moduli explain the data"));
     let tool = &updating["held_out_tool_frf"][0];
     assert!(tool["after_db_rms"].as_f64().unwrap() < 1.5, "{tool}");
 }
