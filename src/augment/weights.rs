@@ -77,8 +77,8 @@ pub struct Weights {
     /// Relative shift of the natural frequencies, alone, combined and together, that the loop is to bear beside the
     /// specification, as that of a tuned PID; zero: none.
     pub mode_shift: f64,
-    /// Least decay of the controller's own poles in the polish, 1/s: a slow pole of the loop, by which it creeps to rest
-    /// after a load, comes with one of the controller beside it. Zero: none is asked.
+    /// Least decay of the controller's own poles in the polish, 1/s: a slow pole of the loop, by which it creeps to
+    /// rest after a load, comes with one of the controller beside it. Zero: none is asked.
     pub least_decay_per_s: f64,
     /// What the file leaves to the machine; [`Weights::on`] puts it in. Empty unless the file says `defaults: machine`.
     pub open: Vec<FreeQuantity>,

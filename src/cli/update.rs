@@ -127,7 +127,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd
         records: &records,
         identification: identification.as_ref(),
     };
-    let end = write_update(arguments, update.report(updating)?, &delivered.fit, (records.plausible(), console))?;
+    let end = write_update(arguments, update.report(updating)?, &delivered.fit, records.plausible(), console)?;
     progress.end(arguments.timings);
     let out = arguments.out.as_str();
     let tool = (!machine.tool.is_absent()).then(|| format!("{out}/tool.yaml"));
@@ -145,7 +145,8 @@ fn write_update(
     arguments: &Arguments,
     mut report: Report,
     fit: &Updated,
-    (plausible, console): (bool, &Console),
+    plausible: bool,
+    console: &Console,
 ) -> Result<CommandEnd, Failure> {
     let (explanation, out) = (&fit.explanation, arguments.out.as_str());
     console.writing(|| report.write(out, &arguments.pictures.formats))?;
@@ -221,7 +222,7 @@ fn update_rotor(
         MethodArgument::NelderMead => nelder_mead_rotor(&shaft, &targets, &settings)?,
     };
     progress.start_stage("report");
-    let end = write_update(arguments, updated_rotor_report(&rotor, &fit)?, &fit, (true, console))?;
+    let end = write_update(arguments, updated_rotor_report(&rotor, &fit)?, &fit, true, console)?;
     progress.end(arguments.timings);
     Ok(end.next(format!("muspin modes --spindle {}/spindle.yaml", arguments.out)))
 }

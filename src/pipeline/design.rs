@@ -126,16 +126,16 @@ impl Design {
         Ok(stiffness_limit(machine, &limits, &law, TAPS)?)
     }
 
-    /// Slowest decay of the loop from rest to top speed, and the least that the weights ask for, 1/s; none where they ask
-    /// for none.
+    /// Slowest decay of the loop from rest to top speed, and the least that the weights ask for, 1/s; none where they
+    /// ask for none.
     pub(crate) fn least_decay(&self) -> Option<[f64; 2]> {
         let asked = self.problems.aim.least_decay_per_s;
         let slowest = -self.delivery.verification.worst_growth_rate_per_s()?;
         (asked > 0.0).then_some([slowest, asked])
     }
 
-    /// True when the specification is met at rest and at speed, the loop decays as fast as it asks, and every speed from rest to 20 % above the top speed is
-    /// proven stable.
+    /// True when the specification is met at rest and at speed, the loop decays as fast as it asks, and every speed
+    /// from rest to 20 % above the top speed is proven stable.
     pub fn meets_targets(&self) -> bool {
         let decays = self.least_decay().is_none_or(|[slowest, asked]| slowest >= asked);
         decays && self.largest_mu() <= 1.0 && self.is_stable() && self.delivery.speed_proof.is_complete()

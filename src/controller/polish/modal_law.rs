@@ -1,9 +1,9 @@
 //! A controller of one plane in modal coordinates, stable by construction:
 //!   K(z) = D + Σ_pairs [c bᵀ/(z − λ) + c̄ b̄ᵀ/(z − λ̄)] + Σ_real c bᵀ/(z − λ),
-//! with λ = ρ exp(−e^a + jθ) for a pair and λ = ρ tanh(a) for a real pole, ρ = 1 or less for a least decay. Parameters: per pair a, θ, Re c, Im c, Re b, Im
-//! b (two each), per real pole a, c, b, then D by rows. Signals are counted in units of [`SIGNAL_SCALE_M`], so that b,
-//! c, D are of order one. One complex factor between c and b of a pair is free; the metric of the step takes no notice
-//! of it.
+//! with λ = ρ exp(−e^a + jθ) for a pair and λ = ρ tanh(a) for a real pole, ρ = 1 or less for a least decay.
+//! Parameters: per pair a, θ, Re c, Im c, Re b, Im b (two each), per real pole a, c, b, then D by rows. Signals are
+//! counted in units of [`SIGNAL_SCALE_M`], so that b, c, D are of order one. One complex factor between c and b of a
+//! pair is free; the metric of the step takes no notice of it.
 
 use super::matrix2::{Matrix2, PackedMatrix, ZERO};
 use super::structure::{FixedLaw, LawStructure, LoopLine};
