@@ -93,13 +93,15 @@ pub fn report(summary: &Value, pictures: &[(String, String)]) -> Result<String, 
     }
     sections.extend(further(summary, others));
     let verdict = read.verdict();
+    let (standing, label) = read.label(verdict.met);
     let mut environment = minijinja::Environment::new();
     environment.set_trim_blocks(true);
     environment.set_lstrip_blocks(true);
     environment.add_template("report.html", TEMPLATE)?;
     let page = environment.get_template("report.html")?.render(minijinja::context! {
         title => read.title(),
-        met => verdict.met,
+        standing => standing,
+        label => label,
         verdict => verdict.sentence,
         plain_words => read.sentences(),
         outcome => summary.get("outcome").and_then(|rows| readable::flatten_value(rows, &[]).1.pop()),

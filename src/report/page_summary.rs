@@ -167,6 +167,21 @@ impl PageSummary {
         VerdictLine { met, sentence: if sentence.is_empty() { "No targets in this run.".to_owned() } else { sentence } }
     }
 
+    /// The class of the verdict's line, and what it begins with: a diagnosis that finds something missing has met no
+    /// target.
+    pub(crate) fn label(&self, met: Option<bool>) -> (&'static str, &'static str) {
+        let found = self.diagnosis.as_ref().filter(|_| self.run.as_deref() == Some("diagnose"));
+        let adequate = found.is_none_or(|found| found.verdict.as_deref() == Some("adequate"));
+        match met {
+            None => ("open", "Result"),
+            Some(true) if !adequate => ("open", "Explained"),
+            Some(false) if found.is_some() => ("missed", "✗ Not explained"),
+            Some(true) if found.is_some() => ("met", "✓ Adequate"),
+            Some(true) => ("met", "✓ Targets met"),
+            Some(false) => ("missed", "✗ Target missed"),
+        }
+    }
+
     /// The run in sentences: those that it wrote itself, else those that its figures give; and what is proven.
     pub(crate) fn sentences(&self) -> Vec<String> {
         let mut sentences: Vec<String> = match &self.plain_words {

@@ -5,6 +5,7 @@ use super::update::taps_of;
 use crate::diagnose::Verdict;
 use crate::diagnose::rotor_alone::{RotorDiagnosis, diagnose_rotor};
 use crate::input::{Measurement, rotor_yaml, tool_yaml};
+use crate::report::page_summary::diagnosis_verdict;
 use crate::report::pictures::Picture;
 use crate::report::plot::Figure;
 use crate::report::plot::diagnosis::ranking;
@@ -36,7 +37,9 @@ pub(crate) fn is_explained(found: &RotorDiagnosis) -> bool {
 pub(crate) fn diagnosed_report(rotor: &RotorOnSupports, found: &RotorDiagnosis) -> Result<Report, Failure> {
     let mut report = Report::of_rotor("diagnose", rotor);
     report.summary.set("diagnosis", diagnosis_topic(found));
-    report.verdict(is_explained(found), &found.sentence());
+    let effect = found.named().map(|change| change_name(change.parameter.as_ref()));
+    let words = diagnosis_verdict(found.verdict.name(), &effect.into_iter().collect::<Vec<&str>>());
+    report.verdict(is_explained(found), &words.map_or_else(String::new, |(_, words)| words));
     let best = found.found.changes.first().filter(|_| found.verdict != Verdict::Adequate);
     let changed = best.map(|change| ("with the change", change.errors.as_slice()));
     let models: Vec<_> = [("as drawn", found.found.as_drawn.errors.as_slice())].into_iter().chain(changed).collect();
@@ -82,22 +85,34 @@ pub(crate) fn diagnosis_topic(found: &RotorDiagnosis) -> Value {
     omit_absent(topic, &["nearest"])
 }
 
+/// The name of a change in files.
+fn change_name(parameter: Option<&RotorParameter>) -> &'static str {
+    match parameter {
+        None => "as_drawn",
+        Some(RotorParameter::Mass(_)) => "added_mass",
+        Some(RotorParameter::Modulus(_)) => "region_stiffness",
+        Some(RotorParameter::Density(_)) => "region_density",
+        Some(RotorParameter::Diameter(_)) => "region_diameter",
+        Some(RotorParameter::Discs) => "discs",
+        Some(RotorParameter::Supports) => "supports",
+        Some(RotorParameter::Magnets) => "negative_stiffness",
+    }
+}
+
 fn change_topic(found: &RotorDiagnosis, change: &FittedChange) -> Value {
     let factor = json!({ "factor": change.factor });
-    let (effect, place, parameters) = match &change.parameter {
-        None => ("as_drawn", json!({}), json!({})),
+    let (place, parameters) = match &change.parameter {
+        None => (json!({}), json!({})),
         Some(RotorParameter::Mass(position_m)) => {
-            ("added_mass", json!({ "position_m": position_m }), json!({ "mass_kg": found.mass_kg(change) }))
+            (json!({ "position_m": position_m }), json!({ "mass_kg": found.mass_kg(change) }))
         }
-        Some(RotorParameter::Modulus(region)) => ("region_stiffness", json!({ "region": region }), factor),
-        Some(RotorParameter::Density(region)) => ("region_density", json!({ "region": region }), factor),
-        Some(RotorParameter::Diameter(region)) => ("region_diameter", json!({ "region": region }), factor),
-        Some(RotorParameter::Discs) => ("discs", json!({}), factor),
-        Some(RotorParameter::Supports) => ("supports", json!({}), factor),
-        Some(RotorParameter::Magnets) => ("negative_stiffness", json!({}), factor),
+        Some(RotorParameter::Modulus(region) | RotorParameter::Density(region) | RotorParameter::Diameter(region)) => {
+            (json!({ "region": region }), factor)
+        }
+        Some(RotorParameter::Discs | RotorParameter::Supports | RotorParameter::Magnets) => (json!({}), factor),
     };
     json!({
-        "effect": effect,
+        "effect": change_name(change.parameter.as_ref()),
         "where": place,
         "parameters": parameters,
         "chi_squared": change.statistic,
