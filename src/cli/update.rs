@@ -9,6 +9,7 @@ use super::reading::load_measurement;
 use super::timings::Timings;
 use crate::controller::Controller;
 use crate::input::{Measurement, is_rotor};
+use crate::pipeline::PipelineError;
 use crate::pipeline::loop_stability::{growth_rate_at, unstable_words};
 use crate::report::updating::updating_topic;
 use crate::report::whole::Report;
@@ -238,7 +239,7 @@ fn hammer_errors(
     let levitated = levitated.filter(|hammer| hammer.controller.is_some());
     for (hammer, controller) in levitated.zip(controllers) {
         // A model whose loop is unstable predicts no compliance: the rotor was levitated, so the model is wrong there.
-        let error = |machine: &Machine| -> Result<(Option<f64>, f64), Failure> {
+        let error = |machine: &Machine| -> Result<(Option<f64>, f64), PipelineError> {
             let growth = growth_rate_at(machine, controller, hammer.frf.speed_rpm)?;
             if growth >= 0.0 {
                 return Ok((None, growth));
@@ -246,7 +247,15 @@ fn hammer_errors(
             let db = tool_error_db(machine, &hammer.frf, hammer.axis, controller)?;
             Ok((Some(db), growth))
         };
-        let ((before_db, before_growth), (after_db, after_growth)) = (error(before)?, error(after)?);
+        let both = error(before).and_then(|before| Ok((before, error(after)?)));
+        let ((before_db, before_growth), (after_db, after_growth)) = match both {
+            Ok(both) => both,
+            Err(PipelineError::Numeric { stage, source }) => {
+                eprintln!("note: {}: its loop is not judged: {stage}: {source}", hammer.name);
+                continue;
+            }
+            Err(other) => return Err(other.into()),
+        };
         if after_growth >= 0.0 {
             eprintln!(
                 "warning: {}: the updated model is {}",

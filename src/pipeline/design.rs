@@ -126,8 +126,8 @@ impl Design {
         Ok(stiffness_limit(machine, &limits, &law, TAPS)?)
     }
 
-    /// Slowest decay of the loop from rest to top speed, and the least that the weights ask for, 1/s; none where they
-    /// ask for none.
+    /// Slowest decay of the loop at the speeds of the verification, from rest to top speed, and the least that the
+    /// weights ask for, 1/s; none where they ask for none.
     pub(crate) fn least_decay(&self) -> Option<[f64; 2]> {
         let asked = self.problems.aim.least_decay_per_s;
         let slowest = -self.delivery.verification.worst_growth_rate_per_s()?;

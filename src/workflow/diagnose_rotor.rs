@@ -42,7 +42,8 @@ pub(crate) fn diagnosed_report(rotor: &RotorOnSupports, found: &RotorDiagnosis) 
     report.verdict(is_explained(found), &words.map_or_else(String::new, |(_, words)| words));
     let best = found.found.changes.first().filter(|_| found.verdict != Verdict::Adequate);
     let changed = best.map(|change| ("with the change", change.errors.as_slice()));
-    let models: Vec<_> = [("as drawn", found.found.as_drawn.errors.as_slice())].into_iter().chain(changed).collect();
+    let models: Vec<_> =
+        [("moduli alone", found.found.as_drawn.errors.as_slice())].into_iter().chain(changed).collect();
     report.figures([(Picture::RotorErrors, errors_figure(&models)), (Picture::Ranking, changes_figure(found))])?;
     let folder = &mut report.folder;
     folder.add_table("errors.csv", &error_table(&models))?;
