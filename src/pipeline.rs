@@ -44,6 +44,7 @@ pub mod stable;
 mod starting_pid;
 pub(crate) mod study;
 pub mod synthesis;
+pub mod thrust;
 pub mod tightening;
 pub mod variation;
 pub mod widening;

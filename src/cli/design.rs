@@ -22,6 +22,7 @@ use crate::predict::stiffness::stiffness_words;
 use crate::report::design_study::design_report;
 use crate::report::margins::loop_rows;
 use crate::report::place_words::place_words;
+use crate::report::thrust::thrust_words;
 use crate::spindle::Machine;
 
 /// Arguments of `muspin design`.
@@ -93,7 +94,8 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd
     }
     console.writing(|| report.write(&arguments.out, &arguments.pictures.formats))?;
     progress.end(arguments.timings);
-    let words = found.instability_words().unwrap_or_else(|| design_words(&machine, found, rest));
+    let mut words = found.instability_words().unwrap_or_else(|| design_words(&machine, found, rest));
+    words.extend(study.thrust.iter().map(|thrust| format!(" {}", thrust_words(thrust))));
     say_unstable(console, found.instability.is_some(), &words);
     let out = arguments.out.as_str();
     let shown = DesignEnd { design: found, delivered: [rest, speed], stable: study.curves.stable.as_ref(), out };

@@ -1,6 +1,7 @@
 //! C99 header and source of a controller, no dependencies: float32 and Q31, written out sum by sum from templates.
 //! The arithmetic is that of [`crate::controller::arithmetic`]; test vectors computed there must come out bit for bit.
 
+use super::json::channel_name;
 use super::rows::{float32_statements, hex_float, q31_statements};
 use crate::controller::arithmetic::{Float32Program, Q31Program};
 use crate::controller::hand_over::HandOver;
@@ -119,6 +120,7 @@ pub fn header(
             stability => comment(&stability_words(verification)),
             form => rows.form.name(),
             sample_time => format!("{:e}", rows.sample_time_s),
+            axes => (0..rows.inputs).map(|k| channel_name(k, rows.inputs)).collect::<Vec<_>>().join(", "),
             products => rows.multiplications(),
             output_products => count(&rows.signals) + count(&rows.outputs),
             bytes => 4 * (words + 1),

@@ -153,20 +153,20 @@ fn continuous_files(
 /// One line per product: row, source, coefficient in double, float32 and Q31, post shift of the row.
 fn coefficient_table(scaled: &ScaledRealisation, float: &Float32Program, fixed: &Q31Program) -> String {
     let rows = &scaled.rows;
-    let (n, m) = (rows.order(), rows.inputs);
+    let (n, m, outputs) = (rows.order(), rows.inputs, rows.outputs.len());
     let label = |kind: &str, k: usize| format!("{kind}_{k}");
     let source = |k: usize| {
         if k < n {
             label("state", k)
         } else if k < n + m {
-            format!("input_{}", channel_name(k - n))
+            format!("input_{}", channel_name(k - n, m))
         } else {
             label("signal", k - n - m)
         }
     };
     let names = (0..rows.signals.len())
         .map(|k| label("signal", k))
-        .chain((0..rows.outputs.len()).map(|k| format!("output_{}", channel_name(k))))
+        .chain((0..outputs).map(|k| format!("output_{}", channel_name(k, outputs))))
         .chain((0..n).map(|k| label("next_state", k)));
     let fixed_rows = fixed.signals.iter().chain(&fixed.outputs).chain(&fixed.states);
     let mut text = String::from("row,source,coefficient,coefficient_float32,coefficient_q31,right_shift_q31\n");
@@ -198,7 +198,7 @@ fn test_vectors(scaled: &ScaledRealisation, mut float: Float32Program, mut fixed
     for unit in ["m", "a", "q31", "q31"].into_iter().enumerate() {
         let (prefix, count) = if unit.0 % 2 == 0 { ("y", inputs) } else { ("u", outputs) };
         for k in 0..count {
-            let _ = write!(text, ",{prefix}_{}_{}", channel_name(k), unit.1);
+            let _ = write!(text, ",{prefix}_{}_{}", channel_name(k, count), unit.1);
         }
     }
     text.push('\n');

@@ -31,13 +31,14 @@ pub fn controller_json(controller: &Controller, machine: Option<&MachineTag>) ->
     bytes
 }
 
-/// Channel names; channels beyond the four axes are numbered.
-pub(crate) fn channel_name(channel: usize) -> String {
-    AXIS_NAMES.get(channel).map_or_else(|| format!("channel_{}", channel + 1), |n| (*n).to_owned())
+/// Name of one of `channels` channels: a single one is the thrust axis, those beyond the four radial axes are numbered.
+pub(crate) fn channel_name(channel: usize, channels: usize) -> String {
+    let known: &[&str] = if channels == 1 { &["axial"] } else { &AXIS_NAMES };
+    known.get(channel).map_or_else(|| format!("channel_{}", channel + 1), |n| (*n).to_owned())
 }
 
 fn names(count: usize) -> Value {
-    (0..count).map(channel_name).collect::<Vec<_>>().into()
+    (0..count).map(|k| channel_name(k, count)).collect::<Vec<_>>().into()
 }
 
 /// A matrix as a list of rows.

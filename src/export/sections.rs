@@ -30,12 +30,15 @@ pub(super) fn section_tables(
         Err(ControllerError::NotDecentralised { .. }) => return Ok(SectionTables { header: None, notes: vec![] }),
         other => other?,
     };
-    let notes: Vec<String> = tables.iter().enumerate().filter_map(|(k, table)| note(&channel_name(k), table)).collect();
+    let count = tables.len();
+    let notes: Vec<String> =
+        tables.iter().enumerate().filter_map(|(k, table)| note(&channel_name(k, count), table)).collect();
     if tables.iter().all(Result::is_err) {
         return Ok(SectionTables { header: None, notes });
     }
     let axes = |precision: Precision| -> Vec<Value> {
-        let all = tables.iter().enumerate().filter_map(|(k, table)| Some((channel_name(k), table.as_ref().ok()?)));
+        let all =
+            tables.iter().enumerate().filter_map(|(k, table)| Some((channel_name(k, count), table.as_ref().ok()?)));
         let period_s = law.time.period_s;
         all.filter(|(_, table)| table.precision == precision)
             .map(|(name, table)| axis(&name, table, period_s))

@@ -48,11 +48,17 @@ const BEARING: &[Key] = keys! {
     number "ki_n_per_a" "N/A" KI KI_WHY;
     number "ks_n_per_m" "N/m" KS KS_WHY;
     number "max_force_n" "N" [[1.0, 1e5], [1e-2, 1e7]] "radial bearings carry some newtons to some ten kilonewtons";
-    number "bias_current_a" "A" [[0.05, 50.0], [1e-3, 1e3]] "coils are biased with some tenths to some ten amperes";
-    number "max_current_a" "A" [[0.1, 200.0], [1e-3, 1e4]] "switching amplifiers give some to some ten amperes";
-    number "gap_m" "m" [[5e-5, 3e-3], [1e-5, 2e-2]] "air gaps are 0.2 to 1 mm";
+    number "bias_current_a" "A" BIAS BIAS_WHY;
+    number "max_current_a" "A" COIL COIL_WHY;
+    number "gap_m" "m" GAP GAP_WHY;
     number "sensor_gain" "" GAIN GAIN_WHY;
 };
+const BIAS: [Range; 2] = [[0.05, 50.0], [1e-3, 1e3]];
+const BIAS_WHY: &str = "coils are biased with some tenths to some ten amperes";
+const COIL: [Range; 2] = [[0.1, 200.0], [1e-3, 1e4]];
+const COIL_WHY: &str = "switching amplifiers give some to some ten amperes";
+const GAP: [Range; 2] = [[5e-5, 3e-3], [1e-5, 2e-2]];
+const GAP_WHY: &str = "air gaps are 0.2 to 1 mm";
 const KI: [Range; 2] = [[1.0, 5e3], [1e-2, 1e6]];
 const KI_WHY: &str = "bearings of 50 N to 5 kN have 10 to 1000 N/A";
 const KS: [Range; 2] = [[1e3, 1e8], [0.0, 1e10]];
@@ -62,6 +68,19 @@ const GAIN_WHY: &str = "a factor near 1 on the calibrated signal";
 const AXES_KI: &[Key] = keys! { number "x" "N/A" KI KI_WHY; number "y" "N/A" KI KI_WHY; };
 const AXES_KS: &[Key] = keys! { number "x" "N/m" KS KS_WHY; number "y" "N/m" KS KS_WHY; };
 const AXES_GAIN: &[Key] = keys! { number "x" "" GAIN GAIN_WHY; number "y" "" GAIN GAIN_WHY; };
+
+const THRUST: &[Key] = keys! {
+    number "ki_n_per_a" "N/A" KI KI_WHY;
+    number "ks_n_per_m" "N/m" KS KS_WHY;
+    number "bias_current_a" "A" BIAS BIAS_WHY;
+    number "max_current_a" "A" COIL COIL_WHY;
+    number "gap_m" "m" GAP GAP_WHY;
+    number "mass_kg" "kg" [[1e-2, 5e3], [1e-6, 1e7]] "that of rotor and tool unless given";
+    number "disc_mass_kg" "kg" [[1e-3, 1e3], [1e-6, 1e7]] "thrust discs have a tenth to a third of the rotor's mass";
+    number "disc_mode_hz" "Hz" [[100.0, 2e4], [1.0, 1e7]] "thrust discs bend like an umbrella at some kilohertz";
+    number "disc_damping_ratio" "" [[1e-4, 0.1], [0.0, 1.0]] "steel with shrink fits; 0.002 unless given";
+    number "eddy_corner_hz" "Hz" [[1.0, 1e5], [1e-3, 1e9]] "solid cores weaken from some ten to some hundred hertz on";
+};
 
 const ELECTRONICS: &[Key] = keys! {
     number "amplifier_bandwidth_hz" "Hz" [[50.0, 1e5], [1.0, 1e7]] "current loops reach 500 Hz to 5 kHz";
@@ -121,6 +140,7 @@ pub const SPINDLE: &[KeyGroup] = &[
     group("bearings.rear.ks_n_per_m", AXES_KS),
     group("bearings.front.sensor_gain", AXES_GAIN),
     group("bearings.rear.sensor_gain", AXES_GAIN),
+    group("thrust", THRUST),
     group("electronics", ELECTRONICS),
     group(
         "speed",

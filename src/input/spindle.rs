@@ -11,7 +11,9 @@ use super::shipped::{self, SPINDLES};
 use super::yaml;
 use crate::rotor::{Material, Section};
 use crate::spindle::machine::STIFFNESS_BAND_HZ;
-use crate::spindle::{BackupBearings, Bearing, Effect, EffectKind, Electronics, Location, Plane, Planes, Spindle};
+use crate::spindle::{
+    BackupBearings, Bearing, Effect, EffectKind, Electronics, Location, Plane, Planes, Spindle, ThrustBearing,
+};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -39,6 +41,9 @@ pub(super) struct SpindleFile {
     backup_clearance_m: f64,
     /// Contact of the rotor with the backup bearings, for time responses.
     backup_bearings: Option<BackupBearings>,
+    /// The magnet that holds the shaft along its axis; `design` makes a controller for it beside the radial one.
+    #[serde(default)]
+    thrust: Option<ThrustBearing>,
     /// Band in which the dynamic stiffness of the tool counts, in designs and predictions.
     #[serde(default)]
     stiffness_band: Option<StiffnessBandFile>,
@@ -230,6 +235,7 @@ fn spindle(errors: &mut ErrorList<'_>, read: SpindleFile) -> Spindle {
         max_rpm: read.speed.max_rpm,
         backup_clearance_m: read.backup_clearance_m,
         backup_bearings: read.backup_bearings.unwrap_or_default(),
+        thrust: read.thrust,
         stiffness_band_hz: read.stiffness_band.map_or(STIFFNESS_BAND_HZ, |b| {
             let (from, to) = STIFFNESS_BAND_HZ;
             (b.from_hz.unwrap_or(from), b.to_hz.unwrap_or(to))

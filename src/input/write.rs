@@ -64,6 +64,7 @@ pub fn spindle_yaml(spindle: &Spindle) -> String {
     if !spindle.backup_bearings.is_open() {
         lines.push(format!("backup_bearings: {{{}}}", pairs(&numbers(&spindle.backup_bearings))));
     }
+    lines.extend(spindle.thrust.iter().map(|thrust| format!("thrust: {{{}}}", pairs(&numbers(thrust)))));
     if spindle.stiffness_band_hz != STIFFNESS_BAND_HZ {
         let (from, to) = spindle.stiffness_band_hz;
         let values = pairs(&[("from_hz", from), ("to_hz", to)]);

@@ -12,4 +12,5 @@ pub mod settings;
 pub mod shifted_loops;
 mod start;
 pub mod surviving;
+pub mod thrust;
 pub mod tune;

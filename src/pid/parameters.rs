@@ -167,6 +167,11 @@ impl AxisParameters {
 
     /// C(s) as a cascade: PI + D, low-pass, two biquads; order 8.
     fn system(&self) -> Result<StateSpace<Continuous>, ControllerError> {
+        self.system_with(&self.biquads)
+    }
+
+    /// C(s) with some of its biquads.
+    pub(super) fn system_with(&self, biquads: &[Biquad]) -> Result<StateSpace<Continuous>, ControllerError> {
         let m = |r, c, values: &[f64]| Mat::from_fn(r, c, |i, j| values[i * c + j]);
         let wd = self.derivative_corner_rad_s;
         // 1 + wᵢ/s + T_d w_d − T_d w_d · w_d/(s + w_d)
@@ -179,7 +184,7 @@ impl AxisParameters {
         );
         let build = || {
             let mut chain = series(&pid?, &roll_off(self.lowpass_rad_s)?)?;
-            for b in &self.biquads {
+            for b in biquads {
                 chain = series(&chain, &b.system()?)?;
             }
             Ok(chain.scale_outputs(&m(1, 1, &[self.gain_a_per_m])))

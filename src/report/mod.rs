@@ -45,6 +45,7 @@ pub(crate) mod simulation;
 mod speed_summary;
 pub mod summary;
 pub mod tables;
+pub(crate) mod thrust;
 pub(crate) mod time_response;
 pub(crate) mod tool;
 pub mod uff;

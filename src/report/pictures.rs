@@ -55,6 +55,7 @@ kinds! {
     Nyquist "nyquist" Sensitivity,
     Poles "poles" Sensitivity,
     LoopCampbell "loop_campbell" Sensitivity,
+    Thrust "thrust" Thrust,
     ToolStep "tool_step" Simulation,
     Animation "animation" Simulation,
     Response "response" Simulation,

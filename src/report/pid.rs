@@ -48,7 +48,7 @@ pub(crate) fn pid_report(machine: &Machine, found: &PidLoop, settings: &TuneSett
 
 /// Numbers of a tuned PID at one bearing: kp (1 + wᵢ/s + T_d s/(1 + s/w_d)), a roll-off and two sections
 /// (s²/w_z² + 2ζ_z s/w_z + 1)/(s²/w_p² + 2ζ_p s/w_p + 1).
-fn numbers_topic(axis: &AxisParameters) -> Value {
+pub(super) fn numbers_topic(axis: &AxisParameters) -> Value {
     let section = |s: &Biquad| {
         json!({
             "zero_hz": s.zero_rad_s / TAU,

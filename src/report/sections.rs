@@ -57,6 +57,8 @@ sections! {
         "Gain and phase that each channel may change by alone, and all at once, each for itself (discs).",
     Pid "pid" "Tuned PID"
         "The rival: what it was tuned for, and what it reaches.",
+    Thrust "thrust" "Thrust axis"
+        "The fifth axis: the shaft along its length on its own magnet, not coupled to the others, at every speed alike.",
     Simulation "simulation" "Time responses"
         "True bearing force law, limits of current and voltage, backup bearings.",
     Machining "machining" "Machining"

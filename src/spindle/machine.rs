@@ -7,6 +7,7 @@ use super::correction::ModelCorrection;
 use super::effective::{Amplifier, AxisElectronics, Effective, EffectiveBearing, Motion};
 use super::effects::{Effect, EffectKind, Location, action};
 use super::rule::{BrokenRules, MOST_DELAY_SAMPLES, rule};
+use super::thrust::ThrustBearing;
 use crate::rotor::whirl::{Support, WhirlSpectrum};
 use crate::rotor::{Damping, Disc, Rotor, RotorError, Section};
 use schemars::JsonSchema;
@@ -129,6 +130,8 @@ pub struct Spindle {
     pub backup_clearance_m: f64,
     /// What the file says of the contact with them.
     pub backup_bearings: BackupBearings,
+    /// The magnet that holds the shaft along its axis, where the file has one.
+    pub thrust: Option<ThrustBearing>,
     /// Band in which the dynamic stiffness of the tool counts, Hz.
     pub stiffness_band_hz: (f64, f64),
     /// Where stiffness counts on a shaft without a tool, m from the nose face.

@@ -18,6 +18,7 @@ pub mod response;
 pub mod rotor_on_supports;
 mod rule;
 mod rules;
+pub(crate) mod thrust;
 pub(crate) mod whirl_form;
 mod whirl_orbits;
 
@@ -29,6 +30,7 @@ pub use model_detail::ModelDetail;
 pub use plant::Plant;
 pub use plant_loop::PlantLoop;
 pub use rotor_on_supports::RotorOnSupports;
+pub use thrust::{ThrustAxis, ThrustBearing};
 pub use whirl_orbits::WhirlOrbits;
 
 use crate::linalg::NumericError;

@@ -314,7 +314,7 @@ impl Plant {
 }
 
 /// 1/(1 + s/ω).
-fn first_order(bandwidth_hz: f64) -> Result<StateSpace<Continuous>, NumericError> {
+pub(super) fn first_order(bandwidth_hz: f64) -> Result<StateSpace<Continuous>, NumericError> {
     let w = TAU * bandwidth_hz;
     let m = |x: f64| Mat::from_fn(1, 1, |_, _| x);
     StateSpace::new(m(-w), m(w), m(1.0), m(0.0), Continuous)
@@ -346,7 +346,7 @@ const HALF_ORDER_PER_DECADE: f64 = 2.0;
 
 /// 1/(1 + √(s/ω_e)) = (1/π) ∫ √x/(1+x) · dx/(x + s/ω_e), by the trapezoidal rule in ln x; the tail beyond the highest
 /// pole becomes a gain, what is missing below the lowest one is added there, so that the DC gain is 1.
-fn half_order_lag(corner_hz: f64) -> Result<StateSpace<Continuous>, NumericError> {
+pub(super) fn half_order_lag(corner_hz: f64) -> Result<StateSpace<Continuous>, NumericError> {
     let (low, high) = HALF_ORDER_BAND_HZ;
     let step = std::f64::consts::LN_10 / HALF_ORDER_PER_DECADE;
     let count = ((high / low).log10() * HALF_ORDER_PER_DECADE).round() as usize + 1;

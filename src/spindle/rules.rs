@@ -21,6 +21,9 @@ impl Spindle {
         broken.note(positive("speed.max_rpm", self.max_rpm));
         broken.note(positive("backup_clearance_m", self.backup_clearance_m));
         self.backup_bearings.check(&mut broken);
+        if let Some(thrust) = &self.thrust {
+            thrust.check(&mut broken);
+        }
         for side in Side::BOTH {
             let gap_m = self.bearing(side).gap_m;
             broken.note(rule(

@@ -9,7 +9,7 @@
 {%- for note in notes %}
  * Note: {{ note }}.
 {%- endfor %}
- * Sample time {{ sample_time }} s. Inputs: displacements front_x, front_y, rear_x, rear_y, m. Outputs: currents, A.
+ * Sample time {{ sample_time }} s. Inputs: displacements {{ axes }}, m. Outputs: currents, A.
  * Per sample: {{ products }} products; the outputs leave after the first {{ output_products }} of them.
  * Memory of one instance: {{ bytes }} bytes (float32), {{ q31_bytes }} bytes (Q31). Coefficients are part of the code.
  *

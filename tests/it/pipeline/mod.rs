@@ -6,6 +6,7 @@ mod least_mu;
 mod problem_files;
 mod real_corners;
 mod shank_limit;
+mod thrust;
 mod updated_levels;
 mod whole_machine;
 mod whole_machine_mu;

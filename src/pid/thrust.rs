@@ -1,0 +1,285 @@
+//! A PID for the thrust axis: one loop, tuned for the largest minimum of the dynamic stiffness of the shaft along its
+//! axis, subject to stability of the sampled loop, a sensitivity peak within zone A of ISO 14839-3 and a limit on the
+//! current from sensor noise. PI + D, roll-off and one biquad, sampled by Tustin's rule as in [`super::parameters`].
+//! Search: descents of a simplex from gains of a rigid mass, on fixed lines; the figures that are reported come from
+//! lines set round the poles of the loop that was found.
+
+use super::parameters::{AxisParameters, Biquad};
+use super::settings::TuneSettings;
+use crate::controller::verification::growth_words;
+use crate::controller::verification_error::VerificationError;
+use crate::controller::{ControlLaw, Controller, ControllerError, in_step};
+use crate::linalg::simplex_search::descend_simplex;
+use crate::linalg::{Mat, c64};
+use crate::lti::connect::lower_lft;
+use crate::lti::held::hold_magnitude;
+use crate::lti::sample::tustin;
+use crate::lti::{Continuous, Discrete, FrequencyGrid, Response, StateSpace, TimeBase};
+use crate::spindle::ThrustAxis;
+use std::f64::consts::{PI, TAU};
+
+/// Sensitivity peak aimed at as a share of the end of zone A: peaks between the lines of the search are higher by less
+/// than the rest.
+const AIM: f64 = 0.98;
+/// Zone A of ISO 14839-3 ends at this peak of |S|.
+const ZONE_A: f64 = 3.0;
+/// Lines of the search, and of the figures before those round the poles.
+const SEARCH_LINES: usize = 200;
+const FIGURE_LINES: usize = 600;
+/// Lines on each side of a pole: three to a half-power width.
+const LINES_A_SIDE: usize = 3;
+/// Restoring stiffness of the starts in negative stiffnesses of the magnet: soft, usual, stiff.
+const START_STIFFNESS: [f64; 3] = [0.5, 1.5, 4.0];
+/// Damping ratio of the starts.
+const START_DAMPING: f64 = 0.7;
+/// Descents from each start, each from a new simplex round the end of the one before, and steps of one: nine numbers
+/// settle within some hundred steps a simplex.
+const DESCENTS: usize = 4;
+const STEPS: usize = 400;
+/// Logarithmic size of a simplex.
+const FIRST_SIDE: f64 = 0.3;
+/// Logarithms that a limit weighs per logarithm of its excess: far more than the stiffness that it buys.
+const EXCESS_WEIGHT: f64 = 30.0;
+/// Numbers of the search: those of [`AxisParameters`] without the second biquad.
+const FREE: usize = 9;
+
+/// The loop of a thrust axis at one frequency.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ThrustLine {
+    /// Frequency, Hz.
+    pub frequency_hz: f64,
+    /// Force over displacement of the shaft, N/m.
+    pub stiffness_n_per_m: f64,
+    /// |S|.
+    pub sensitivity: f64,
+}
+
+/// A tuned PID of a thrust axis with the figures of its loop.
+#[derive(Clone, Debug)]
+pub struct ThrustPid {
+    /// Its numbers; the second biquad is one and not realised.
+    pub parameters: AxisParameters,
+    /// One signal to one current, u = K y, as it runs.
+    pub controller: Controller,
+    /// Largest growth rate of the sampled loop, 1/s; negative when stable.
+    pub growth_rate_per_s: f64,
+    /// Smallest dynamic stiffness within the stiffness band: N/m, and its frequency, Hz.
+    pub minimum: (f64, f64),
+    /// Peak of |S| to Nyquist.
+    pub sensitivity_peak: f64,
+    /// Current from sensor noise, rms A.
+    pub noise_current_a: f64,
+    /// Stiffness and sensitivity over frequency.
+    pub lines: Vec<ThrustLine>,
+}
+
+/// Tunes the PID of a thrust axis whose stiffness counts within a band, Hz.
+///
+/// # Errors
+/// [`ControllerError::Infeasible`] where no start leads to a stable loop, and failures of plant and eigenvalues.
+pub fn tune_thrust(axis: &ThrustAxis, band_hz: (f64, f64)) -> Result<ThrustPid, VerificationError> {
+    let search = ThrustSearch::new(axis, band_hz)?;
+    let mut best: Option<(f64, Vec<f64>)> = None;
+    for ratio in START_STIFFNESS {
+        let mut at = search.start(ratio);
+        for descent in 0..DESCENTS {
+            let side = FIRST_SIDE / (1 << descent) as f64;
+            let vertices = (0..=FREE).map(|k| {
+                let mut vertex = at.clone();
+                vertex.iter_mut().take(k).skip(k.saturating_sub(1)).for_each(|v| *v += side);
+                vertex
+            });
+            let Some(end) = descend_simplex(vertices.collect(), STEPS, |x| search.loss(x)) else { break };
+            at = end.point;
+        }
+        let value = search.loss(&at);
+        if best.as_ref().is_none_or(|(least, _)| value < *least) {
+            best = Some((value, at));
+        }
+    }
+    let found = best.and_then(|(_, x)| search.parameters(&x));
+    let found = found.ok_or_else(|| infeasible("no start has gains that are numbers".to_owned()))?;
+    search.judge(found)
+}
+
+/// What the loop is at a line of the plant.
+struct PlantLine {
+    omega_rad_s: f64,
+    /// jω as Tustin's rule sees it.
+    s: c64,
+    /// Signal and displacement of the shaft per current, with hold and delay.
+    per_current: [c64; 2],
+    /// The same per load, m/N.
+    per_load: [c64; 2],
+}
+
+/// A search for one axis.
+struct ThrustSearch<'a> {
+    axis: &'a ThrustAxis,
+    continuous: StateSpace<Continuous>,
+    sampled: StateSpace<Discrete>,
+    lines: Vec<PlantLine>,
+    band_hz: (f64, f64),
+    nyquist_rad_s: f64,
+}
+
+impl<'a> ThrustSearch<'a> {
+    fn new(axis: &'a ThrustAxis, band_hz: (f64, f64)) -> Result<Self, VerificationError> {
+        let build = || Ok((axis.undelayed()?, axis.sample_plant()?));
+        let (continuous, sampled) = build().map_err(in_step("plant of the thrust axis"))?;
+        let nyquist_rad_s = PI * axis.electronics.sample_rate_hz;
+        let mut search = Self { axis, continuous, sampled, lines: vec![], band_hz, nyquist_rad_s };
+        search.lines = search.plant_lines(search.grid(SEARCH_LINES).omega_rad_s());
+        Ok(search)
+    }
+
+    fn grid(&self, lines: usize) -> FrequencyGrid {
+        FrequencyGrid::log_hz(self.band_hz.0.min(1.0), 0.98 * self.nyquist_rad_s / TAU, lines)
+    }
+
+    fn plant_lines(&self, omega_rad_s: &[f64]) -> Vec<PlantLine> {
+        let period_s = self.axis.electronics.sample_period_s();
+        let at = |omega: &f64| {
+            let p = self.continuous.at(*omega);
+            let hold = c64::new(0.0, -omega * self.axis.delay_s()).exp() * hold_magnitude(*omega, period_s);
+            PlantLine {
+                omega_rad_s: *omega,
+                s: c64::new(0.0, 2.0 / period_s * (0.5 * omega * period_s).tan()),
+                per_current: [0, 1].map(|row| hold * p[(row, 0)]),
+                per_load: [0, 1].map(|row| p[(row, 1)]),
+            }
+        };
+        omega_rad_s.iter().map(at).collect()
+    }
+
+    /// Gains of a rigid mass whose restoring stiffness is `ratio` times the negative one, in the order of the search.
+    fn start(&self, ratio: f64) -> Vec<f64> {
+        let (bearing, mass_kg) = (&self.axis.bearing, self.axis.mass_kg);
+        // A magnet with little negative stiffness starts as one whose rigid pole lies at a fiftieth of Nyquist.
+        let least = mass_kg * (0.02 * self.nyquist_rad_s).powi(2);
+        let negative = bearing.ks_n_per_m.max(least / START_STIFFNESS[2]);
+        let restoring = ratio * negative;
+        let gain = (restoring + bearing.ks_n_per_m) / bearing.ki_n_per_a;
+        let derivative_s = 2.0 * START_DAMPING * (restoring * mass_kg).sqrt() / (bearing.ki_n_per_a * gain);
+        let corner = 0.4 * self.nyquist_rad_s;
+        // The biquad begins as one: at the mode of the disc, where there is one below Nyquist.
+        let mode = bearing.disc_mode_hz.map(|hz| TAU * hz).filter(|w| *w < 0.7 * self.nyquist_rad_s);
+        let section = mode.unwrap_or(0.2 * self.nyquist_rad_s);
+        [gain, TAU, derivative_s, corner, corner, section, 0.5, section, 0.5].map(f64::ln).to_vec()
+    }
+
+    fn parameters(&self, x: &[f64]) -> Option<AxisParameters> {
+        let none = self.none().map(f64::ln);
+        let all: Vec<f64> = x.iter().chain(&none).copied().collect();
+        AxisParameters::from_log(&all, self.nyquist_rad_s)
+    }
+
+    /// A biquad that is one.
+    fn none(&self) -> [f64; 4] {
+        let frequency = 0.2 * self.nyquist_rad_s;
+        [frequency, 0.5, frequency, 0.5]
+    }
+
+    /// −C(z) of the parameters.
+    fn law(&self, parameters: &AxisParameters) -> Result<StateSpace<Discrete>, ControllerError> {
+        let own: &[Biquad] = &parameters.biquads[..1];
+        let negative = Mat::from_fn(1, 1, |_, _| -1.0);
+        let system = parameters.system_with(own)?.scale_outputs(&negative);
+        tustin(&system, self.axis.electronics.sample_period_s()).map_err(in_step("PID of the thrust axis"))
+    }
+
+    /// Poles of the sampled loop.
+    fn closed(&self, law: &StateSpace<Discrete>) -> Result<StateSpace<Discrete>, ControllerError> {
+        lower_lft(&self.sampled, law).map_err(in_step("loop of the thrust axis"))
+    }
+
+    /// −ln of the smallest stiffness with what limits are exceeded by; above any stable loop for an unstable one, by
+    /// its growth.
+    fn loss(&self, x: &[f64]) -> f64 {
+        let Some(parameters) = self.parameters(x) else { return f64::INFINITY };
+        let growth = self.law(&parameters).and_then(|law| {
+            let closed = self.closed(&law)?;
+            closed.growth_rate().map_err(in_step("poles of the thrust axis"))
+        });
+        let Ok(growth_rate_per_s) = growth else { return f64::INFINITY };
+        if growth_rate_per_s >= 0.0 {
+            // Logarithms of stiffness stay far below.
+            return 1e6 + growth_rate_per_s;
+        }
+        let figures = self.figures(&parameters, &self.lines);
+        let excess = |value: f64, limit: f64| EXCESS_WEIGHT * (value / limit).ln().max(0.0);
+        let peak = excess(figures.sensitivity_peak, AIM * ZONE_A);
+        let noise = excess(figures.noise_current_a, TuneSettings::quick().noise_current_a);
+        peak + noise - figures.minimum.0.ln()
+    }
+
+    fn figures(&self, parameters: &AxisParameters, lines: &[PlantLine]) -> Figures {
+        let (mut minimum, mut sensitivity_peak, mut power) = ((f64::INFINITY, f64::NAN), 0.0f64, 0.0);
+        let mut before: Option<(f64, f64)> = None;
+        let mut drawn = Vec::with_capacity(lines.len());
+        for line in lines {
+            let k = -parameters.response(line.s);
+            let sensitivity = (c64::new(1.0, 0.0) - line.per_current[0] * k).inv();
+            let compliance = line.per_load[1] + line.per_current[1] * k * sensitivity * line.per_load[0];
+            let frequency_hz = line.omega_rad_s / TAU;
+            let stiffness_n_per_m = compliance.norm().recip();
+            if (self.band_hz.0..=self.band_hz.1).contains(&frequency_hz) && stiffness_n_per_m < minimum.0 {
+                minimum = (stiffness_n_per_m, frequency_hz);
+            }
+            sensitivity_peak = sensitivity_peak.max(sensitivity.norm());
+            let density = (k * sensitivity).norm_sqr();
+            if let Some((hz, earlier)) = before {
+                power += 0.5 * (earlier + density) * (frequency_hz - hz);
+            }
+            before = Some((frequency_hz, density));
+            drawn.push(ThrustLine { frequency_hz, stiffness_n_per_m, sensitivity: sensitivity.norm() });
+        }
+        // The noise of a sensor is white up to Nyquist.
+        let share = power / (self.nyquist_rad_s / TAU);
+        Figures {
+            minimum,
+            sensitivity_peak,
+            noise_current_a: self.axis.electronics.sensor_noise_m * share.sqrt(),
+            drawn,
+        }
+    }
+
+    /// The PID with the figures of its loop on lines round its poles.
+    fn judge(&self, parameters: AxisParameters) -> Result<ThrustPid, VerificationError> {
+        let law = self.law(&parameters)?;
+        let closed = self.closed(&law)?;
+        let poles = closed.poles().map_err(in_step("poles of the thrust axis"))?;
+        let growth_rate_per_s = closed.time.largest_growth_rate(&poles);
+        if growth_rate_per_s.is_nan() || growth_rate_per_s >= 0.0 {
+            let words = growth_words(growth_rate_per_s, 0.0);
+            return Err(infeasible(format!(
+                "of {} starts the best leads to a loop that {words}",
+                START_STIFFNESS.len()
+            ))
+            .into());
+        }
+        let grid = self.grid(FIGURE_LINES).refine_round_poles(&closed.time.continuous_poles(poles), LINES_A_SIDE);
+        let figures = self.figures(&parameters, &self.plant_lines(grid.omega_rad_s()));
+        Ok(ThrustPid {
+            parameters,
+            controller: Controller { name: "thrust PID".to_owned(), law: ControlLaw::Discrete(law) },
+            growth_rate_per_s,
+            minimum: figures.minimum,
+            sensitivity_peak: figures.sensitivity_peak,
+            noise_current_a: figures.noise_current_a,
+            lines: figures.drawn,
+        })
+    }
+}
+
+fn infeasible(reason: String) -> ControllerError {
+    let advice = "check mass, k_i, k_s and delay of the thrust axis";
+    ControllerError::Infeasible { step: "PID of the thrust axis", reason, advice }
+}
+
+struct Figures {
+    minimum: (f64, f64),
+    sensitivity_peak: f64,
+    noise_current_a: f64,
+    drawn: Vec<ThrustLine>,
+}

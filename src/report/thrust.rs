@@ -1,0 +1,82 @@
+//! The thrust axis of a design: its topic of the summary, its picture and the files of its controller.
+
+use super::pictures::Picture;
+use super::pid::numbers_topic;
+use super::plot::Role;
+use super::plot::figure::{Axis, Figure, Panel, Series};
+use super::plot::loops::add_zone_limits;
+use super::whole::{Report, ReportError, machine_tag};
+use crate::export::c::c_identifier;
+use crate::export::firmware::{Firmware, Format, write_all};
+use crate::pipeline::thrust::ThrustDesign;
+use crate::predict::sensitivity::Zone;
+use crate::predict::stiffness::stiffness_words;
+use crate::spindle::Machine;
+use serde_json::{Value, json};
+
+/// Adds the thrust axis: `thrust` of the summary, the picture, the folder `controller/thrust`.
+pub(super) fn add_thrust(report: &mut Report, machine: &Machine, found: &ThrustDesign) -> Result<(), ReportError> {
+    report.summary.set("thrust", thrust_topic(found));
+    report.figures([(Picture::Thrust, thrust_figure(found))])?;
+    let tag = machine_tag(machine, "../../spindle.yaml", "../../tool.yaml");
+    let name = format!("{}, thrust axis", machine.spindle.name);
+    let firmware = Firmware {
+        discrete: &found.pid.controller,
+        continuous: None,
+        scaled: &found.realisation,
+        verification: &found.verification,
+        machine: &name,
+        tag: Some(&tag),
+        prefix: &format!("{}_thrust", c_identifier(machine.short_name())),
+    };
+    let formats: &[Format] = if found.verification.is_proven() { &Format::ALL } else { &[Format::Json] };
+    for (file, bytes) in write_all(&firmware, formats)?.files {
+        report.folder.add(&format!("controller/thrust/{file}"), bytes)?;
+    }
+    Ok(())
+}
+
+/// A thrust axis in one sentence.
+pub(crate) fn thrust_words(found: &ThrustDesign) -> String {
+    let pid = &found.pid;
+    format!(
+        "Thrust axis: PID, smallest stiffness {} at {:.0} Hz, zone {}.",
+        stiffness_words(pid.minimum.0),
+        pid.minimum.1,
+        Zone::of_peak(pid.sensitivity_peak).letter()
+    )
+}
+
+fn thrust_topic(found: &ThrustDesign) -> Value {
+    let pid = &found.pid;
+    let mut numbers = numbers_topic(&pid.parameters);
+    if let Some(sections) = numbers["sections"].as_array_mut() {
+        sections.truncate(1);
+    }
+    json!({
+        "mass_kg": found.axis.mass_kg,
+        "minimum_n_per_m": pid.minimum.0,
+        "minimum_frequency_hz": pid.minimum.1,
+        "sensitivity_peak_db": 20.0 * pid.sensitivity_peak.log10(),
+        "zone": Zone::of_peak(pid.sensitivity_peak).letter(),
+        "noise_current_a": pid.noise_current_a,
+        "slowest_decay_per_s": -pid.growth_rate_per_s,
+        "proven_stable": found.verification.is_proven(),
+        "numbers": numbers,
+    })
+}
+
+fn thrust_figure(found: &ThrustDesign) -> Figure {
+    let lines = &found.pid.lines;
+    let x: Vec<f64> = lines.iter().map(|line| line.frequency_hz).collect();
+    let stiffness: Vec<f64> = lines.iter().map(|line| 1e-6 * line.stiffness_n_per_m).collect();
+    let sensitivity: Vec<f64> = lines.iter().map(|line| 20.0 * line.sensitivity.log10()).collect();
+    let frequency = || Axis::log("Frequency", "Hz");
+    let mut upper = Panel::new("", frequency(), Axis::log("Dynamic stiffness", "N/µm"));
+    upper.series.push(Series::curve("thrust axis", &x, &stiffness, Role::Pid.look()));
+    let mut lower = Panel::new("", frequency(), Axis::linear("|S|", "dB").with_range(-40.0, 20.0));
+    lower.series.push(Series::curve("thrust axis", &x, &sensitivity, Role::Pid.look()));
+    add_zone_limits(&mut lower);
+    let words = "Force over displacement of the shaft along its axis, and sensitivity of the loop, over frequency.";
+    Figure::stacked("Thrust axis", words, [upper, lower])
+}
