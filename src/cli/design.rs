@@ -95,7 +95,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd
     console.writing(|| report.write(&arguments.out, &arguments.pictures.formats))?;
     progress.end(arguments.timings);
     let mut words = found.instability_words().unwrap_or_else(|| design_words(&machine, found, rest));
-    words.extend(study.thrust.iter().map(|thrust| format!(" {}", thrust_words(thrust))));
+    words.extend(found.thrust.iter().map(|thrust| format!(" {}", thrust_words(thrust))));
     say_unstable(console, found.instability.is_some(), &words);
     let out = arguments.out.as_str();
     let shown = DesignEnd { design: found, delivered: [rest, speed], stable: study.curves.stable.as_ref(), out };

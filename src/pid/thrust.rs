@@ -32,7 +32,7 @@ const LINES_A_SIDE: usize = 3;
 const START_STIFFNESS: [f64; 3] = [0.5, 1.5, 4.0];
 /// Damping ratio of the starts.
 const START_DAMPING: f64 = 0.7;
-/// Descents from each start, each from a new simplex round the end of the one before, and steps of one: nine numbers
+/// Descents from each start, each from a new simplex round the end of the one before, and steps of one: eight numbers
 /// settle within some hundred steps a simplex.
 const DESCENTS: usize = 4;
 const STEPS: usize = 400;
@@ -40,8 +40,11 @@ const STEPS: usize = 400;
 const FIRST_SIDE: f64 = 0.3;
 /// Logarithms that a limit weighs per logarithm of its excess: far more than the stiffness that it buys.
 const EXCESS_WEIGHT: f64 = 30.0;
-/// Numbers of the search: those of [`AxisParameters`] without the second biquad.
-const FREE: usize = 9;
+/// The integral part acts within some hundredths of a second: what it costs in stiffness is little, and the search
+/// would take any slower one that it is offered. [`AxisParameters`] has no faster one.
+const INTEGRAL_RAD_S: f64 = TAU * 5.0;
+/// Numbers of the search: those of [`AxisParameters`] without the integral part and the second biquad.
+const FREE: usize = 8;
 
 /// The loop of a thrust axis at one frequency.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -165,12 +168,12 @@ impl<'a> ThrustSearch<'a> {
         // The biquad begins as one: at the mode of the disc, where there is one below Nyquist.
         let mode = bearing.disc_mode_hz.map(|hz| TAU * hz).filter(|w| *w < 0.7 * self.nyquist_rad_s);
         let section = mode.unwrap_or(0.2 * self.nyquist_rad_s);
-        [gain, TAU, derivative_s, corner, corner, section, 0.5, section, 0.5].map(f64::ln).to_vec()
+        [gain, derivative_s, corner, corner, section, 0.5, section, 0.5].map(f64::ln).to_vec()
     }
 
     fn parameters(&self, x: &[f64]) -> Option<AxisParameters> {
-        let none = self.none().map(f64::ln);
-        let all: Vec<f64> = x.iter().chain(&none).copied().collect();
+        let (gain, others) = x.split_first()?;
+        let all = [&[*gain, INTEGRAL_RAD_S.ln()], others, &self.none().map(f64::ln)].concat();
         AxisParameters::from_log(&all, self.nyquist_rad_s)
     }
 

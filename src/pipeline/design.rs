@@ -22,6 +22,7 @@ use super::settings::DesignSettings;
 use super::specification_scale::{SpecificationScale, specification_scale};
 use super::speed_mu::refine_largest;
 use super::synthesis::synthesise_for_machine;
+use super::thrust::{ThrustDesign, design_thrust};
 use crate::augment::channels::real_channels;
 use crate::augment::weights::Weights;
 use crate::controller::stiffness_limit::{StiffnessLimit, TAPS, stiffness_limit};
@@ -50,6 +51,8 @@ pub struct Design {
     pub specification_scale: Option<SpecificationScale>,
     /// Where the loop is unstable; none where every speed computed is stable.
     pub instability: Option<Instability>,
+    /// The controller of the thrust axis, where the machine has one.
+    pub thrust: Option<ThrustDesign>,
 }
 
 /// What is said of a controller whose loop is unstable, or not proven stable.
@@ -220,5 +223,16 @@ fn finish_design(
     let delivered = scaled_plane(&plane_of_law(machine, &delivery.controller)?)?;
     let real_corner_mu = largest_at_corners(&problems.specification, &delivered, &real)?;
     let instability = Instability::of(machine, &problems, &delivery)?;
-    Ok(Design { problems, constant_scales, dk, polish, delivery, real_corner_mu, specification_scale, instability })
+    let thrust = design_thrust(machine)?;
+    Ok(Design {
+        problems,
+        constant_scales,
+        dk,
+        polish,
+        delivery,
+        real_corner_mu,
+        specification_scale,
+        instability,
+        thrust,
+    })
 }

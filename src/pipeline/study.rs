@@ -10,7 +10,6 @@ use super::order_curve::{OrderCurve, lowest_order};
 use super::progress::{Event, Listener};
 use super::run::{by_arithmetic, predict_delivered, predict_unpolished};
 use super::settings::DesignSettings;
-use super::thrust::{ThrustDesign, design_thrust};
 use super::tightening::{Tightening, tighten_specification, tighter};
 use crate::augment::plane::Route;
 use crate::augment::weights::Weights;
@@ -47,8 +46,6 @@ pub(crate) struct Study {
     /// The loop at rest and at top speed before the polish.
     pub unpolished: Option<[Prediction; 2]>,
     pub limit: Option<StiffnessLimit>,
-    /// The thrust axis, where the machine has one.
-    pub thrust: Option<ThrustDesign>,
     pub curves: LoopCurves,
 }
 
@@ -119,7 +116,6 @@ pub(crate) fn study(
     } else {
         None
     };
-    let thrust = design_thrust(machine)?;
     progress(Event::Begins("predictions"));
     let unpolished = predict_unpolished(machine, &found)?;
     let (arithmetic, curves) = rayon::join(
@@ -137,7 +133,6 @@ pub(crate) fn study(
         other_route,
         unpolished,
         limit,
-        thrust,
         curves,
     })
 }

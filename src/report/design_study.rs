@@ -6,7 +6,6 @@ use super::pictures::Picture;
 use super::plot::Role;
 use super::run::UNPOLISHED;
 use super::run_figures::{Measured, predictions, robustness};
-use super::thrust::add_thrust;
 use super::unstable::add_instability;
 use super::variant_summary::{limit_topic, routes_topic, tightening_topic};
 use super::whole::{Report, ReportError};
@@ -52,8 +51,5 @@ pub(crate) fn design_report(machine: &Machine, study: &Study, route: Route) -> R
     report.figures(drawn.chain(predictions(&runs, &limits, top_rpm / 60.0)))?;
     report.loop_of("mu", &study.curves, [rest, speed], top_rpm)?;
     report.controller("controller/", machine, found, None)?;
-    if let Some(thrust) = &study.thrust {
-        add_thrust(&mut report, machine, thrust)?;
-    }
     Ok(report)
 }

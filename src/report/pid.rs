@@ -1,19 +1,17 @@
 //! The report of a PID: its numbers, stability over speed, stiffness, zone and margins, and the controller's file.
 
 use super::compared::stability_topic;
-use super::pid_summary::pid_topic;
+use super::pid_summary::{numbers_topic, pid_topic};
 use super::plot::Role;
 use super::run_figures::predictions;
 use super::unstable::{instability_topic, search_topic};
 use super::whole::{Report, ReportError};
 use crate::controller::speed_proof::SpeedProof;
-use crate::pid::parameters::{AxisParameters, Biquad};
 use crate::pid::settings::TuneSettings;
 use crate::pipeline::comparison::Prediction;
 use crate::pipeline::pid_loop::{PidLoop, PidOrigin};
 use crate::spindle::Machine;
 use serde_json::{Value, json};
-use std::f64::consts::TAU;
 
 /// Summary, pictures and controller file of a PID.
 pub(crate) fn pid_report(machine: &Machine, found: &PidLoop, settings: &TuneSettings) -> Result<Report, ReportError> {
@@ -44,27 +42,6 @@ pub(crate) fn pid_report(machine: &Machine, found: &PidLoop, settings: &TuneSett
     report.loop_of("pid", &found.curves, found.ends.each_ref(), top_rpm)?;
     report.controller_alone(machine, &found.pid.controller)?;
     Ok(report)
-}
-
-/// Numbers of a tuned PID at one bearing: kp (1 + wᵢ/s + T_d s/(1 + s/w_d)), a roll-off and two sections
-/// (s²/w_z² + 2ζ_z s/w_z + 1)/(s²/w_p² + 2ζ_p s/w_p + 1).
-pub(super) fn numbers_topic(axis: &AxisParameters) -> Value {
-    let section = |s: &Biquad| {
-        json!({
-            "zero_hz": s.zero_rad_s / TAU,
-            "zero_damping": s.zero_damping,
-            "pole_hz": s.pole_rad_s / TAU,
-            "pole_damping": s.pole_damping,
-        })
-    };
-    json!({
-        "gain_a_per_m": axis.gain_a_per_m,
-        "integral_hz": axis.integral_rad_s / TAU,
-        "derivative_s": axis.derivative_s,
-        "derivative_rolloff_hz": axis.derivative_corner_rad_s / TAU,
-        "rolloff_hz": axis.lowpass_rad_s / TAU,
-        "sections": axis.biquads.iter().map(section).collect::<Vec<_>>(),
-    })
 }
 
 /// The loop at a speed: a record of `stiffness.over_speed`.

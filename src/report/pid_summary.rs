@@ -2,8 +2,10 @@
 
 use super::speed_summary::verification_topic;
 use crate::pid::certificate::{PeakSensitivity, PidCertificate, TunedPid, ZONE_B_DB};
+use crate::pid::parameters::{AxisParameters, Biquad};
 use crate::pid::settings::TuneSettings;
 use serde_json::{Value, json};
+use std::f64::consts::TAU;
 
 /// Amplifier limits that [`crate::pipeline::comparison::rival_settings`] took from the delivered controller.
 pub(crate) const OF_DELIVERED: &str = "the figures of the delivered controller";
@@ -61,4 +63,25 @@ fn sensitivity_topic(both: &[PeakSensitivity; 2]) -> Value {
         .each_ref()
         .map(|p| json!({ "attained_db": p.db, "not_above_db": p.upper_db, "frequency_hz": p.frequency_hz }));
     json!({ "front": front, "rear": rear })
+}
+
+/// Numbers of a tuned PID at one bearing: kp (1 + wᵢ/s + T_d s/(1 + s/w_d)), a roll-off and two sections
+/// (s²/w_z² + 2ζ_z s/w_z + 1)/(s²/w_p² + 2ζ_p s/w_p + 1).
+pub(super) fn numbers_topic(axis: &AxisParameters) -> Value {
+    let section = |s: &Biquad| {
+        json!({
+            "zero_hz": s.zero_rad_s / TAU,
+            "zero_damping": s.zero_damping,
+            "pole_hz": s.pole_rad_s / TAU,
+            "pole_damping": s.pole_damping,
+        })
+    };
+    json!({
+        "gain_a_per_m": axis.gain_a_per_m,
+        "integral_hz": axis.integral_rad_s / TAU,
+        "derivative_s": axis.derivative_s,
+        "derivative_rolloff_hz": axis.derivative_corner_rad_s / TAU,
+        "rolloff_hz": axis.lowpass_rad_s / TAU,
+        "sections": axis.biquads.iter().map(section).collect::<Vec<_>>(),
+    })
 }

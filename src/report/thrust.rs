@@ -1,12 +1,12 @@
 //! The thrust axis of a design: its topic of the summary, its picture and the files of its controller.
 
-use super::pictures::Picture;
-use super::pid::numbers_topic;
+use super::pid_summary::numbers_topic;
 use super::plot::Role;
 use super::plot::figure::{Axis, Figure, Panel, Series};
 use super::plot::loops::add_zone_limits;
-use super::whole::{Report, ReportError, machine_tag};
+use crate::controller::MachineTag;
 use crate::export::c::c_identifier;
+use crate::export::error::FirmwareError;
 use crate::export::firmware::{Firmware, Format, write_all};
 use crate::pipeline::thrust::ThrustDesign;
 use crate::predict::sensitivity::Zone;
@@ -14,26 +14,23 @@ use crate::predict::stiffness::stiffness_words;
 use crate::spindle::Machine;
 use serde_json::{Value, json};
 
-/// Adds the thrust axis: `thrust` of the summary, the picture, the folder `controller/thrust`.
-pub(super) fn add_thrust(report: &mut Report, machine: &Machine, found: &ThrustDesign) -> Result<(), ReportError> {
-    report.summary.set("thrust", thrust_topic(found));
-    report.figures([(Picture::Thrust, thrust_figure(found))])?;
-    let tag = machine_tag(machine, "../../spindle.yaml", "../../tool.yaml");
-    let name = format!("{}, thrust axis", machine.spindle.name);
+/// The files of the controller of a thrust axis; `tag` names the machine's files beside it.
+pub(super) fn thrust_files(
+    machine: &Machine,
+    found: &ThrustDesign,
+    tag: &MachineTag,
+) -> Result<Vec<(String, Vec<u8>)>, FirmwareError> {
     let firmware = Firmware {
         discrete: &found.pid.controller,
         continuous: None,
         scaled: &found.realisation,
         verification: &found.verification,
-        machine: &name,
-        tag: Some(&tag),
+        machine: &format!("{}, thrust axis", machine.spindle.name),
+        tag: Some(tag),
         prefix: &format!("{}_thrust", c_identifier(machine.short_name())),
     };
     let formats: &[Format] = if found.verification.is_proven() { &Format::ALL } else { &[Format::Json] };
-    for (file, bytes) in write_all(&firmware, formats)?.files {
-        report.folder.add(&format!("controller/thrust/{file}"), bytes)?;
-    }
-    Ok(())
+    Ok(write_all(&firmware, formats)?.files)
 }
 
 /// A thrust axis in one sentence.
@@ -47,7 +44,8 @@ pub(crate) fn thrust_words(found: &ThrustDesign) -> String {
     )
 }
 
-fn thrust_topic(found: &ThrustDesign) -> Value {
+/// `thrust` of the summary.
+pub(super) fn thrust_topic(found: &ThrustDesign) -> Value {
     let pid = &found.pid;
     let mut numbers = numbers_topic(&pid.parameters);
     if let Some(sections) = numbers["sections"].as_array_mut() {
@@ -66,7 +64,8 @@ fn thrust_topic(found: &ThrustDesign) -> Value {
     })
 }
 
-fn thrust_figure(found: &ThrustDesign) -> Figure {
+/// Stiffness and sensitivity over frequency.
+pub(super) fn thrust_figure(found: &ThrustDesign) -> Figure {
     let lines = &found.pid.lines;
     let x: Vec<f64> = lines.iter().map(|line| line.frequency_hz).collect();
     let stiffness: Vec<f64> = lines.iter().map(|line| 1e-6 * line.stiffness_n_per_m).collect();

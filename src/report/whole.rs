@@ -5,13 +5,14 @@ use super::html::{self, HtmlError};
 use super::loop_figures::{bearings_topic, loop_figures, tool_step_topic, unbalance_topic};
 use super::margins::stable_margin_topic;
 use super::page_summary::VerdictLine;
-use super::pictures::PictureName;
+use super::pictures::{Picture, PictureName};
 use super::place_words::{at_output, summary_at_output};
 use super::plot::PictureFormat;
 use super::plot::figure::Figure;
 use super::prediction_summary::{sensitivity_topic, stiffness_topic};
 use super::results::{ResultsError, ResultsFolder};
 use super::summary::Summary;
+use super::thrust::{thrust_figure, thrust_files, thrust_topic};
 use super::variant_summary::arithmetic_topic;
 use crate::controller::{Controller, MachineTag};
 use crate::export::c::c_identifier;
@@ -26,6 +27,7 @@ use crate::pipeline::comparison::Prediction;
 use crate::pipeline::design::Design;
 use crate::pipeline::loop_curves::LoopCurves;
 use crate::pipeline::problem_set::ProblemSet;
+use crate::pipeline::thrust::ThrustDesign;
 use crate::spindle::{Machine, RotorOnSupports, SpindleError};
 use serde_json::json;
 use std::path::Path;
@@ -153,7 +155,22 @@ impl Report {
         if let Some(pid) = pid {
             self.folder.add(&format!("{place}pid.json"), controller_json(pid, Some(&tag)))?;
         }
+        if let Some(thrust) = &design.thrust {
+            self.thrust(place, machine, thrust)?;
+        }
         self.machine_files(machine)
+    }
+
+    /// Adds the thrust axis: its topic, its picture and the folder `thrust` of its controller.
+    fn thrust(&mut self, place: &str, machine: &Machine, found: &ThrustDesign) -> Result<(), ReportError> {
+        self.summary.set("thrust", thrust_topic(found));
+        self.figures([(Picture::Thrust, thrust_figure(found))])?;
+        let up = "../".repeat(1 + place.matches('/').count());
+        let tag = machine_tag(machine, &format!("{up}spindle.yaml"), &format!("{up}tool.yaml"));
+        for (file, bytes) in thrust_files(machine, found, &tag)? {
+            self.folder.add(&format!("{place}thrust/{file}"), bytes)?;
+        }
+        Ok(())
     }
 
     /// Adds the machine's files and `controller/discrete.json` of a controller without a design.
