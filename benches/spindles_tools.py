@@ -38,6 +38,9 @@ COLUMNS = [
     "pid_minimum_stiffness_at_rest_n_per_m",
     "pid_minimum_stiffness_at_top_speed_n_per_m",
     "pid_iso_zone",
+    "over_pid_at_10_hz",
+    "over_pid_at_minimum",
+    "over_pid_at_top_speed_frequency",
     "proven_stable",
     "wall_s",
     "cpu_s",
@@ -67,6 +70,14 @@ def least(summary):
     return min(found) if found else None
 
 
+def over_pid(stiffness, key):
+    """Stiffness of the delivered controller in that of the tuned PID, the smaller of rest and top speed."""
+    mu, pid = stiffness["mu"], stiffness.get("pid")
+    ends = [(mu, pid), (mu.get("at_top_speed"), (pid or {}).get("at_top_speed"))]
+    ratios = [own[key] / other[key] for own, other in ends if own and other and own.get(key) and other.get(key)]
+    return round(min(ratios), 3) if ratios else None
+
+
 def figures(folder):
     """What the summary of a tool says of the delivered controller."""
     summary = json.loads((folder / "summary.json").read_text())
@@ -83,6 +94,9 @@ def figures(folder):
         "pid_minimum_stiffness_at_rest_n_per_m": pid.get("minimum_n_per_m"),
         "pid_minimum_stiffness_at_top_speed_n_per_m": (pid.get("at_top_speed") or {}).get("minimum_n_per_m"),
         "pid_iso_zone": (summary["sensitivity"].get("pid") or {}).get("zone"),
+        "over_pid_at_10_hz": over_pid(summary["stiffness"], "at_10_hz_n_per_m"),
+        "over_pid_at_minimum": over_pid(summary["stiffness"], "minimum_n_per_m"),
+        "over_pid_at_top_speed_frequency": over_pid(summary["stiffness"], "at_max_speed_n_per_m"),
         "proven_stable": design["speed_proof"]["complete"],
     }
 
