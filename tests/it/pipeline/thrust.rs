@@ -1,6 +1,7 @@
 //! The thrust axis: the plant against its equations of motion, the loop in time and over frequency against these, the
 //! C of its controller, and what a file may say of it.
 
+use crate::cli::program::muspin;
 use crate::export::firmware_c::Case;
 use muspin::controller::ControlLaw;
 use muspin::input::spindle::read_spindle;
@@ -227,8 +228,7 @@ fn the_firmware_of_the_thrust_axis_has_one_channel_and_is_stable() {
 
 #[test]
 fn a_file_says_a_thrust_axis_and_is_read_again() {
-    let (spindle, _) = ("reference-updated", ());
-    let path = format!("{}/tests/data/spindles/{spindle}.yaml", env!("CARGO_MANIFEST_DIR"));
+    let path = format!("{}/tests/data/spindles/reference-updated.yaml", env!("CARGO_MANIFEST_DIR"));
     let text = std::fs::read_to_string(path).unwrap();
     let with = |keys: &str| format!("{text}\nthrust: {{ki_n_per_a: 250, ks_n_per_m: 1.2e+6, {keys}}}\n");
     let coils = "bias_current_a: 3, max_current_a: 8, gap_m: 4.0e-4";
@@ -258,4 +258,37 @@ fn an_axis_that_no_pid_holds_says_so() {
     let wild = ThrustBearing { mass_kg: Some(1.2e6 * (0.5 * delay_s / PI).powi(2)), ..RIGID };
     let error = design_thrust(&machine("reference-updated", wild)).unwrap_err().to_string();
     assert!(error.contains("thrust axis") && error.contains("grows by"), "{error}");
+}
+
+#[test]
+fn a_design_has_the_thrust_axis_beside_it_and_is_the_same_without() {
+    let folder = tempfile::TempDir::new().unwrap();
+    let text = spindle_yaml(&machine("reference-updated", RIGID).spindle);
+    let (thrust, without): (Vec<&str>, Vec<&str>) = text.lines().partition(|line| line.starts_with("thrust:"));
+    assert_eq!(thrust.len(), 1);
+    std::fs::write(folder.path().join("with.yaml"), &text).unwrap();
+    std::fs::write(folder.path().join("without.yaml"), without.join("\n") + "\n").unwrap();
+    let found = ["with", "without"].map(|name| {
+        let spindle = format!("{name}.yaml");
+        let arguments =
+            ["design", "--no-polish", "--spindle", &spindle, "--tool", "paper-tool", "--out", name, "--text"];
+        let (code, said, errors) = muspin(&arguments, folder.path());
+        assert!(code <= 1, "{errors}");
+        let out = folder.path().join(name);
+        let summary = std::fs::read_to_string(out.join("summary.json")).unwrap();
+        (said, serde_json::from_str::<serde_json::Value>(&summary).unwrap(), out)
+    });
+    let [(said, mut summary, out), (said_without, summary_without, out_without)] = found;
+    assert!(said.contains("Thrust axis: PID, smallest stiffness") && !said_without.contains("Thrust"), "{said}");
+    let own = summary.as_object_mut().unwrap().remove("thrust").unwrap();
+    assert!(own["zone"] == "A" && own["proven_stable"] == true, "{own}");
+    assert_eq!(summary, summary_without);
+    let files = out.join("controller/thrust");
+    let header = std::fs::read_to_string(files.join("controller.h")).unwrap();
+    assert!(header.contains("displacements axial, m") && header.contains("_VERIFIED 1"), "{header}");
+    let law = std::fs::read_to_string(files.join("discrete.json")).unwrap();
+    assert!(law.contains("\"inputs\":[\"axial\"]") && law.contains("../../spindle.yaml"), "{law}");
+    let page = std::fs::read_to_string(out.join("report.html")).unwrap();
+    assert!(page.contains("Thrust axis") && out.join("plots/thrust.svg").is_file());
+    assert!(!out_without.join("controller/thrust").exists());
 }
