@@ -288,8 +288,8 @@ impl NativeMachine {
     ) -> PyResult<NativeResults> {
         let machine = self.0.clone();
         results(python, move |_| {
-            let names = SimulationCase::ALL.map(|(_, name)| name);
-            let Some((case, name)) = SimulationCase::ALL.into_iter().find(|(_, name)| *name == case) else {
+            let names = SimulationCase::ALL.map(SimulationCase::name);
+            let Some(case) = SimulationCase::from_name(&case) else {
                 return Err(Failure::new(format!("case {case:?} is none of {}", names.join(", "))));
             };
             let option = |name: &str| options.get(name).copied();
@@ -308,7 +308,7 @@ impl NativeMachine {
             let given = self::controller(&controller)?;
             let sampled = sample_controller(&machine, &given)?;
             let simulated = simulate_controller(&machine, &sampled, &wish, &settings)?;
-            Ok(simulation_report(&machine, &given.name, name, &simulated)?)
+            Ok(simulation_report(&machine, &given.name, case.name(), &simulated)?)
         })
     }
 
