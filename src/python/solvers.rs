@@ -282,7 +282,7 @@ fn balred<'py>(
 /// The answer of `muspin solve` to a problem, both as JSON.
 #[pyfunction]
 fn solve(python: Python<'_>, kind: &str, problem: String) -> PyResult<String> {
-    let Some(kind) = ProblemKind::ALL.into_iter().find(|k| k.name() == kind) else {
+    let Some(kind) = ProblemKind::from_name(kind) else {
         let names = ProblemKind::ALL.map(ProblemKind::name);
         return Err(to_value_error(format!("kind {kind:?}: {}", names.join(", "))));
     };
