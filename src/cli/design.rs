@@ -24,7 +24,6 @@ use crate::report::margins::loop_rows;
 use crate::report::place_words::place_words;
 use crate::spindle::Machine;
 
-/// Arguments of `muspin design`.
 #[derive(clap::Args, Debug)]
 pub(super) struct Arguments {
     #[command(flatten)]

@@ -5,7 +5,6 @@ use super::console::CommandEnd;
 use crate::input::problem_schema::{ProblemKind, problem_schema};
 use crate::input::schema::{SchemaKind, page, schema};
 
-/// Arguments of `muspin schema`.
 #[derive(clap::Args, Debug)]
 pub(super) struct Arguments {
     /// Kind of file: spindle, rotor, tool, weights, measurement, frequencies, controller or pid; for a problem of
