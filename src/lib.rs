@@ -139,6 +139,31 @@
 // What the crate keeps to itself is called by the commands and by the report in the end.
 #![cfg_attr(not(feature = "cli"), allow(dead_code))]
 
+/// An enum whose variants are declared with their names in files and on the command line.
+macro_rules! named {
+    ($(#[$about:meta])* $vis:vis enum $type:ident { $($(#[$meaning:meta])* $variant:ident = $name:literal,)* }) => {
+        $(#[$about])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        $vis enum $type { $(#[doc = concat!("`", $name, "`.")] $(#[$meaning])* $variant,)* }
+
+        #[allow(dead_code)]
+        impl $type {
+            /// All of them, in order.
+            $vis const ALL: [Self; [$($name,)*].len()] = [$(Self::$variant,)*];
+
+            /// Its name.
+            $vis fn name(self) -> &'static str {
+                match self { $(Self::$variant => $name,)* }
+            }
+
+            /// The one of that name.
+            $vis fn from_name(name: &str) -> Option<Self> {
+                Self::ALL.into_iter().find(|one| one.name() == name)
+            }
+        }
+    };
+}
+
 // In the order of the pipeline; blank lines keep it.
 
 pub mod guide;

@@ -24,30 +24,19 @@ use super::weighting::WeightSection;
 use super::weights::Weights;
 use crate::linalg::{Mat, NumericError};
 
-/// What a channel stands for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum ChannelKind {
-    /// Relative error of an actuator.
-    Actuator,
-    /// Additive error of a signal.
-    Sensor,
-    /// Error of k_i.
-    ForceConstant,
-    /// Error of k_s.
-    NegativeStiffness,
-    /// Error of the delay.
-    Delay,
-}
-
-impl ChannelKind {
-    pub(crate) fn words(self) -> &'static str {
-        match self {
-            Self::Actuator => "actuator",
-            Self::Sensor => "sensor",
-            Self::ForceConstant => "force constant",
-            Self::NegativeStiffness => "negative stiffness",
-            Self::Delay => "delay",
-        }
+named! {
+    /// What a channel stands for.
+    pub(crate) enum ChannelKind {
+        /// Relative error of an actuator.
+        Actuator = "actuator",
+        /// Additive error of a signal.
+        Sensor = "sensor",
+        /// Error of k_i.
+        ForceConstant = "force constant",
+        /// Error of k_s.
+        NegativeStiffness = "negative stiffness",
+        /// Error of the delay.
+        Delay = "delay",
     }
 }
 
@@ -127,7 +116,7 @@ pub(crate) fn channels(weights: &Weights) -> Result<Vec<Channel>, NumericError> 
 pub(crate) fn channel_names(weights: &Weights) -> Vec<String> {
     let places = ["front", "rear"];
     let all = channels(weights).unwrap_or_default().into_iter();
-    all.map(|c| format!("{}, {}", c.kind.words(), places[c.bearing])).collect()
+    all.map(|c| format!("{}, {}", c.kind.name(), places[c.bearing])).collect()
 }
 
 /// The blocks of a problem: modes, channels, performance of `rows` × `cols`. Real parameters stand there as complex

@@ -29,7 +29,6 @@ impl WeightStage {
         }
     }
 
-    /// State space.
     pub(crate) fn system(&self) -> Result<StateSpace<Continuous>, NumericError> {
         match self {
             Self::First(section) => section.system(),

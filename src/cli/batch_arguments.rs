@@ -5,7 +5,6 @@ use super::design_arguments::PidArguments;
 use super::earlier::EarlierArgument;
 use super::timings::Timings;
 
-/// Arguments of `muspin batch`.
 #[derive(clap::Args, Debug)]
 pub(super) struct Arguments {
     /// Spindle file, or the name of a shipped one; usually the updated model of a run

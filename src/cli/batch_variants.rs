@@ -56,7 +56,7 @@ pub(super) fn variants(arguments: &Arguments) -> Result<Vec<Variant>, Failure> {
 
 /// A variation from the text `ki=3%` or `ki=±3%`.
 fn variation(text: &str) -> Result<Variation, Failure> {
-    let names: Vec<&str> = Quantity::ALL.iter().map(|(_, n)| *n).collect();
+    let names = Quantity::ALL.map(Quantity::name);
     let refused = |why: String| {
         Failure::new(format!("--vary {text}: {why}"))
             .with_hint("a quantity and its half width in percent, for example --vary ki=3%,delay=10%")
@@ -64,13 +64,12 @@ fn variation(text: &str) -> Result<Variation, Failure> {
     let Some((name, width)) = text.split_once('=') else {
         return Err(refused("there is no '='".to_owned()));
     };
-    let found = Quantity::ALL.into_iter().find(|(_, n)| *n == name);
-    let Some((quantity, name)) = found else {
+    let Some(quantity) = Quantity::from_name(name) else {
         return Err(refused(format!("{name:?} is none of {}", names.join(", "))));
     };
     let digits = width.trim_start_matches('±').trim_end_matches('%');
     match digits.parse::<f64>() {
-        Ok(percent) if percent > 0.0 && percent < 50.0 => Ok(Variation { quantity, name, relative: 0.01 * percent }),
+        Ok(percent) if percent > 0.0 && percent < 50.0 => Ok(Variation { quantity, relative: 0.01 * percent }),
         _ => Err(refused(format!("{width:?} is no percentage between 0 and 50"))),
     }
 }

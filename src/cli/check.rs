@@ -20,7 +20,6 @@ use crate::workflow::plausibility::Records;
 use serde_json::json;
 use std::path::Path;
 
-/// Arguments of `muspin check`.
 #[derive(clap::Args, Debug)]
 pub(super) struct Arguments {
     /// Files: spindles, tools, weights, controllers, PIDs, records, universal files, measurement folders

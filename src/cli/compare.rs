@@ -24,7 +24,6 @@ use crate::report::whole::Report;
 use crate::spindle::Machine;
 use rayon::prelude::*;
 
-/// Arguments of `muspin compare`.
 #[derive(clap::Args, Debug)]
 pub(super) struct Arguments {
     #[command(flatten)]

@@ -25,7 +25,6 @@ use crate::report::place_words::place_words;
 use crate::report::thrust::thrust_words;
 use crate::spindle::Machine;
 
-/// Arguments of `muspin design`.
 #[derive(clap::Args, Debug)]
 pub(super) struct Arguments {
     #[command(flatten)]

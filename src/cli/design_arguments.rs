@@ -35,7 +35,6 @@ impl DesignArguments {
     }
 }
 
-/// `--route`.
 #[derive(Clone, Copy, Debug, Default, clap::ValueEnum)]
 pub(super) enum RouteArgument {
     /// Synthesis on the sampled plant in the w plane

@@ -16,7 +16,6 @@ use crate::workflow::diagnose_rotor::{diagnose_taps, diagnosed_report, is_explai
 use crate::workflow::plausibility::Records;
 use crate::workflow::surroundings::Surroundings;
 
-/// Arguments of `muspin diagnose`.
 #[derive(clap::Args, Debug, Default)]
 pub(super) struct Arguments {
     /// Measurement folder with measurement.yaml

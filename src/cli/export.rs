@@ -30,7 +30,6 @@ use serde_json::{Value, json};
 use std::f64::consts::TAU;
 use std::path::Path;
 
-/// Arguments of `muspin export`.
 #[derive(clap::Args, Debug)]
 pub(super) struct Arguments {
     /// Controller file (JSON); several make a table with bumpless change at run time

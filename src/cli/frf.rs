@@ -18,7 +18,6 @@ use serde_json::Value;
 use std::f64::consts::TAU;
 use std::io::Write;
 
-/// Arguments of `muspin frf`.
 #[derive(clap::Args, Debug)]
 pub(super) struct Arguments {
     #[command(flatten)]

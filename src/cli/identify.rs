@@ -12,7 +12,6 @@ use crate::workflow::identify::{IdentifiedRecords, identify_records};
 use crate::workflow::plausibility::Records;
 use std::path::Path;
 
-/// Arguments of `muspin identify`.
 #[derive(clap::Args, Debug, Default)]
 pub(super) struct Arguments {
     /// Measurement folder with measurement.yaml

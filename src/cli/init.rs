@@ -10,14 +10,12 @@ use clap::ValueEnum;
 use serde_json::json;
 use std::path::Path;
 
-/// Arguments of `muspin init`.
 #[derive(clap::Args, Debug)]
 pub(super) struct Arguments {
     /// Folder for the files; nothing that exists is replaced
     folder: String,
 }
 
-/// Arguments of `muspin example`.
 #[derive(clap::Args, Debug)]
 pub(super) struct ExampleArguments {
     /// Which case

@@ -14,7 +14,6 @@ use crate::report::summary::json;
 use crate::spindle::WhirlOrbits;
 use crate::spindle::effects::EffectKind;
 
-/// Arguments of `muspin modes`.
 #[derive(clap::Args, Debug)]
 pub(super) struct Arguments {
     /// Spindle or rotor file, or the name of a shipped spindle

@@ -20,7 +20,6 @@ use crate::report::margins::loop_rows;
 use crate::report::pid::pid_report;
 use crate::spindle::Machine;
 
-/// Arguments of `muspin pid`.
 #[derive(clap::Args, Debug)]
 pub(super) struct Arguments {
     /// Numbers of the PID (YAML); without a file they are searched within the limits below

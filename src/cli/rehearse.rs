@@ -14,7 +14,6 @@ use crate::spindle::Machine;
 use serde_json::json;
 use std::path::Path;
 
-/// Arguments of `muspin rehearse`.
 #[derive(clap::Args, Debug)]
 pub(super) struct Arguments {
     /// Spindle that the folder names as the model: a file or a shipped name

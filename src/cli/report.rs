@@ -11,7 +11,6 @@ use crate::report::results::ResultsFolder;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
-/// Arguments of `muspin report`.
 #[derive(clap::Args, Debug, Default)]
 pub(super) struct Arguments {
     /// Results folder with summary.json and plots/

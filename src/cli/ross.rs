@@ -20,7 +20,6 @@ use crate::spindle::SpindleError;
 use serde_json::json;
 use std::path::Path;
 
-/// Arguments of `muspin ross`.
 #[derive(clap::Args, Debug)]
 pub(super) struct Arguments {
     /// Rotor file that ROSS has saved (TOML or JSON); without it the shaft of --spindle and --tool is written for ROSS

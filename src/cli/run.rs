@@ -22,7 +22,6 @@ use crate::update::Targets;
 use crate::workflow::plausibility::Records;
 use crate::workflow::update::targets;
 
-/// Arguments of `muspin run`.
 #[derive(clap::Args, Debug)]
 pub(super) struct Arguments {
     /// Spindle file or shipped name; default: that of the measurement, or the reference

@@ -5,7 +5,6 @@ use super::console::CommandEnd;
 use crate::input::problem_schema::{ProblemKind, problem_schema};
 use crate::input::schema::{SchemaKind, page, schema};
 
-/// Arguments of `muspin schema`.
 #[derive(clap::Args, Debug)]
 pub(super) struct Arguments {
     /// Kind of file: spindle, rotor, tool, weights, measurement, frequencies, controller or pid; for a problem of
@@ -35,13 +34,11 @@ pub(super) fn text(kind: SchemaKind) -> String {
 
 /// The kind of problem of `solve-KIND`.
 fn problem(name: &str) -> Option<ProblemKind> {
-    let kind = name.strip_prefix("solve-")?;
-    ProblemKind::ALL.into_iter().find(|k| k.name() == kind)
+    ProblemKind::from_name(name.strip_prefix("solve-")?)
 }
 
 fn kind(name: &str) -> Result<SchemaKind, Failure> {
-    let found = SchemaKind::ALL.into_iter().find(|k| k.name() == name);
-    found.ok_or_else(|| {
+    SchemaKind::from_name(name).ok_or_else(|| {
         let names = SchemaKind::ALL.map(SchemaKind::name).join(", ");
         let problems = ProblemKind::ALL.map(|k| format!("solve-{}", k.name()));
         Failure::new(format!("{name}: there is no schema of this name"))

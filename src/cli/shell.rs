@@ -13,7 +13,6 @@ pub(super) struct Completions {
     shell: Shell,
 }
 
-/// The completions of a shell.
 pub(super) fn completions(arguments: &Completions) -> CommandEnd {
     let mut text = vec![];
     generate(arguments.shell, &mut Cli::command(), "muspin", &mut text);

@@ -16,7 +16,6 @@ use crate::predict::time::{TimeError, TimeSettings};
 use crate::report::place_words::place_words;
 use crate::report::time_response::simulation_report;
 
-/// Arguments of `muspin simulate`.
 #[derive(clap::Args, Debug)]
 pub(super) struct Arguments {
     /// Controller file (JSON)

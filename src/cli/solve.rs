@@ -9,7 +9,6 @@ use crate::workflow::solve::answer_problem;
 use clap::builder::PossibleValue;
 use std::path::PathBuf;
 
-/// Arguments of `muspin solve`.
 #[derive(clap::Args, Debug)]
 pub(super) struct Arguments {
     /// What to solve

@@ -11,7 +11,6 @@ use crate::input::time_record::{TimeRecord, load_time_record};
 use crate::linalg::c64;
 use serde_json::json;
 
-/// Arguments of `muspin spectra`.
 #[derive(clap::Args, Debug)]
 pub(super) struct Arguments {
     /// Time record (CSV, WAV, UFF, MAT); given again for every further tap

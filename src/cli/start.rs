@@ -69,7 +69,6 @@ pub(super) fn add_machine(folder: &mut ResultsFolder) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Adds a measurement folder with its list.
 pub(super) fn add_measurement(folder: &mut ResultsFolder, list: &str, truth: Truth) -> Result<(), Failure> {
     let model = machine()?;
     let controller = read_controller("pid.json", PID)?;

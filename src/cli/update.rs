@@ -32,7 +32,6 @@ enum MethodArgument {
     NelderMead,
 }
 
-/// Arguments of `muspin update`.
 #[derive(clap::Args, Debug)]
 pub(super) struct Arguments {
     /// Measurement folder, a YAML file of frequencies, or `paper-frequencies`

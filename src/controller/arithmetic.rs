@@ -232,7 +232,6 @@ pub fn q31(scaled: &ScaledRealisation) -> Result<Q31Program, ControllerError> {
     })
 }
 
-/// A row in Q31.
 pub(super) fn to_fixed_row(row: &Row) -> Result<FixedRow, ControllerError> {
     let sum: f64 = row.iter().map(|t| t.coefficient.abs()).sum();
     // Rounding may add half a unit a term; the shift must leave room for it.

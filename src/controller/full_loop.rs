@@ -61,7 +61,6 @@ impl FullLoop {
         Ok(Self { planes, plant, loops, axes: axes.len(), modes })
     }
 
-    /// Poles of the loop.
     pub(crate) fn poles(&self) -> Result<Vec<c64>, NumericError> {
         match &self.modes {
             Some(modes) => Ok(modes.poles()),

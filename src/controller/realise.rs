@@ -9,21 +9,13 @@ use super::{ControllerError, in_step};
 use crate::linalg::Mat;
 use crate::lti::{Discrete, StateSpace};
 
-/// How the controller is arranged.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Form {
-    /// Real modal form: 1×1 and 2×2 blocks, larger ones for poles that repeat.
-    Modal,
-    /// Cascades of second-order sections, one per axis.
-    SecondOrderSections,
-}
-
-impl Form {
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            Self::Modal => "real modal form",
-            Self::SecondOrderSections => "second-order sections, transposed direct form II",
-        }
+named! {
+    /// How the controller is arranged.
+    pub enum Form {
+        /// Real modal form: 1×1 and 2×2 blocks, larger ones for poles that repeat.
+        Modal = "real modal form",
+        /// Cascades of second-order sections, one per axis.
+        SecondOrderSections = "second-order sections, transposed direct form II",
     }
 }
 

@@ -35,7 +35,7 @@ impl SignalLimits {
     /// Full scales of a machine: the backup clearance, and the current that keeps both coils of the weaker bearing in
     /// their range.
     pub fn of(machine: &Machine) -> Self {
-        let current = Side::BOTH
+        let current = Side::ALL
             .into_iter()
             .map(|side| {
                 let bearing = machine.spindle.bearing(side);

@@ -20,25 +20,11 @@ const AXIS_NAMES: [&str; AXES] = ["front_x", "front_y", "rear_x", "rear_y"];
 const PLACES: [&str; LOADS] =
     ["tool_x", "tool_y", "front_actuator_x", "front_actuator_y", "rear_actuator_x", "rear_actuator_y"];
 
-/// A version of the interface.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum FmiVersion {
-    /// 2.0.
-    Two,
-    /// 3.0.
-    Three,
-}
-
-impl FmiVersion {
-    /// Both.
-    pub const ALL: [Self; 2] = [Self::Two, Self::Three];
-
-    /// In names of files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Two => "fmi2",
-            Self::Three => "fmi3",
-        }
+named! {
+    /// A version of the interface.
+    pub enum FmiVersion {
+        Two = "fmi2",
+        Three = "fmi3",
     }
 }
 

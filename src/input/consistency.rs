@@ -33,7 +33,7 @@ const ROD: f64 = 0.55;
 /// What does not go together in a spindle.
 pub(super) fn of_spindle(file: &str, spindle: &Spindle) -> Vec<Warning> {
     let mut found: Vec<String> =
-        Side::BOTH.into_iter().flat_map(|side| of_bearing(side, spindle.bearing(side))).collect();
+        Side::ALL.into_iter().flat_map(|side| of_bearing(side, spindle.bearing(side))).collect();
     found.extend(front_planes(spindle));
     found.extend(delay(spindle));
     found.extend(top_speed(spindle));

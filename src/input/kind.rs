@@ -13,33 +13,22 @@ use super::weights::read_weights;
 use super::yaml;
 use std::path::Path;
 
-/// Kinds of input.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum FileKind {
-    /// Spindle YAML.
-    Spindle,
-    /// Rotor YAML.
-    Rotor,
-    /// Tool YAML.
-    Tool,
-    /// Weights YAML.
-    Weights,
-    /// Controller JSON.
-    Controller,
-    /// A measurement folder, its `measurement.yaml`, or a YAML of frequencies.
-    Measurement,
-    /// Sweep CSV.
-    Sweep,
-    /// Hammer CSV.
-    Hammer,
-    /// Mode shapes CSV.
-    ModeShapes,
-    /// Universal file.
-    Universal,
-    /// MATLAB file with a controller.
-    Mat,
-    /// YAML of the numbers of a PID.
-    Pid,
+named! {
+    /// Kinds of input.
+    pub enum FileKind {
+        Spindle = "spindle",
+        Rotor = "rotor",
+        Tool = "tool",
+        Weights = "weights",
+        Controller = "controller",
+        Measurement = "measurement",
+        Sweep = "sweep",
+        Hammer = "hammer record",
+        ModeShapes = "mode shapes",
+        Universal = "universal file",
+        Mat = "MATLAB file",
+        Pid = "PID",
+    }
 }
 
 /// Top-level keys that only one kind has.
@@ -56,23 +45,6 @@ const TELLING: [(&str, FileKind); 9] = [
 ];
 
 impl FileKind {
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            Self::Spindle => "spindle",
-            Self::Rotor => "rotor",
-            Self::Tool => "tool",
-            Self::Weights => "weights",
-            Self::Controller => "controller",
-            Self::Measurement => "measurement",
-            Self::Sweep => "sweep",
-            Self::Hammer => "hammer record",
-            Self::ModeShapes => "mode shapes",
-            Self::Universal => "universal file",
-            Self::Mat => "MATLAB file",
-            Self::Pid => "PID",
-        }
-    }
-
     /// The kind of a path or shipped name.
     ///
     /// # Errors

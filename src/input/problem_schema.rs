@@ -6,19 +6,12 @@ use serde_json::{Map, Value, json};
 /// The kinds: variant, name after `muspin solve`, title.
 macro_rules! kinds {
     ($($kind:ident $name:literal $title:literal,)*) => {
-        /// A kind of problem.
-        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-        pub enum ProblemKind { $(#[doc = $title] $kind,)* }
+        named! {
+            /// A kind of problem, by its name after `muspin solve`.
+            pub enum ProblemKind { $(#[doc = $title] $kind = $name,)* }
+        }
 
         impl ProblemKind {
-            /// All of them.
-            pub const ALL: [Self; [$($name,)*].len()] = [$(Self::$kind,)*];
-
-            /// Its name after `muspin solve`.
-            pub fn name(self) -> &'static str {
-                match self { $(Self::$kind => $name,)* }
-            }
-
             pub(crate) fn title(self) -> &'static str {
                 match self { $(Self::$kind => $title,)* }
             }

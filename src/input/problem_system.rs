@@ -6,7 +6,7 @@ use super::problem::ProblemFields;
 use super::problem_matrix::ROW_OR_COLUMN;
 use crate::augment::{Block, GeneralizedPlant};
 use crate::linalg::{Mat, c64, solve, svd};
-use crate::lti::matched::chain;
+use crate::lti::matched::{chain, companion};
 use crate::lti::{Continuous, StateSpace};
 use serde_json::Value;
 
@@ -183,16 +183,8 @@ impl ProblemFields {
         }
         // Of the same length as den, both over its first coefficient.
         let upper = |k: usize| k.checked_sub(den.len() - num.len()).map_or(0.0, |k| num[k] / first);
-        let lower = |k: usize| den[k] / first;
-        let direct = upper(0);
-        let system = StateSpace::new(
-            Mat::from_fn(n, n, |i, j| if i == 0 { -lower(j + 1) } else { f64::from(u8::from(i == j + 1)) }),
-            Mat::from_fn(n, 1, |i, _| f64::from(u8::from(i == 0))),
-            Mat::from_fn(1, n, |_, j| upper(j + 1) - direct * lower(j + 1)),
-            Mat::from_fn(1, 1, |_, _| direct),
-            Continuous,
-        );
-        system.map_err(|e| self.failure("den", e))
+        let lower: Vec<f64> = den[1..].iter().map(|d| d / first).collect();
+        companion(upper, &lower, Continuous).map_err(|e| self.failure("den", e))
     }
 
     /// k Π(s − z)/Π(s − p) as a chain of sections.

@@ -19,19 +19,13 @@ use serde_json::{Map, Value, json};
 /// The kinds in the order of the formats page: variant, name, its keys, the type that reads it.
 macro_rules! kinds {
     ($($kind:ident $name:literal $keys:expr, $file:ty;)*) => {
-        /// A kind of file that has a schema.
-        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-        pub enum SchemaKind { $(#[doc = $name] $kind,)* }
+        named! {
+            /// A kind of file that has a schema, by its name on the command line and in file names; in the order of the
+            /// formats page.
+            pub enum SchemaKind { $($kind = $name,)* }
+        }
 
         impl SchemaKind {
-            /// All of them, in the order of the formats page.
-            pub const ALL: [Self; [$($name,)*].len()] = [$(Self::$kind,)*];
-
-            /// Its name on the command line and in file names.
-            pub(crate) fn name(self) -> &'static str {
-                match self { $(Self::$kind => $name,)* }
-            }
-
             fn groups(self) -> &'static [KeyGroup] {
                 match self { $(Self::$kind => $keys,)* }
             }

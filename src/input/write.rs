@@ -52,7 +52,7 @@ pub fn spindle_yaml(spindle: &Spindle) -> String {
     lines.push("planes:".into());
     lines.extend(numbers(&spindle.planes).iter().map(|(key, value)| format!("  {key}: {}", number(*value))));
     lines.push("bearings:".into());
-    for side in Side::BOTH {
+    for side in Side::ALL {
         let mut values = numbers(spindle.bearing(side));
         values.retain(|(key, value)| key != "sensor_gain" || *value != 1.0);
         lines.push(format!("  {}: {{{}}}", side.name(), pairs(&values)));

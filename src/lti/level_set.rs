@@ -73,26 +73,22 @@ pub(crate) fn peak(
 /// Frequencies of the eigenvalues on the axis to within rounding, ascending: where a level may be met that the gain
 /// stays clear of or crosses steeply. Narrower than what [`peak`] looks at, which also climbs.
 pub(crate) fn axis_frequencies(values: &[c64]) -> Vec<f64> {
-    let size = values.iter().map(|v| v.norm()).fold(0.0, f64::max);
-    let mut list: Vec<f64> = values
-        .iter()
-        // Rounding moves a crossing by ε‖H‖ over the slope there, a touching one by the root of that.
-        .filter(|v| v.im >= 0.0 && (v.re.abs() <= 1e-4 * v.im || v.re.abs() <= 1e-11 * size))
-        .map(|v| v.im)
-        .collect();
-    list.sort_by(f64::total_cmp);
-    list
+    // Rounding moves a crossing by ε‖H‖ over the slope there, a touching one by the root of that.
+    near_axis(values, 1e-4, 1e-11)
 }
 
 /// Frequencies of the eigenvalues near the axis, ascending.
 fn crossings(values: &[c64]) -> Vec<f64> {
+    // Rounding moves a simple crossing by ε‖H‖·cond, a double one by its root: far below both margins.
+    near_axis(values, 1e-2, 1e-9)
+}
+
+/// Imaginary parts ≥ 0, ascending, of the values whose real part is below a share of the imaginary one, or of the
+/// largest modulus.
+fn near_axis(values: &[c64], of_own: f64, of_largest: f64) -> Vec<f64> {
     let size = values.iter().map(|v| v.norm()).fold(0.0, f64::max);
-    let mut list: Vec<f64> = values
-        .iter()
-        // Rounding moves a simple crossing by ε‖H‖·cond, a double one by its root: far below both margins.
-        .filter(|v| v.im >= 0.0 && (v.re.abs() <= 1e-2 * v.im || v.re.abs() <= 1e-9 * size))
-        .map(|v| v.im)
-        .collect();
+    let is_near = |v: &&c64| v.im >= 0.0 && (v.re.abs() <= of_own * v.im || v.re.abs() <= of_largest * size);
+    let mut list: Vec<f64> = values.iter().filter(is_near).map(|v| v.im).collect();
     list.sort_by(f64::total_cmp);
     list
 }

@@ -100,7 +100,16 @@ fn section<T: TimeBase>(poles: &[c64], zeros: &[c64], time: T) -> Result<StateSp
         std::cmp::Ordering::Equal => 1.0,
         std::cmp::Ordering::Greater => rest(zeros)[k + m - n - 1],
     };
-    let direct = upper(0);
+    companion(upper, &lower, time)
+}
+
+/// Companion form of (u₀ sⁿ + … + uₙ)/(sⁿ + l₁ sⁿ⁻¹ + … + lₙ); `lower` begins with l₁.
+pub(crate) fn companion<T: TimeBase>(
+    upper: impl Fn(usize) -> f64,
+    lower: &[f64],
+    time: T,
+) -> Result<StateSpace<T>, NumericError> {
+    let (n, direct) = (lower.len(), upper(0));
     StateSpace::new(
         Mat::from_fn(n, n, |i, j| if i == 0 { -lower[j] } else { f64::from(u8::from(i == j + 1)) }),
         Mat::from_fn(n, 1, |i, _| f64::from(u8::from(i == 0))),

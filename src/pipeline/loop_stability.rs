@@ -25,7 +25,6 @@ pub(crate) struct SpeedPoles {
     pub growth_rate_per_s: f64,
 }
 
-/// Poles of the loop of a plant with a controller.
 pub(crate) fn loop_poles(plant: &Plant, controller: &Controller) -> Result<SpeedPoles, PipelineError> {
     let numeric = PipelineError::numeric("closed-loop stability");
     match &controller.law {

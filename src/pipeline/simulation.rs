@@ -36,28 +36,15 @@ pub(crate) struct SimulationScenario {
     pub stable: bool,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum SimulationCase {
-    Impulse,
-    Step,
-    /// Unbalance of a balance grade at speed.
-    Unbalance,
-    LiftOff,
-    /// Half-sine push at the tool that throws the rotor into its backup bearings.
-    Contact,
-}
-
-impl SimulationCase {
-    pub(crate) const ALL: [(Self, &'static str); 5] = [
-        (Self::Impulse, "impulse"),
-        (Self::Step, "step"),
-        (Self::Unbalance, "unbalance"),
-        (Self::LiftOff, "lift-off"),
-        (Self::Contact, "contact"),
-    ];
-
-    pub(crate) fn name(self) -> &'static str {
-        Self::ALL[self as usize].1
+named! {
+    pub(crate) enum SimulationCase {
+        Impulse = "impulse",
+        Step = "step",
+        /// Unbalance of a balance grade at speed.
+        Unbalance = "unbalance",
+        LiftOff = "lift-off",
+        /// Half-sine push at the tool that throws the rotor into its backup bearings.
+        Contact = "contact",
     }
 }
 

@@ -3,37 +3,27 @@
 use crate::rotor::Section;
 use crate::spindle::Machine;
 
-/// A quantity that a batch may vary, as it is named on the command line.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Quantity {
-    /// Force–current factor of both bearings.
-    Ki,
-    /// Negative stiffness of both bearings.
-    Ks,
-    /// Gain of both sensors.
-    SensorGain,
-    /// Delay of the electronics.
-    Delay,
-    /// Bandwidth of the amplifiers.
-    AmplifierBandwidth,
-    /// Damping ratios of the flexible modes.
-    Damping,
-    /// Young's moduli of every element, tool included.
-    Modulus,
+named! {
+    /// A quantity that a batch may vary, as it is named on the command line.
+    pub enum Quantity {
+        /// Force–current factor of both bearings.
+        Ki = "ki",
+        /// Negative stiffness of both bearings.
+        Ks = "ks",
+        /// Gain of both sensors.
+        SensorGain = "sensor_gain",
+        /// Delay of the electronics.
+        Delay = "delay",
+        /// Bandwidth of the amplifiers.
+        AmplifierBandwidth = "amplifier_bandwidth",
+        /// Damping ratios of the flexible modes.
+        Damping = "damping",
+        /// Young's moduli of every element, tool included.
+        Modulus = "modulus",
+    }
 }
 
 impl Quantity {
-    /// Every quantity with its name.
-    pub const ALL: [(Self, &'static str); 7] = [
-        (Self::Ki, "ki"),
-        (Self::Ks, "ks"),
-        (Self::SensorGain, "sensor_gain"),
-        (Self::Delay, "delay"),
-        (Self::AmplifierBandwidth, "amplifier_bandwidth"),
-        (Self::Damping, "damping"),
-        (Self::Modulus, "modulus"),
-    ];
-
     /// The machine with this quantity times a factor.
     #[must_use]
     pub fn scale_quantity(self, machine: &Machine, factor: f64) -> Machine {
@@ -67,8 +57,6 @@ impl Quantity {
 pub struct Variation {
     /// What varies.
     pub quantity: Quantity,
-    /// Its name.
-    pub name: &'static str,
     /// Half width, relative.
     pub relative: f64,
 }
@@ -80,7 +68,7 @@ pub fn variants(machine: &Machine, variations: &[Variation]) -> Vec<(String, Mac
     for v in variations {
         for (sign, word) in [(-1.0, "minus"), (1.0, "plus")] {
             let percent = 100.0 * v.relative;
-            let name = format!("{tool}-{}-{word}-{percent}", v.name);
+            let name = format!("{tool}-{}-{word}-{percent}", v.quantity.name());
             let factor = 1.0 + sign * v.relative;
             all.push((name, v.quantity.scale_quantity(machine, factor)));
         }

@@ -64,7 +64,7 @@ pub fn touching_force_n(machine: &Machine, current_limit_a: f64, length_s: f64) 
     let body = machine.rotor()?.mass_properties();
     let lever = machine.tool_plane_m() - body.centre_of_gravity_m;
     let mass = 1.0 / (1.0 / body.mass_kg + lever * lever / body.diametral_inertia_kg_m2);
-    let held: f64 = Side::BOTH.into_iter().map(|side| machine.spindle.bearing(side).ki_n_per_a * current_limit_a).sum();
+    let held: f64 = Side::ALL.into_iter().map(|side| machine.spindle.bearing(side).ki_n_per_a * current_limit_a).sum();
     let impulse = (2.0 * mass * held * machine.spindle.backup_clearance_m).sqrt();
     Ok(PI * impulse / (2.0 * length_s))
 }

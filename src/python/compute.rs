@@ -1,6 +1,7 @@
 //! A computation on a thread of its own: Python's other threads go on, Ctrl-C raises `KeyboardInterrupt` at once, and
 //! a defect of the computation becomes a `RuntimeError`.
 
+use crate::workflow::Failure;
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use std::any::Any;
@@ -37,13 +38,13 @@ pub(super) fn end_with(error: PyErr) {
     resume_unwind(Box::new(error));
 }
 
-/// The result of `work`; its error is the message of a `ValueError`.
+/// The result of `work`.
 ///
 /// # Errors
-/// `ValueError` with the message, `KeyboardInterrupt` after Ctrl-C, `RuntimeError` for a panic of the computation.
+/// `ValueError` with the words of a failure, `KeyboardInterrupt` after Ctrl-C, `RuntimeError` for a panic of the computation.
 pub(super) fn compute<T: Send + 'static>(
     python: Python<'_>,
-    work: impl FnOnce(&Stop) -> Result<T, String> + Send + 'static,
+    work: impl FnOnce(&Stop) -> Result<T, Failure> + Send + 'static,
 ) -> PyResult<T> {
     let stop = Stop::default();
     let (sender, receiver) = channel();
@@ -75,18 +76,25 @@ pub(super) fn compute<T: Send + 'static>(
     })?;
     match found {
         Ok(Ok(value)) => Ok(value),
-        Ok(Err(message)) => Err(PyValueError::new_err(message)),
+        Ok(Err(failure)) => Err(failure_error(&failure)),
         Err(payload) if payload.is::<PyErr>() => Err(payload
             .downcast::<PyErr>()
             .map_or_else(|_| PyRuntimeError::new_err("the computation ended without a result"), |error| *error)),
-        Err(payload) => {
-            Err(PyRuntimeError::new_err(format!("a defect of muspin, please report it: {}", words(payload.as_ref()))))
-        }
+        Err(payload) => Err(PyRuntimeError::new_err(format!(
+            "a defect of muspin, please report it: {}",
+            panic_words(payload.as_ref())
+        ))),
     }
 }
 
+/// A `ValueError` with the words of a failure, hint included, without the `error:` that a terminal shows.
+pub(super) fn failure_error(failure: &Failure) -> PyErr {
+    let text = failure.to_string();
+    PyValueError::new_err(text.strip_prefix("error: ").unwrap_or(&text).trim_end().to_owned())
+}
+
 /// The message of a panic.
-fn words(payload: &(dyn Any + Send)) -> String {
+fn panic_words(payload: &(dyn Any + Send)) -> String {
     let text = payload.downcast_ref::<String>().map(String::as_str);
     let text = text.or_else(|| payload.downcast_ref::<&str>().copied());
     text.unwrap_or("a panic without a message").to_owned()

@@ -1,9 +1,9 @@
 //! A spindle with its tool as Python holds it.
 
-use super::compute::{compute, end_with};
+use super::compute::{compute, end_with, failure_error};
 use super::convert::{SystemOut, system, to_value_error};
 use super::measured;
-use super::results::{NativeResults, results, words};
+use super::results::{NativeResults, results};
 use crate::augment::weights::Weights;
 use crate::controller::Controller;
 use crate::controller::anti_windup::firmware_rows;
@@ -13,8 +13,8 @@ use crate::export::json::controller_json;
 use crate::identify::Rehearsal;
 use crate::input::pid::{load_pid, read_pid};
 use crate::input::{
-    NO_TOOL, load_controller, load_machine, load_weights, read_controller, read_spindle, read_tool, read_weights,
-    shipped, spindle_yaml, tool_yaml, usual_tool,
+    InputError, NO_TOOL, load_controller, load_machine, load_weights, read_controller, read_spindle, read_tool,
+    read_weights, shipped, spindle_yaml, tool_yaml, usual_tool,
 };
 use crate::lti::Response;
 use crate::pid::settings::TuneSettings;
@@ -46,6 +46,7 @@ use crate::report::time_response::simulation_report;
 use crate::report::tool::tool_report;
 use crate::report::whole::Report;
 use crate::spindle::{Machine, ModelDetail, Plant};
+use crate::workflow::Failure;
 use numpy::{Complex64, PyArray3, ToPyArray};
 use pyo3::prelude::*;
 use std::collections::BTreeMap;
@@ -65,7 +66,7 @@ impl NativeMachine {
     fn load(python: Python<'_>, spindle: String, tool: Option<String>) -> PyResult<Self> {
         compute(python, move |_| {
             let tool = tool.map_or_else(|| usual_tool(&spindle).map(str::to_owned), Ok);
-            tool.and_then(|tool| load_machine(&spindle, &tool)).map_err(|e| words(e.into()))
+            Ok(load_machine(&spindle, &tool?)?)
         })
         .map(Self)
     }
@@ -74,12 +75,12 @@ impl NativeMachine {
     #[staticmethod]
     fn read(python: Python<'_>, spindle: String, tool: String) -> PyResult<Self> {
         compute(python, move |_| {
-            let spindle = read_spindle("spindle", &spindle).map_err(|e| words(e.into()))?;
+            let spindle = read_spindle("spindle", &spindle)?;
             if tool == NO_TOOL {
-                return Machine::without_tool(spindle).map_err(|e| words(e.into()));
+                return Ok(Machine::without_tool(spindle)?);
             }
-            let tool = read_tool("tool", &tool, &spindle).map_err(|e| words(e.into()))?;
-            Machine::new(spindle, tool).map_err(|e| words(e.into()))
+            let tool = read_tool("tool", &tool, &spindle)?;
+            Ok(Machine::new(spindle, tool)?)
         })
         .map(Self)
     }
@@ -91,7 +92,7 @@ impl NativeMachine {
             return Ok(source.to_owned());
         }
         let known = if kind == "tool" { shipped::TOOLS } else { shipped::SPINDLES };
-        shipped::text(source, kind, known).map_err(|e| to_value_error(words(e.into())))
+        shipped::text(source, kind, known).map_err(|e| failure_error(&e.into()))
     }
 
     /// Name of the spindle and of the tool.
@@ -117,10 +118,7 @@ impl NativeMachine {
         if pade_order > PADE_LIMIT {
             return Err(to_value_error(format!("pade_order = {pade_order} must be at most {PADE_LIMIT}")));
         }
-        let found = compute(python, move |_| {
-            let plant = Plant::design_model(&machine, speed).map_err(|e| e.to_string())?;
-            plant.state_space(pade_order).map_err(|e| e.to_string())
-        })?;
+        let found = compute(python, move |_| Ok(Plant::design_model(&machine, speed)?.state_space(pade_order)?))?;
         Ok(system(python, &found))
     }
 
@@ -136,7 +134,7 @@ impl NativeMachine {
             return Err(to_value_error(format!("omega holds {bad}: give numbers in rad/s")));
         }
         let all = compute(python, move |_| {
-            let plant = Plant::new(&machine, speed, ModelDetail::Full).map_err(|e| e.to_string())?;
+            let plant = Plant::new(&machine, speed, ModelDetail::Full)?;
             let mut all = ndarray::Array3::zeros((omega.len(), CHANNELS, CHANNELS));
             for (k, w) in omega.iter().enumerate() {
                 let h = plant.at(*w);
@@ -182,9 +180,8 @@ impl NativeMachine {
                 stop.here();
                 tell(progress.as_ref(), &event);
             };
-            let study = study(&machine, &weights, &settings, Questions::default(), &mut { told });
-            let study = study.map_err(|e| words(e.into()))?;
-            let report = design_report(&machine, &study, settings.route).map_err(|e| words(e.into()))?;
+            let study = study(&machine, &weights, &settings, Questions::default(), &mut { told })?;
+            let report = design_report(&machine, &study, settings.route)?;
             Ok((controller_text(&study.design.delivery.controller), NativeResults::of(report)?))
         })
     }
@@ -203,10 +200,7 @@ impl NativeMachine {
     fn modes(&self, python: Python<'_>, rpm: Vec<f64>) -> PyResult<String> {
         let machine = self.0.clone();
         rpm.iter().try_for_each(|rpm| check_speed(*rpm).map(|_| ()))?;
-        compute(python, move |_| {
-            let found = ModesSummary::of(&machine, &rpm).map_err(|e| words(e.into()))?;
-            Ok(json(&found).to_string())
-        })
+        compute(python, move |_| Ok(json(&ModesSummary::of(&machine, &rpm)?).to_string()))
     }
 
     /// A tuned PID, or one with given numbers (a file or JSON): its controller as JSON, and the results.
@@ -221,7 +215,7 @@ impl NativeMachine {
         compute(python, move |_| {
             let settings = TuneSettings { seed, ..TuneSettings::quick() };
             let pid = match numbers {
-                None => tune_pid(&machine, &settings).map_err(|e| words(e.into()))?,
+                None => tune_pid(&machine, &settings)?,
                 Some(numbers) => {
                     let rate_hz = machine.spindle.electronics.sample_rate_hz;
                     let given = if is_json(&numbers) {
@@ -229,15 +223,13 @@ impl NativeMachine {
                     } else {
                         load_pid(&numbers, rate_hz)
                     };
-                    let given = given.map_err(|e| words(e.into()))?;
-                    let controller = given.sample(&machine).map_err(|e| words(e.into()))?;
-                    PidController { controller, origin: PidOrigin::Given, further: None }
+                    PidController { controller: given?.sample(&machine)?, origin: PidOrigin::Given, further: None }
                 }
             };
             let top_rpm = machine.spindle.max_rpm;
             let rpm = rpm.unwrap_or_else(|| vec![0.0, 0.5 * top_rpm, top_rpm]);
-            let found = PidLoop::close(&machine, pid, &rpm, settings.mode_shift).map_err(|e| words(e.into()))?;
-            let report = pid_report(&machine, &found, &settings).map_err(|e| words(e.into()))?;
+            let found = PidLoop::close(&machine, pid, &rpm, settings.mode_shift)?;
+            let report = pid_report(&machine, &found, &settings)?;
             Ok((controller_text(&found.pid.controller), NativeResults::of(report)?))
         })
     }
@@ -267,8 +259,7 @@ impl NativeMachine {
                 list.push((Role::Other(k), controller(given)?, KnownFigures::default()));
             }
             if list.is_empty() {
-                let own = own_controllers(&machine, &weights, TuneSettings::quick(), &mut |_| stop.here());
-                let own = own.map_err(|e| words(e.into()))?;
+                let own = own_controllers(&machine, &weights, TuneSettings::quick(), &mut |_| stop.here())?;
                 met = own.design.meets_targets();
                 list = add_own(&mut report.summary, own);
             }
@@ -276,11 +267,11 @@ impl NativeMachine {
             let mut compared = vec![];
             for (name, (role, controller, known)) in names.iter().zip(&list) {
                 stop.here();
-                let one = compare_controller(&ground, name, controller, known).map_err(|e| words(e.into()))?;
+                let one = compare_controller(&ground, name, controller, known)?;
                 compared.push((*role, one));
             }
             let met = met && all_acceptable(&compared);
-            add_compared(&mut report, &ground, &compared, vec![], met).map_err(|e| words(e.into()))?;
+            add_compared(&mut report, &ground, &compared, vec![], met)?;
             Ok(report)
         })
     }
@@ -297,9 +288,9 @@ impl NativeMachine {
     ) -> PyResult<NativeResults> {
         let machine = self.0.clone();
         results(python, move |_| {
-            let names = SimulationCase::ALL.map(|(_, name)| name);
-            let Some((case, name)) = SimulationCase::ALL.into_iter().find(|(_, name)| *name == case) else {
-                return Err(format!("case {case:?} is none of {}", names.join(", ")));
+            let names = SimulationCase::ALL.map(SimulationCase::name);
+            let Some(case) = SimulationCase::from_name(&case) else {
+                return Err(Failure::new(format!("case {case:?} is none of {}", names.join(", "))));
             };
             let option = |name: &str| options.get(name).copied();
             let wish = SimulationWish {
@@ -315,9 +306,9 @@ impl NativeMachine {
             let bus_voltage_v = option("bus_voltage").unwrap_or(usual.bus_voltage_v);
             let settings = TimeSettings { noise_seed, bus_voltage_v, ..usual };
             let given = self::controller(&controller)?;
-            let sampled = sample_controller(&machine, &given).map_err(|e| e.to_string())?;
-            let simulated = simulate_controller(&machine, &sampled, &wish, &settings).map_err(|e| e.to_string())?;
-            simulation_report(&machine, &given.name, name, &simulated).map_err(|e| words(e.into()))
+            let sampled = sample_controller(&machine, &given)?;
+            let simulated = simulate_controller(&machine, &sampled, &wish, &settings)?;
+            Ok(simulation_report(&machine, &given.name, case.name(), &simulated)?)
         })
     }
 
@@ -341,13 +332,13 @@ impl NativeMachine {
             let watch = || stop.here();
             let controller = match controller {
                 Some(given) => self::controller(&given)?,
-                None => levitating_pid(&model, &truth, &rpm, &watch).map_err(|e| words(e.into()))?,
+                None => levitating_pid(&model, &truth, &rpm, &watch)?,
             };
-            let usual = Rehearsal::usual(&truth).map_err(|e| words(e.into()))?;
+            let usual = Rehearsal::usual(&truth)?;
             let rehearsal = Rehearsal { repeats, seed, ..usual };
             let (controller, rehearsal) = (&controller, &rehearsal);
             let rig = RehearsedRig { truth: &truth, controller, rehearsal, speeds_rpm: &rpm, watch: &watch };
-            let (folder, _) = rig.folder(&model).map_err(|e| words(e.into()))?;
+            let (folder, _) = rig.folder(&model)?;
             Ok(NativeResults::files_only(folder))
         })
     }
@@ -372,9 +363,9 @@ impl NativeMachine {
                 pid: TuneSettings::quick(),
                 extent: if quick { Extent::Controller } else { Extent::Everything },
             };
-            let found = one_tool(&task, false, &mut |_| stop.here()).map_err(|e| words(e.into()))?;
+            let found = one_tool(&task, false, &mut |_| stop.here())?;
             let row = BatchRow::of(&machine.tool.name, "", &found);
-            let report = tool_report(&found, &weights).map_err(|e| words(e.into()))?;
+            let report = tool_report(&found, &weights)?;
             Ok((json(&row).to_string(), NativeResults::of(report)?))
         })
     }
@@ -389,12 +380,12 @@ impl NativeMachine {
         let machine = self.0.clone();
         compute(python, move |_| {
             let given = self::controller(&controller)?;
-            let sampled = sample_controller(&machine, &given).map_err(|e| e.to_string())?;
-            let (rows, _) = firmware_rows(&sampled.law, &machine).map_err(|e| words(e.into()))?;
-            let verification = proven_as_rounded(&machine, &rows).map_err(|e| words(e.into()))?;
+            let sampled = sample_controller(&machine, &given)?;
+            let (rows, _) = firmware_rows(&sampled.law, &machine)?;
+            let verification = proven_as_rounded(&machine, &rows)?;
             let stability = stability_words(&verification);
             if !verification.is_proven() {
-                return Err(stability);
+                return Err(Failure::new(stability));
             }
             let firmware = Firmware {
                 discrete: &sampled.controller,
@@ -405,10 +396,10 @@ impl NativeMachine {
                 tag: None,
                 prefix: &prefix.unwrap_or_else(|| c_identifier(machine.short_name())),
             };
-            let written = write_all(&firmware, &Format::ALL).map_err(|e| words(e.into()))?;
+            let written = write_all(&firmware, &Format::ALL)?;
             let mut folder = ResultsFolder::new();
             for (name, bytes) in written.files {
-                folder.add(&name, bytes).map_err(|e| e.to_string())?;
+                folder.add(&name, bytes)?;
             }
             Ok((stability, NativeResults::files_only(folder)))
         })
@@ -421,15 +412,14 @@ fn is_json(given: &str) -> bool {
 }
 
 /// A controller of a file or of its JSON text.
-fn controller(given: &str) -> Result<Controller, String> {
-    let found = if is_json(given) { read_controller("controller", given) } else { load_controller(given) };
-    found.map_err(|e| words(e.into()))
+fn controller(given: &str) -> Result<Controller, InputError> {
+    if is_json(given) { read_controller("controller", given) } else { load_controller(given) }
 }
 
 /// The weights of a file, a shipped name or a JSON text, on a machine.
-fn weights_on(machine: &Machine, given: &str) -> Result<Weights, String> {
+fn weights_on(machine: &Machine, given: &str) -> Result<Weights, Failure> {
     let found = if is_json(given) { read_weights("weights", given) } else { load_weights(given) };
-    found.map_err(|e| words(e.into()))?.on(machine).map_err(|e| words(e.into()))
+    Ok(found?.on(machine)?)
 }
 
 fn controller_text(controller: &Controller) -> String {

@@ -18,8 +18,8 @@ pub(super) struct NativeResults {
 
 impl NativeResults {
     /// A report with its page.
-    pub(super) fn of(mut report: Report) -> Result<Self, String> {
-        report.finish().map_err(|error| words(error.into()))?;
+    pub(super) fn of(mut report: Report) -> Result<Self, Failure> {
+        report.finish()?;
         Ok(Self { figures: report.summary.to_json(), folder: report.folder })
     }
 
@@ -56,14 +56,7 @@ impl NativeResults {
 /// The results of a computation that ends in a report.
 pub(super) fn results(
     python: Python<'_>,
-    work: impl FnOnce(&Stop) -> Result<Report, String> + Send + 'static,
+    work: impl FnOnce(&Stop) -> Result<Report, Failure> + Send + 'static,
 ) -> PyResult<NativeResults> {
     compute(python, move |stop| NativeResults::of(work(stop)?))
-}
-
-/// The words of a failure, hint included, without the `error:` that a terminal shows.
-pub(super) fn words(failure: Failure) -> String {
-    let text = failure.to_string();
-    let text = text.strip_prefix("error: ").unwrap_or(&text);
-    text.trim_end().to_owned()
 }

@@ -45,9 +45,12 @@ pub(super) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
 fn care_of<'py>(python: Python<'py>, a: Real<'py>, g: Real<'py>, q: Real<'py>) -> PyResult<(RealOut<'py>, f64, f64)> {
     let (a, g, q) = (matrix(&a, "A")?, matrix(&g, "G")?, matrix(&q, "Q")?);
     let found = compute(python, move |_| {
-        care(&a, &g, &q).map_err(|e| match find_cause(&a, &g, &q) {
-            Ok(Some(cause)) => format!("Riccati equation: {e}\n\nhint: {cause}"),
-            _ => format!("Riccati equation: {e}"),
+        care(&a, &g, &q).map_err(|e| {
+            let failure = Failure::new(format!("Riccati equation: {e}"));
+            match find_cause(&a, &g, &q) {
+                Ok(Some(cause)) => failure.with_hint(cause),
+                _ => failure,
+            }
         })
     })?;
     Ok((array(python, &found.x), found.residual, found.closed_loop_max_real))
@@ -61,14 +64,13 @@ fn hinfnorm(python: Python<'_>, p: Matrices<'_>, period: f64) -> PyResult<(f64, 
         return Err(to_value_error(format!("dt = {period} must be a time in seconds")));
     }
     let found = compute(python, move |_| {
-        let found = if period > 0.0 {
+        Ok(if period > 0.0 {
             let time = Discrete { period_s: period };
             let sampled = StateSpace { a: s.a, b: s.b, c: s.c, d: s.d, time };
-            hinf_norm_discrete(&sampled, NORM_TOLERANCE)
+            hinf_norm_discrete(&sampled, NORM_TOLERANCE)?
         } else {
-            hinf_norm(&s, NORM_TOLERANCE)
-        };
-        found.map_err(|e| format!("H-infinity norm: {e}"))
+            hinf_norm(&s, NORM_TOLERANCE)?
+        })
     })?;
     Ok((found.norm, found.peak_omega_rad_s, found.upper))
 }
@@ -101,13 +103,15 @@ fn plant(p: &Matrices<'_>, measurements: usize, controls: usize, blocks: Vec<Blo
 }
 
 /// The plant as it is posed: enlarged by a share of the gains of its channels where one is given.
-fn pose_problem(plant: &GeneralizedPlant, share: Option<f64>) -> Result<(GeneralizedPlant, Regularisation), String> {
+fn pose_problem(plant: &GeneralizedPlant, share: Option<f64>) -> Result<(GeneralizedPlant, Regularisation), Failure> {
     match share {
         None => Ok((plant.clone(), Regularisation::default())),
         Some(share) if share > 0.0 && share < 1.0 => regularise_plant(plant, share).ok_or_else(|| {
-            "regularise: a control reaches no error, or no disturbance reaches a measurement".to_owned()
+            Failure::new("regularise: a control reaches no error, or no disturbance reaches a measurement")
         }),
-        Some(share) => Err(format!("regularise = {share} must be True or a share of the gains between 0 and 1")),
+        Some(share) => {
+            Err(Failure::new(format!("regularise = {share} must be True or a share of the gains between 0 and 1")))
+        }
     }
 }
 
@@ -136,8 +140,8 @@ fn hinfsyn<'py>(
         let norm = if added == Regularisation::default() {
             (found.closed_loop_norm, found.closed_loop_peak_rad_s)
         } else {
-            let closed = lower_lft(&given.system, &found.controller).map_err(|e| e.to_string())?;
-            let norm = hinf_norm(&closed, NORM_TOLERANCE).map_err(|e| e.to_string())?;
+            let closed = lower_lft(&given.system, &found.controller)?;
+            let norm = hinf_norm(&closed, NORM_TOLERANCE)?;
             (norm.norm, norm.peak_omega_rad_s)
         };
         Ok((found, norm, added))
@@ -163,7 +167,7 @@ fn hinfsyn<'py>(
 }
 
 /// A failed synthesis with what to do.
-fn explain_error(error: &SynthesisError) -> String {
+fn explain_error(error: &SynthesisError) -> Failure {
     let hair = matches!(
         error,
         SynthesisError::ControlCost { .. }
@@ -171,7 +175,7 @@ fn explain_error(error: &SynthesisError) -> String {
             | SynthesisError::WeakFeedthrough { .. }
     );
     let regularise = if hair { "; or pass regularise=True, which adds what is missing and reports it" } else { "" };
-    format!("H-infinity synthesis: {error}\n\nhint: {}{regularise}", error.advice())
+    Failure::new(format!("H-infinity synthesis: {error}")).with_hint(format!("{}{regularise}", error.advice()))
 }
 
 /// A block as (kind, rows or size, columns).
@@ -211,9 +215,9 @@ fn musyn<'py>(
     let (found, added) = compute(python, move |stop| {
         let (plant, added) = pose_problem(&given, share)?;
         let found = iterate_mixed(&plant, &settings, &mut |_| stop.here());
-        let found = found.map_err(|e| match &e {
-            DkError::Synthesis(cause) => explain_error(cause),
-            _ => format!("D-K iteration: {e}"),
+        let found = found.map_err(|e| match e {
+            DkError::Synthesis(cause) => explain_error(&cause),
+            other => other.into(),
         })?;
         Ok((found, added))
     })?;
@@ -245,7 +249,7 @@ fn mussv<'py>(
             m.ncols()
         )));
     }
-    let found = compute(python, move |_| mu::bounds(&m, &structure).map_err(|e| e.to_string()))?;
+    let found = compute(python, move |_| Ok(mu::bounds(&m, &structure)?))?;
     Ok((found.upper, found.lower, complex_array(python, &found.delta)))
 }
 
@@ -262,14 +266,14 @@ fn balred<'py>(
         return Err(to_value_error(format!("order {order}, but the system has {} states", full.order())));
     }
     let (best, hankel) = compute(python, move |_| {
-        let balancing = Balancing::with_check(&full).map_err(|e| e.to_string())?;
-        let reductions = balancing.reductions(order).map_err(|e| e.to_string())?;
+        let balancing = Balancing::with_check(&full)?;
+        let reductions = balancing.reductions(order)?;
         let names: Vec<&str> = reductions.iter().map(|r| r.method).collect();
         let names = names.join(", ");
         let wanted = |name: &str| method.as_deref().is_none_or(|m| m == name);
         match reductions.into_iter().find(|r| wanted(r.method)) {
             Some(best) => Ok((best, balancing.hankel)),
-            None => Err(format!("no reduction of that kind to {order} states; there are: {names}")),
+            None => Err(Failure::new(format!("no reduction of that kind to {order} states; there are: {names}"))),
         }
     })?;
     Ok((system(python, &best.system), best.error_hinf, best.method.to_owned(), hankel))
@@ -278,16 +282,11 @@ fn balred<'py>(
 /// The answer of `muspin solve` to a problem, both as JSON.
 #[pyfunction]
 fn solve(python: Python<'_>, kind: &str, problem: String) -> PyResult<String> {
-    let Some(kind) = ProblemKind::ALL.into_iter().find(|k| k.name() == kind) else {
+    let Some(kind) = ProblemKind::from_name(kind) else {
         let names = ProblemKind::ALL.map(ProblemKind::name);
         return Err(to_value_error(format!("kind {kind:?}: {}", names.join(", "))));
     };
-    compute(python, move |_| {
-        let problem =
-            ProblemFields::parse(Path::new("problem"), &problem).map_err(Failure::from).map_err(|e| e.to_string())?;
-        let answer = answer_problem(&problem, kind).map_err(|e| e.to_string())?;
-        Ok(answer.text())
-    })
+    compute(python, move |_| Ok(answer_problem(&ProblemFields::parse(Path::new("problem"), &problem)?, kind)?.text()))
 }
 
 /// A sampled system in the w plane.

@@ -77,12 +77,12 @@ pub fn report(summary: &Value, pictures: &[(String, String)]) -> Result<String, 
         };
         let mut groups = vec![group(false, open), group(true, folded)];
         groups.retain(|group| !group.pictures.is_empty());
-        let (tables, rows, grids) = figures(stage, summary.get(stage.key()), &read);
+        let (tables, rows, grids) = figures(stage, summary.get(stage.name()), &read);
         if !(tables.is_empty() && rows.is_empty() && grids.is_empty() && groups.is_empty()) {
             sections.push(HtmlSection {
                 tables,
                 long: is_long(&rows, &grids),
-                anchor: stage.key().to_owned(),
+                anchor: stage.name().to_owned(),
                 title: stage.title().to_owned(),
                 lead: lead(stage, &read).to_owned(),
                 rows,
@@ -178,7 +178,7 @@ const SHOWN: [&str; 7] = ["run", "spindle", "tool", "weights", "verdict", "outco
 
 /// Whatever no stage claims.
 fn further(summary: &Value, pictures: Vec<Picture>) -> Option<HtmlSection> {
-    let staged = |key: &str| Stage::ALL.iter().any(|s| s.key() == key);
+    let staged = |key: &str| Stage::from_name(key).is_some();
     let rest = summary.as_object().map(|map| {
         let kept = map.iter().filter(|(k, _)| !staged(k) && !SHOWN.contains(&k.as_str()) && *k != "certificates");
         Value::Object(kept.map(|(k, v)| (k.clone(), v.clone())).collect())

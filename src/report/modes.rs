@@ -43,7 +43,6 @@ impl ModesSummary {
         Self::at_speeds(names, &machine.rotor()?, speeds_rpm, &|speed| machine.whirl_on(&supports, speed, TO_HZ))
     }
 
-    /// The modes of a rotor on its supports.
     pub(crate) fn of_rotor(rotor: &RotorOnSupports, speeds_rpm: &[f64]) -> Result<Self, SpindleError> {
         let tool = rotor.tool.as_ref().map_or("no tool", |tool| &tool.name);
         Self::at_speeds([&rotor.name, tool], &rotor.rotor()?, speeds_rpm, &|speed| rotor.whirl(speed, TO_HZ))

@@ -14,7 +14,6 @@ const WORDS: [(&str, &str); 6] = [
     ("tool stiffness", "output stiffness"),
 ];
 
-/// A text in the words of a machine.
 pub(crate) fn place_words(machine: &Machine, text: String) -> String {
     if machine.tool.is_absent() { at_output(&text) } else { text }
 }

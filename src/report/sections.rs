@@ -3,20 +3,13 @@
 /// The sections in the order of the page: variant, key at the top of the summary, title, what the reader looks at.
 macro_rules! sections {
     ($($section:ident $key:literal $title:literal $lead:literal,)*) => {
-        /// A stage of the run as a section of the page, in the order of the page.
-        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-        #[allow(missing_docs)]
-        pub enum PageSection { $($section,)* }
+        named! {
+            /// A stage of the run as a section of the page, in the order of the page, by its key at the top of the
+            /// summary, which is its anchor.
+            pub enum PageSection { $($section = $key,)* }
+        }
 
         impl PageSection {
-            /// All sections in the order of the page.
-            pub const ALL: [Self; [$($key,)*].len()] = [$(Self::$section,)*];
-
-            /// Key at the top of the summary, and anchor.
-            pub(crate) fn key(self) -> &'static str {
-                match self { $(Self::$section => $key,)* }
-            }
-
             pub(crate) fn title(self) -> &'static str {
                 match self { $(Self::$section => $title,)* }
             }

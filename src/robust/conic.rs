@@ -148,7 +148,6 @@ pub(crate) struct Optimum {
 const MAX_ITERATIONS: u32 = 120;
 
 impl Programme {
-    /// Solves the programme.
     pub(crate) fn solve(&self) -> Result<Optimum, ProgrammeError> {
         lapack::link();
         let (a, b, cones) = self.conic_form();

@@ -124,7 +124,7 @@ impl ModelCorrection {
     }
 
     fn add_on_shaft(&mut self, z: f64, law: &RecoveredLaw) -> Result<(), SpindleError> {
-        let plane = Plane::ALL.into_iter().find(|plane| plane.name() == law.name);
+        let plane = Plane::from_name(&law.name);
         let (powers, poles) = match (plane, law.name.as_str()) {
             (None, "x to y") => (1, 0),
             (None, _) => (3, MOST_POLES),

@@ -13,24 +13,13 @@ use crate::rotor::{Damping, Disc, Rotor, RotorError, Section};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// A bearing of the spindle.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Side {
-    /// Next to the tool.
-    Front,
-    /// Next to the tail.
-    Rear,
-}
-
-impl Side {
-    pub(crate) const BOTH: [Self; 2] = [Self::Front, Self::Rear];
-
-    /// The name in files.
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            Self::Front => "front",
-            Self::Rear => "rear",
-        }
+named! {
+    /// A bearing of the spindle.
+    pub enum Side {
+        /// Next to the tool.
+        Front = "front",
+        /// Next to the tail.
+        Rear = "rear",
     }
 }
 

@@ -52,7 +52,6 @@ impl BrokenRules {
         }
     }
 
-    /// All of them.
     pub(super) fn list(self) -> Vec<SpindleError> {
         self.0
     }

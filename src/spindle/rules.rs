@@ -14,7 +14,7 @@ impl Spindle {
     pub(crate) fn broken_rules(&self) -> Vec<SpindleError> {
         let mut broken = BrokenRules::default();
         let rotor = broken.rotor(&self.sections, &self.discs, SpindleError::Rotor);
-        for side in Side::BOTH {
+        for side in Side::ALL {
             self.check_bearing(side, &mut broken);
         }
         self.check_electronics(&mut broken);
@@ -24,7 +24,7 @@ impl Spindle {
         if let Some(thrust) = &self.thrust {
             thrust.check(&mut broken);
         }
-        for side in Side::BOTH {
+        for side in Side::ALL {
             let gap_m = self.bearing(side).gap_m;
             broken.note(rule(
                 self.backup_clearance_m < gap_m,

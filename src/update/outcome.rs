@@ -11,22 +11,13 @@ use super::targets::Targets;
 use crate::rotor::spectrum::ModalSpectrum;
 use crate::rotor::{Rotor, Section};
 
-/// How the factors were found.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Method {
-    /// Gauss–Newton with sensitivities and prior.
-    GaussNewton,
-    /// Nelder–Mead on Eq. (7).
-    NelderMead,
-}
-
-impl Method {
-    /// Name on the command line and in `summary.json`.
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            Self::GaussNewton => "gauss-newton",
-            Self::NelderMead => "nelder-mead",
-        }
+named! {
+    /// How the factors were found.
+    pub enum Method {
+        /// Gauss–Newton with sensitivities and prior.
+        GaussNewton = "gauss-newton",
+        /// Nelder–Mead on Eq. (7).
+        NelderMead = "nelder-mead",
     }
 }
 

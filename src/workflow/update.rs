@@ -99,7 +99,6 @@ pub(crate) fn taps_of(
     Ok((hammer_targets(rotor, springs(first.axis), &placed)?, notes))
 }
 
-/// An update of a machine.
 pub(crate) struct MachineUpdate<'a> {
     pub(crate) before: &'a Machine,
     pub(crate) delivered: &'a UpdatedMachine,

@@ -20,7 +20,6 @@ use crate::robust::minimax::proximal::{
 };
 use crate::robust::minimax::step::{CurvedProgramme, LinearValue, MinimaxStep, StepRule};
 
-/// Effort of a descent.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Effort {
     /// Steps tried at most.

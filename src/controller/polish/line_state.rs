@@ -61,7 +61,6 @@ pub(super) struct DirectionSums {
     sensitivity: [Lanes; 2],
 }
 
-/// Lines of a part.
 const PART: usize = 32;
 
 impl DirectionSums {

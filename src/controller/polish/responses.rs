@@ -192,7 +192,6 @@ impl Plants {
         self
     }
 
-    /// With further rotors.
     pub(crate) fn with_further(mut self, machine: &Machine, rotors: &[ShiftedRotor]) -> Result<Self, SpindleError> {
         let machine = isotropic(machine);
         for rotor in rotors {

@@ -34,31 +34,19 @@ const SLOPE_ITERATIONS: usize = 6;
 /// Largest held-out gap of a model that is called right: beyond three standard deviations no chance leads.
 const MOST_HELD_OUT: f64 = 3.0;
 
-/// The four verdicts.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Verdict {
-    /// Nothing is missing.
-    Adequate,
-    /// The effects are named.
-    Named,
-    /// The effects are named on a machine whose numbers are further off than careful work leaves.
-    Probable,
-    /// Several explanations fit alike.
-    Tie,
-    /// Something is missing that is in no catalogue.
-    Unexplained,
-}
-
-impl Verdict {
-    /// The name in files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Adequate => "adequate",
-            Self::Named => "named",
-            Self::Probable => "probable",
-            Self::Tie => "tie",
-            Self::Unexplained => "unexplained",
-        }
+named! {
+    /// The verdicts.
+    pub enum Verdict {
+        /// Nothing is missing.
+        Adequate = "adequate",
+        /// The effects are named.
+        Named = "named",
+        /// The effects are named on a machine whose numbers are further off than careful work leaves.
+        Probable = "probable",
+        /// Several explanations fit alike.
+        Tie = "tie",
+        /// Something is missing that is in no catalogue.
+        Unexplained = "unexplained",
     }
 }
 

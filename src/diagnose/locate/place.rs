@@ -133,7 +133,7 @@ impl Place {
 
     /// The name in files, which says what the laws found here act on.
     pub fn name_in_files(&self) -> String {
-        let bearing = |b: &usize| Side::BOTH[*b].name();
+        let bearing = |b: &usize| Side::ALL[*b].name();
         let axis = |axis: &usize| AXIS_NAMES[*axis];
         match self {
             Self::Nowhere | Self::Freed(_) => "nowhere".into(),

@@ -42,7 +42,6 @@ pub struct Drawing {
     pub(super) axes: String,
 }
 
-/// Draws the figure.
 pub(super) fn draw(figure: &Figure) -> Result<Drawing, PlotError> {
     figure.check()?;
     let width = f64::from(figure.width_px);

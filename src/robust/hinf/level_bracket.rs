@@ -31,7 +31,6 @@ impl Tested {
     }
 }
 
-/// Tests a level.
 pub(super) type Test<'a> = dyn FnMut(f64) -> Result<Tested, SynthesisError> + 'a;
 
 /// A feasible level above `lo`.

@@ -3,15 +3,16 @@
 /// The control axes, in channel order.
 pub const AXIS_NAMES: [&str; 4] = ["front_x", "front_y", "rear_x", "rear_y"];
 
-/// Which bearing an effect sits at.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Bearings {
-    /// The front bearing.
-    Front,
-    /// The rear bearing.
-    Rear,
-    /// Both.
-    Both,
+named! {
+    /// Which bearing an effect sits at.
+    pub enum Bearings {
+        /// The front bearing.
+        Front = "front",
+        /// The rear bearing.
+        Rear = "rear",
+        /// Both.
+        Both = "both",
+    }
 }
 
 impl Bearings {
@@ -23,46 +24,15 @@ impl Bearings {
             Self::Both => true,
         }
     }
-
-    /// The name in files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Front => "front",
-            Self::Rear => "rear",
-            Self::Both => "both",
-        }
-    }
-
-    /// The bearing of that name.
-    pub fn from_name(name: &str) -> Option<Self> {
-        [Self::Front, Self::Rear, Self::Both].into_iter().find(|b| b.name() == name)
-    }
 }
 
-/// One of the two planes in which the shaft moves.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Plane {
-    /// The plane of the x axes.
-    X,
-    /// The plane of the y axes.
-    Y,
-}
-
-impl Plane {
-    /// Both.
-    pub const ALL: [Self; 2] = [Self::X, Self::Y];
-
-    /// The name in files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::X => "x",
-            Self::Y => "y",
-        }
-    }
-
-    /// The plane of that name.
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|plane| plane.name() == name)
+named! {
+    /// One of the two planes in which the shaft moves.
+    pub enum Plane {
+        /// The plane of the x axes.
+        X = "x",
+        /// The plane of the y axes.
+        Y = "y",
     }
 }
 

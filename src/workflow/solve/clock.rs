@@ -12,7 +12,6 @@ use crate::lti::{Continuous, Discrete, StateSpace};
 pub(super) struct Clock(pub(super) Option<Discrete>);
 
 impl Clock {
-    /// That of a problem.
     pub(super) fn of(problem: &ProblemFields) -> Result<Self, Failure> {
         Ok(Self(problem.sample_time()?))
     }

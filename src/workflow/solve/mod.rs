@@ -24,7 +24,6 @@ use crate::input::problem_keys::check_keys;
 use crate::input::problem_schema::ProblemKind;
 pub(crate) use answer::Answer;
 
-/// The answer to a problem.
 pub(crate) fn answer_problem(problem: &ProblemFields, kind: ProblemKind) -> Result<Answer, Failure> {
     check_keys(problem, kind)?;
     let answer = match kind {

@@ -49,8 +49,9 @@ fn write_row(folder: &Path, row: &BatchRow) {
 #[test]
 fn a_variant_differs_from_the_drawing_in_its_quantity_alone() {
     let machine = load_machine("reference", "paper-tool").unwrap();
-    for (quantity, name) in Quantity::ALL {
-        let variation = Variation { quantity, name, relative: 0.1 };
+    for quantity in Quantity::ALL {
+        let name = quantity.name();
+        let variation = Variation { quantity, relative: 0.1 };
         let all = variants(&machine, &[variation]);
         assert_eq!(all.len(), 3, "{name}");
         assert_eq!(all[0].1, machine);
