@@ -29,7 +29,7 @@ impl Linear {
         self.residual.len()
     }
 
-    pub(super) fn residual(&self) -> &[f64] {
+    pub(crate) fn residual(&self) -> &[f64] {
         &self.residual
     }
 }
