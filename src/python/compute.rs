@@ -41,7 +41,8 @@ pub(super) fn end_with(error: PyErr) {
 /// The result of `work`.
 ///
 /// # Errors
-/// `ValueError` with the words of a failure, `KeyboardInterrupt` after Ctrl-C, `RuntimeError` for a panic of the computation.
+/// `ValueError` with the words of a failure, `KeyboardInterrupt` after Ctrl-C, `RuntimeError` for a panic of the
+/// computation.
 pub(super) fn compute<T: Send + 'static>(
     python: Python<'_>,
     work: impl FnOnce(&Stop) -> Result<T, Failure> + Send + 'static,
