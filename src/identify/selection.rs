@@ -29,8 +29,10 @@ const FALSE_ALARM: f64 = 1e-3;
 /// The noise is believed to be a tenth of what the record says at least: less is what a record does not repeat of
 /// itself.
 const LEAST_CHI_SQUARED: f64 = 1e-2;
-/// A frequency with a relative standard deviation above this is not identified: readings off a plot are better.
+/// A pole whose standard deviation exceeds this part of the frequency, as readings off a plot have it, and this part of
+/// its half bandwidth is not identified: of a damped mode neither the frequency nor the damping is then told.
 const WORST_RELATIVE_SD: f64 = 0.005;
+const WORST_SD_OF_BANDWIDTH: f64 = 0.2;
 /// Degree of the smooth part round a pole: in a window of a quarter of the frequency, what degree two leaves of the
 /// modes beside it is many standard deviations.
 const DEGREE: usize = 4;
@@ -227,7 +229,8 @@ impl<'a> Survey<'a> {
         let damped = pole.im < MOST_DAMPING * pole.re && pole.im > -3.0 * sd;
         let seen = mode.gain > self.least_gain && mode.gain_without_line > 0.5 * self.least_gain;
         let told = mode.chi_squared < UNEXPLAINED || mode.share > LEAST_SHARE;
-        inside && damped && seen && told && !mode.is_double && sd < WORST_RELATIVE_SD * pole.re
+        let precise = sd < (WORST_RELATIVE_SD * pole.re).max(WORST_SD_OF_BANDWIDTH * pole.im);
+        inside && damped && seen && told && precise && !mode.is_double
     }
 
     /// Window of a pole, its data, and the numbers of the other poles that lie in it and beside it.

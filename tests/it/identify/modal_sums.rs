@@ -268,6 +268,36 @@ fn lightly_damped_modes_on_uniform_lines_are_all_found() {
     }
 }
 
+/// A damped mode between high peaks, of which the noise tells the frequency to more than half a percent, but to a small
+/// part of its bandwidth: it is found, and its standard deviation holds.
+#[test]
+fn a_damped_mode_between_high_peaks_is_found() {
+    // Frequency, Hz, damping ratio, height of the peak, sign in the second channel.
+    let modes =
+        [(21.4, 0.008, 20.0, 1.0), (51.5, 0.06, 1.0, -0.7), (74.0, 0.023, 20.0, 0.8), (100.0, 0.015, 20.0, -0.6)];
+    let lines: Vec<f64> = (160..4000).map(|k| 0.0625 * f64::from(k)).collect();
+    let sigma = 0.25;
+    let mut draw = Draw(ChaCha8Rng::seed_from_u64(21));
+    let channels = [false, true].map(|second| {
+        let exact = |f: &f64| {
+            let each = modes.iter().map(|(g, z, height, sign)| {
+                let size = if second { height * sign } else { *height };
+                size * 2.0 * z * g * g / c64::new(g * g - f * f, 2.0 * z * g * f)
+            });
+            each.sum::<c64>()
+        };
+        let value = lines.iter().map(|f| exact(f) + draw.noise(sigma)).collect();
+        Channel { name: String::new(), value, sigma: vec![sigma; lines.len()] }
+    });
+    let (found, _) = poly_reference(&lines, &channels, 1);
+    assert_eq!(found.len(), modes.len(), "{found:?}");
+    for (r, (f, z, ..)) in found.iter().zip(modes) {
+        let sd = r.standard_deviation_hz;
+        assert!((r.frequency_hz - f).abs() < 3.0 * sd && (r.damping_ratio - z).abs() * f < 3.0 * sd, "{f} {r:?}");
+    }
+    assert!(found[1].standard_deviation_hz > 5e-3 * found[1].frequency_hz, "{:?}", found[1]);
+}
+
 /// A close pair, a damped and a lightly damped mode in a record with noise of 1 %, against a weighted least squares of
 /// the whole record with real residues (SciPy).
 #[test]
