@@ -315,9 +315,11 @@ pub(super) fn peak_errors(
     problem.peaks.iter().enumerate().zip(relative_sd).map(row).collect()
 }
 
-/// At least half of the peaks must have a partner before a fit makes sense.
+/// At least half of the peaks must have a partner before a fit makes sense; a foreign pole and the zero beside it are
+/// one.
 pub(super) fn check_matches(problem: &UpdateProblem, start: &UpdateEvaluation) -> Result<(), UpdateError> {
-    let used = || problem.peaks.iter().zip(&start.compared).filter(|(p, _)| p.used);
+    let counts = |p: &MeasuredPeak| p.used && !problem.is_beside_foreign_pole(p, start);
+    let used = || problem.peaks.iter().zip(&start.compared).filter(|(p, _)| counts(p));
     let (measured, matched) = (used().count(), used().filter(|(_, c)| c.model.is_some()).count());
     if 2 * matched < measured {
         return Err(UpdateError::NoMatch { matched, measured });

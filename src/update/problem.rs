@@ -12,7 +12,8 @@ use crate::rotor::chain::{Chain, ChainFactor, ChainPort};
 use crate::rotor::chain_assembly;
 use crate::rotor::spectrum::{ModalSpectrum, Query, lambda, lowest_hz, spectrum};
 
-/// A zero this close to a pole (relative) hardly shows in a Bode plot and may have been overlooked.
+/// A zero this close to a pole (relative) hardly shows in a Bode plot and may have been overlooked; beside a pole that
+/// the model does not have it is the other half of what that mode adds.
 const SHALLOW: f64 = 0.02;
 /// Residual, in ln f, of a measured peak without partner in the model.
 pub(super) const MISSING_LN: f64 = 0.4;
@@ -202,6 +203,14 @@ impl UpdateProblem {
         UpdateEvaluation { ln_factors: ln_factors.to_vec(), spectrum, compared }
     }
 
+    /// Whether a measured peak is a zero beside a pole that the model does not have.
+    pub(super) fn is_beside_foreign_pole(&self, peak: &MeasuredPeak, at: &UpdateEvaluation) -> bool {
+        let mut foreign =
+            self.peaks.iter().zip(&at.compared).filter(|(p, own)| p.kind == PeakKind::Resonance && own.model.is_none());
+        let apart = |p: &MeasuredPeak| (p.target.frequency_hz / peak.target.frequency_hz).ln().abs();
+        peak.kind == PeakKind::Antiresonance && foreign.any(|(p, _)| apart(p) <= SHALLOW)
+    }
+
     /// Partner in the model of every peak, by the pattern of poles and zeros.
     fn partners(&self, spectrum: &ModalSpectrum) -> Vec<Option<usize>> {
         let ln = |list: &[Option<Target>]| -> Vec<Option<f64>> {
@@ -213,17 +222,25 @@ impl UpdateProblem {
         let of_poles = align(&measured, &poles, &[]);
         let fixed: Vec<(f64, f64)> =
             measured.iter().zip(&of_poles).filter_map(|(m, k)| Some(((*m)?, *poles.get((*k)?)?))).collect();
+        let foreign: Vec<f64> =
+            measured.iter().zip(&of_poles).filter_map(|(m, k)| k.is_none().then_some(*m).flatten()).collect();
         let mut of_zeros = vec![];
         for (frf, zeros) in self.targets.antiresonances.iter().zip(&spectrum.zeros_hz) {
-            let carried: Vec<Option<f64>> =
-                ln(&frf.antiresonances).into_iter().map(|f| f.map(|f| warp(&fixed, f))).collect();
+            let own = ln(&frf.antiresonances);
+            let is_of_shaft = |k: &usize| own[*k].is_none_or(|z| foreign.iter().all(|p| (p - z).abs() > SHALLOW));
+            let of_shaft: Vec<usize> = (0..own.len()).filter(is_of_shaft).collect();
+            let carried: Vec<Option<f64>> = of_shaft.iter().map(|k| own[*k].map(|f| warp(&fixed, f))).collect();
             let model: Vec<f64> = zeros.iter().map(|f| f.ln()).collect();
             let depth = |z: &f64| {
                 let gap = poles.iter().map(|p| (p - z).abs());
                 (gap.fold(f64::INFINITY, f64::min) / SHALLOW).min(1.0)
             };
             let priority: Vec<f64> = model.iter().map(depth).collect();
-            of_zeros.push(align(&carried, &model, &priority));
+            let mut partners = vec![None; own.len()];
+            for (k, partner) in of_shaft.iter().zip(align(&carried, &model, &priority)) {
+                partners[*k] = partner;
+            }
+            of_zeros.push(partners);
         }
         let of = |peak: &MeasuredPeak| match peak.kind {
             PeakKind::Resonance => of_poles[peak.index],

@@ -143,3 +143,18 @@ fn a_peak_without_counterpart_is_named() {
     assert!(found.statement.contains(&format!("the resonance at {stray:.1} Hz")), "{}", found.statement);
     assert!(found.statement.contains("within 0.0 %"), "{}", found.statement);
 }
+
+/// A mode of the rig shows as a pole with a zero beside it: the zero is no antiresonance of the shaft either, also where
+/// one that could not be identified leaves its place free.
+#[test]
+fn the_zero_beside_a_foreign_pole_has_no_counterpart() {
+    let mut targets = measured(&shaft(|_| (), 1.0));
+    let zeros = &mut targets.antiresonances[0].antiresonances;
+    let stray = 0.8 * zeros[0].take().unwrap().frequency_hz;
+    zeros.insert(0, Some(Target::free(stray, Some(2e-4 * stray))));
+    targets.resonances.push(Some(Target::free(1.01 * stray, Some(2e-4 * stray))));
+    let found = update(&targets);
+    let alone = found.errors.iter().filter(|e| e.after_hz.is_none()).map(|e| e.measured_hz);
+    assert_eq!(alone.collect::<Vec<f64>>(), [1.01 * stray, stray]);
+    assert!(found.explanation.statement.contains("within 0.0 %"), "{}", found.explanation.statement);
+}
