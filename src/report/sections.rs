@@ -51,7 +51,7 @@ sections! {
     Pid "pid" "Tuned PID"
         "The rival: what it was tuned for, and what it reaches.",
     Thrust "thrust" "Thrust axis"
-        "The fifth axis: the shaft along its length on its own magnet, not coupled to the others, at every speed alike.",
+        "The fifth axis: the shaft along its length on a magnet of its own, not coupled to the others.",
     Simulation "simulation" "Time responses"
         "True bearing force law, limits of current and voltage, backup bearings.",
     Machining "machining" "Machining"

@@ -7,7 +7,7 @@ use super::correction::ModelCorrection;
 use super::effective::{Amplifier, AxisElectronics, Effective, EffectiveBearing, Motion};
 use super::effects::{Effect, EffectKind, Location, action};
 use super::rule::{BrokenRules, MOST_DELAY_SAMPLES, rule};
-use super::thrust::ThrustBearing;
+use super::thrust_bearing::ThrustBearing;
 use crate::rotor::whirl::{Support, WhirlSpectrum};
 use crate::rotor::{Damping, Disc, Rotor, RotorError, Section};
 use schemars::JsonSchema;

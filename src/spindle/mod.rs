@@ -19,6 +19,7 @@ pub mod rotor_on_supports;
 mod rule;
 mod rules;
 pub(crate) mod thrust;
+mod thrust_bearing;
 pub(crate) mod whirl_form;
 mod whirl_orbits;
 
@@ -30,7 +31,8 @@ pub use model_detail::ModelDetail;
 pub use plant::Plant;
 pub use plant_loop::PlantLoop;
 pub use rotor_on_supports::RotorOnSupports;
-pub use thrust::{ThrustAxis, ThrustBearing};
+pub use thrust::ThrustAxis;
+pub use thrust_bearing::ThrustBearing;
 pub use whirl_orbits::WhirlOrbits;
 
 use crate::linalg::NumericError;

@@ -14,3 +14,4 @@ mod diagnose_rehearsed;
 mod diagnose_rotor;
 mod diagnose_small;
 pub mod generator;
+mod masses_at_ports;
