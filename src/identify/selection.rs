@@ -29,8 +29,8 @@ const FALSE_ALARM: f64 = 1e-3;
 /// The noise is believed to be a tenth of what the record says at least: less is what a record does not repeat of
 /// itself.
 const LEAST_CHI_SQUARED: f64 = 1e-2;
-/// A pole whose standard deviation exceeds this part of the frequency, as readings off a plot have it, and this part of
-/// its half bandwidth is not identified: of a damped mode neither the frequency nor the damping is then told.
+/// A pole is identified where the standard deviation of its frequency is below this part of the frequency, which is
+/// what a reading off a plot has, or below this part of its half bandwidth, which tells the damping to about a fifth.
 const WORST_RELATIVE_SD: f64 = 0.005;
 const WORST_SD_OF_BANDWIDTH: f64 = 0.2;
 /// Degree of the smooth part round a pole: in a window of a quarter of the frequency, what degree two leaves of the

@@ -205,10 +205,10 @@ impl UpdateProblem {
 
     /// Whether a measured peak is a zero beside a pole that the model does not have.
     pub(super) fn is_beside_foreign_pole(&self, peak: &MeasuredPeak, at: &UpdateEvaluation) -> bool {
-        let mut foreign =
-            self.peaks.iter().zip(&at.compared).filter(|(p, own)| p.kind == PeakKind::Resonance && own.model.is_none());
-        let apart = |p: &MeasuredPeak| (p.target.frequency_hz / peak.target.frequency_hz).ln().abs();
-        peak.kind == PeakKind::Antiresonance && foreign.any(|(p, _)| apart(p) <= SHALLOW)
+        let peaks = self.peaks.iter().zip(&at.compared);
+        let foreign = peaks.filter(|(p, own)| p.kind == PeakKind::Resonance && own.model.is_none());
+        let foreign: Vec<f64> = foreign.map(|(p, _)| p.target.frequency_hz.ln()).collect();
+        peak.kind == PeakKind::Antiresonance && is_beside(peak.target.frequency_hz.ln(), &foreign)
     }
 
     /// Partner in the model of every peak, by the pattern of poles and zeros.
@@ -227,7 +227,7 @@ impl UpdateProblem {
         let mut of_zeros = vec![];
         for (frf, zeros) in self.targets.antiresonances.iter().zip(&spectrum.zeros_hz) {
             let own = ln(&frf.antiresonances);
-            let is_of_shaft = |k: &usize| own[*k].is_none_or(|z| foreign.iter().all(|p| (p - z).abs() > SHALLOW));
+            let is_of_shaft = |k: &usize| own[*k].is_none_or(|z| !is_beside(z, &foreign));
             let of_shaft: Vec<usize> = (0..own.len()).filter(is_of_shaft).collect();
             let carried: Vec<Option<f64>> = of_shaft.iter().map(|k| own[*k].map(|f| warp(&fixed, f))).collect();
             let model: Vec<f64> = zeros.iter().map(|f| f.ln()).collect();
@@ -263,4 +263,9 @@ fn sort_ascending(list: &mut [Option<Target>]) {
         (None, Some(_)) => std::cmp::Ordering::Greater,
         (None, None) => std::cmp::Ordering::Equal,
     });
+}
+
+/// Whether a zero lies beside one of some poles; all in ln f.
+fn is_beside(zero: f64, poles: &[f64]) -> bool {
+    poles.iter().any(|pole| (pole - zero).abs() <= SHALLOW)
 }
