@@ -64,7 +64,7 @@ pub fn detectable(case: &Case, named: &[Hypothesis], at: &Point) -> Result<Vec<D
         .map(|(_, h)| h)
         .filter(|h| !h.in_place_of_another() && !named.iter().any(|n| n.same_name(h)))
         .collect();
-    let records = Records::new(case, named, at)?;
+    let records = LinearRecords::new(case, named, at)?;
     let (sized, without): (Vec<&Hypothesis>, Vec<&Hypothesis>) =
         wanted.iter().copied().partition(|h| assembled_with_size(h.kind));
     let mut units = records.of_unit_sizes(&without)?;
@@ -93,7 +93,7 @@ struct Remainder {
 }
 
 /// Records linearised in all parameters but the effect that is asked for, as a fit sees them and in σ of the gap.
-struct Records<'a> {
+struct LinearRecords<'a> {
     case: &'a Case<'a>,
     named: &'a [Hypothesis],
     at: &'a Point,
@@ -104,9 +104,9 @@ struct Records<'a> {
     normal_of_gap: Mat<f64>,
 }
 
-impl<'a> Records<'a> {
+impl<'a> LinearRecords<'a> {
     fn new(case: &'a Case<'a>, named: &'a [Hypothesis], at: &'a Point) -> Result<Self, DiagnoseError> {
-        let problem = thinned(case, named);
+        let problem = every_few_lines(case, named);
         let (fit, gap) = (problem.linear(at, FINAL_MODEL_ERROR)?, problem.linear(&in_the_gap(at), GAP_FLOOR)?);
         // Every line stands for as many as are not looked at; a prior counts once.
         let mut normal = fit.parts().1.clone();
@@ -120,7 +120,7 @@ impl<'a> Records<'a> {
     /// Of unit sizes of effects that share one linearisation.
     fn of_unit_sizes(&self, wanted: &[&Hypothesis]) -> Result<Vec<Remainder>, DiagnoseError> {
         let further: Vec<Hypothesis> = wanted.iter().copied().cloned().collect();
-        let problem = thinned(self.case, self.named);
+        let problem = every_few_lines(self.case, self.named);
         let fit = problem.beside(self.at, FINAL_MODEL_ERROR, &further)?;
         let gap = problem.beside(&in_the_gap(self.at), GAP_FLOOR, &further)?;
         let all = self.of_columns(&fit.jacobian, &gap.jacobian)?;
@@ -135,7 +135,7 @@ impl<'a> Records<'a> {
     /// Of the unit size of an effect that has to be assembled.
     fn of_unit_size(&self, h: &Hypothesis) -> Result<Remainder, DiagnoseError> {
         let (with, there) = self.beside(h, h.nothing());
-        let problem = thinned(self.case, &with);
+        let problem = every_few_lines(self.case, &with);
         let fit = problem.newest(&there, FINAL_MODEL_ERROR, None)?;
         let gap = problem.newest(&in_the_gap(&there), GAP_FLOOR, None)?;
         Ok(self.of_columns(&fit.jacobian, &gap.jacobian)?[0])
@@ -144,7 +144,7 @@ impl<'a> Records<'a> {
     /// Of an effect as the model has it.
     fn of_effect(&self, h: &Hypothesis, theta: &[f64]) -> Result<Remainder, DiagnoseError> {
         let (with, there) = self.beside(h, theta.to_vec());
-        let problem = thinned(self.case, &with);
+        let problem = every_few_lines(self.case, &with);
         let change = |base: &Linear, at: &Point, model_error: f64| -> Result<(Mat<f64>, f64), DiagnoseError> {
             let mut change = problem.residual(at, model_error)?;
             change.iter_mut().zip(base.residual()).for_each(|(there, here)| *there = here - *there);
@@ -202,8 +202,9 @@ impl<'a> Records<'a> {
         Ok(each.collect())
     }
 
-    /// How many times what is needed an effect reaches by its size, to be found and to have a name.
-    fn reached(&self, h: &Hypothesis, remainder: &Remainder) -> (f64, f64) {
+    /// What an effect of this size reaches, as a share of what it needs to be found and of what it needs to have a
+    /// name.
+    fn shares_of_needed(&self, h: &Hypothesis, remainder: &Remainder) -> (f64, f64) {
         let residuals = ((self.fit.residuals() * STRIDE).max(2) as f64).ln();
         let least = if self.named.is_empty() { FIRST_EFFECT_BIC_GAIN } else { FURTHER_EFFECT_BIC_GAIN };
         let numbers = h.nothing().len() as f64;
@@ -218,7 +219,7 @@ impl<'a> Records<'a> {
     /// The effect at the size of which nine in ten are found, and at which it has a name; none where no size that makes
     /// sense would be found.
     fn smallest(&self, h: &Hypothesis, unit: &Remainder) -> Result<Option<Detectable>, DiagnoseError> {
-        let (found, named) = self.reached(h, unit);
+        let (found, named) = self.shares_of_needed(h, unit);
         let nothing = h.nothing();
         let of_size = |size: f64| {
             let mut theta = nothing.clone();
@@ -243,7 +244,7 @@ impl<'a> Records<'a> {
                 // Too large, or without a name at any size as a disc without inertia is.
                 return Ok(None);
             };
-            let reached = self.reached(h, &self.of_effect(h, &theta)?).1;
+            let reached = self.shares_of_needed(h, &self.of_effect(h, &theta)?).1;
             if reached > SETTLED {
                 return Ok(Some(Detectable { effect, named_from: h.effect(&theta) }));
             }
@@ -262,6 +263,6 @@ fn in_the_gap(at: &Point) -> Point {
     Point { smooth: 0.0, ..at.clone() }
 }
 
-fn thinned<'a>(case: &Case<'a>, effects: &'a [Hypothesis]) -> Problem<'a> {
+fn every_few_lines<'a>(case: &Case<'a>, effects: &'a [Hypothesis]) -> Problem<'a> {
     Problem { model: case.model, evidence: case.evidence, usage: Subset { stride: STRIDE, ..Subset::ALL }, effects }
 }
