@@ -28,20 +28,23 @@ const SEARCH_LINES: usize = 200;
 const FIGURE_LINES: usize = 600;
 /// Lines on each side of a pole: three to a half-power width.
 const LINES_A_SIDE: usize = 3;
-/// Restoring stiffness of the starts in negative stiffnesses of the magnet: soft, usual, stiff.
+/// Restoring stiffness of the starts over the negative stiffness of the magnet: soft, usual, stiff.
 const START_STIFFNESS: [f64; 3] = [0.5, 1.5, 4.0];
 /// Damping ratio of the starts.
 const START_DAMPING: f64 = 0.7;
-/// Descents from each start, each from a new simplex round the end of the one before, and steps of one: eight numbers
-/// settle within some hundred steps a simplex.
+/// A magnet with little negative stiffness starts as one whose unstable pole lies at this share of Nyquist; the
+/// stiffest start then has its crossover at about twice that.
+const LEAST_UNSTABLE_POLE: f64 = 0.01;
+/// Descents from each start, each from a new simplex round the end of the one before, and largest number of steps of a
+/// descent: eight numbers settle within some hundred.
 const DESCENTS: usize = 4;
 const STEPS: usize = 400;
-/// Logarithmic size of a simplex.
+/// Side of the first simplex, in the logarithms of the numbers; each later one has half of it.
 const FIRST_SIDE: f64 = 0.3;
-/// Logarithms that a limit weighs per logarithm of its excess: far more than the stiffness that it buys.
+/// Penalty per logarithm of the excess over a limit: far more than the logarithm of the stiffness that the excess buys.
 const EXCESS_WEIGHT: f64 = 30.0;
-/// The integral part acts within some hundredths of a second: what it costs in stiffness is little, and the search
-/// would take any slower one that it is offered. [`AxisParameters`] has no faster one.
+/// Corner of the integral part, the fastest of [`AxisParameters`]. It is held: a slower one is hardly stiffer within
+/// the band, but leaves a static load displaced for seconds.
 const INTEGRAL_RAD_S: f64 = TAU * 5.0;
 /// Numbers of the search: those of [`AxisParameters`] without the integral part and the second biquad.
 const FREE: usize = 8;
@@ -64,11 +67,11 @@ pub struct ThrustPid {
     pub parameters: AxisParameters,
     /// One signal to one current, u = K y, as it runs.
     pub controller: Controller,
-    /// Largest growth rate of the sampled loop, 1/s; negative when stable.
+    /// Largest growth rate of the sampled loop in double precision, 1/s; negative when stable.
     pub growth_rate_per_s: f64,
     /// Smallest dynamic stiffness within the stiffness band: N/m, and its frequency, Hz.
     pub minimum: (f64, f64),
-    /// Peak of |S| to Nyquist.
+    /// Peak of |S| on the lines, which go to 0.98 of Nyquist.
     pub sensitivity_peak: f64,
     /// Current from sensor noise, rms A.
     pub noise_current_a: f64,
@@ -105,7 +108,7 @@ pub fn tune_thrust(axis: &ThrustAxis, band_hz: (f64, f64)) -> Result<ThrustPid, 
     search.judge(found)
 }
 
-/// What the loop is at a line of the plant.
+/// The plant at one frequency.
 struct PlantLine {
     omega_rad_s: f64,
     /// jω as Tustin's rule sees it.
@@ -128,7 +131,7 @@ struct ThrustSearch<'a> {
 
 impl<'a> ThrustSearch<'a> {
     fn new(axis: &'a ThrustAxis, band_hz: (f64, f64)) -> Result<Self, VerificationError> {
-        let build = || Ok((axis.undelayed()?, axis.sample_plant()?));
+        let build = || Ok((axis.plant_without_delay()?, axis.sample_plant()?));
         let (continuous, sampled) = build().map_err(in_step("plant of the thrust axis"))?;
         let nyquist_rad_s = PI * axis.electronics.sample_rate_hz;
         let mut search = Self { axis, continuous, sampled, lines: vec![], band_hz, nyquist_rad_s };
@@ -158,9 +161,7 @@ impl<'a> ThrustSearch<'a> {
     /// Gains of a rigid mass whose restoring stiffness is `ratio` times the negative one, in the order of the search.
     fn start(&self, ratio: f64) -> Vec<f64> {
         let (bearing, mass_kg) = (&self.axis.bearing, self.axis.mass_kg);
-        // A magnet with little negative stiffness starts as one whose rigid pole lies at a fiftieth of Nyquist.
-        let least = mass_kg * (0.02 * self.nyquist_rad_s).powi(2);
-        let negative = bearing.ks_n_per_m.max(least / START_STIFFNESS[2]);
+        let negative = bearing.ks_n_per_m.max(mass_kg * (LEAST_UNSTABLE_POLE * self.nyquist_rad_s).powi(2));
         let restoring = ratio * negative;
         let gain = (restoring + bearing.ks_n_per_m) / bearing.ki_n_per_a;
         let derivative_s = 2.0 * START_DAMPING * (restoring * mass_kg).sqrt() / (bearing.ki_n_per_a * gain);
@@ -191,22 +192,22 @@ impl<'a> ThrustSearch<'a> {
         tustin(&system, self.axis.electronics.sample_period_s()).map_err(in_step("PID of the thrust axis"))
     }
 
-    /// Poles of the sampled loop.
-    fn closed(&self, law: &StateSpace<Discrete>) -> Result<StateSpace<Discrete>, ControllerError> {
+    /// The sampled loop.
+    fn close_loop(&self, law: &StateSpace<Discrete>) -> Result<StateSpace<Discrete>, ControllerError> {
         lower_lft(&self.sampled, law).map_err(in_step("loop of the thrust axis"))
     }
 
-    /// −ln of the smallest stiffness with what limits are exceeded by; above any stable loop for an unstable one, by
-    /// its growth.
+    /// Negative logarithm of the smallest stiffness plus the penalties of exceeded limits. An unstable loop has a
+    /// larger loss than any stable one; it rises with the growth rate.
     fn loss(&self, x: &[f64]) -> f64 {
         let Some(parameters) = self.parameters(x) else { return f64::INFINITY };
         let growth = self.law(&parameters).and_then(|law| {
-            let closed = self.closed(&law)?;
+            let closed = self.close_loop(&law)?;
             closed.growth_rate().map_err(in_step("poles of the thrust axis"))
         });
         let Ok(growth_rate_per_s) = growth else { return f64::INFINITY };
         if growth_rate_per_s >= 0.0 {
-            // Logarithms of stiffness stay far below.
+            // The loss of a stable loop, a logarithm, stays far below.
             return 1e6 + growth_rate_per_s;
         }
         let figures = self.figures(&parameters, &self.lines);
@@ -216,6 +217,7 @@ impl<'a> ThrustSearch<'a> {
         peak + noise - figures.minimum.0.ln()
     }
 
+    /// Figures of the loop of the continuous plant with the hold and the exact delay, on some lines.
     fn figures(&self, parameters: &AxisParameters, lines: &[PlantLine]) -> Figures {
         let (mut minimum, mut sensitivity_peak, mut power) = ((f64::INFINITY, f64::NAN), 0.0f64, 0.0);
         let mut before: Option<(f64, f64)> = None;
@@ -250,7 +252,7 @@ impl<'a> ThrustSearch<'a> {
     /// The PID with the figures of its loop on lines round its poles.
     fn judge(&self, parameters: AxisParameters) -> Result<ThrustPid, VerificationError> {
         let law = self.law(&parameters)?;
-        let closed = self.closed(&law)?;
+        let closed = self.close_loop(&law)?;
         let poles = closed.poles().map_err(in_step("poles of the thrust axis"))?;
         let growth_rate_per_s = closed.time.largest_growth_rate(&poles);
         if growth_rate_per_s.is_nan() || growth_rate_per_s >= 0.0 {

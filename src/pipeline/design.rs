@@ -163,12 +163,25 @@ pub(crate) fn design_in_words(
     Ok(found)
 }
 
-/// The whole design. Where the polish of an earlier design that suffices meets every goal, it is delivered, and no
-/// D-K iteration is run.
+/// The whole design: the thrust axis, where the machine has one, and the four radial axes. Where the polish of an
+/// earlier design that suffices meets every goal, it is delivered, and no D-K iteration is run.
 ///
 /// # Errors
 /// [`PipelineError`] says which stage failed.
 pub fn design(
+    machine: &Machine,
+    weights: &Weights,
+    settings: &DesignSettings,
+    progress: &mut Listener,
+) -> Result<Design, PipelineError> {
+    // First, because it takes a second and its failure ends the design.
+    let thrust = design_thrust(machine)?;
+    let radial = design_radial(machine, weights, settings, progress)?;
+    Ok(Design { thrust, ..radial })
+}
+
+/// The design of the four radial axes.
+fn design_radial(
     machine: &Machine,
     weights: &Weights,
     settings: &DesignSettings,
@@ -223,7 +236,6 @@ fn finish_design(
     let delivered = scaled_plane(&plane_of_law(machine, &delivery.controller)?)?;
     let real_corner_mu = largest_at_corners(&problems.specification, &delivered, &real)?;
     let instability = Instability::of(machine, &problems, &delivery)?;
-    let thrust = design_thrust(machine)?;
     Ok(Design {
         problems,
         constant_scales,
@@ -233,6 +245,6 @@ fn finish_design(
         real_corner_mu,
         specification_scale,
         instability,
-        thrust,
+        thrust: None,
     })
 }

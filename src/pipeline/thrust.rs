@@ -5,8 +5,8 @@ use super::PipelineError;
 use crate::controller::scaling::{ScaledRealisation, SignalLimits, scale_realisation};
 use crate::controller::sections::second_order_sections;
 use crate::controller::speed_proof::{SpeedInterval, SpeedProof};
-use crate::controller::verification::{SpeedCheck, Verification};
-use crate::controller::{ControlLaw, in_step};
+use crate::controller::verification::{SpeedCheck, Verification, growth_words};
+use crate::controller::{ControlLaw, ControllerError, in_step};
 use crate::lti::connect::lower_lft;
 use crate::pid::thrust::{ThrustPid, tune_thrust};
 use crate::spindle::{Machine, ThrustAxis};
@@ -30,7 +30,7 @@ pub struct ThrustDesign {
 /// The controller of the thrust axis of a machine; none where the machine has no such axis.
 ///
 /// # Errors
-/// [`PipelineError`] where no PID stabilises the axis, or a computation fails.
+/// [`PipelineError`] where no PID was found that stabilises the axis, or a computation fails.
 pub fn design_thrust(machine: &Machine) -> Result<Option<ThrustDesign>, PipelineError> {
     let Some(axis) = ThrustAxis::of(machine)? else {
         return Ok(None);
@@ -45,14 +45,17 @@ pub fn design_thrust(machine: &Machine) -> Result<Option<ThrustDesign>, Pipeline
     let rounded = realisation.rows.rounded_f32()?;
     let growth = || lower_lft(&axis.sample_plant()?, &rounded)?.growth_rate();
     let growth_rate_per_s = growth().map_err(in_step("loop of the thrust axis"))?;
+    if growth_rate_per_s.is_nan() || growth_rate_per_s >= 0.0 {
+        let reason = format!("the loop {} with coefficients in single precision", growth_words(growth_rate_per_s, 0.0));
+        let advice = "take a lower sample rate, or check mass, k_i, k_s and delay";
+        return Err(ControllerError::Infeasible { step: "rounding of the thrust PID", reason, advice }.into());
+    }
     let top_rpm = machine.spindle.max_rpm;
     let interval = SpeedInterval { centre_rpm: 0.0, growth_rate_per_s, radius_rpm: top_rpm };
-    let stable = growth_rate_per_s < 0.0;
-    let open_rpm = if stable { vec![] } else { vec![[0.0, top_rpm]] };
     let verification = Verification {
         speeds: [0.0, top_rpm].map(|speed_rpm| SpeedCheck { speed_rpm, growth_rate_per_s }).to_vec(),
         conditions: CONDITIONS.to_owned(),
-        proof: Some(SpeedProof { to_rpm: top_rpm, intervals: vec![interval], open_rpm }),
+        proof: Some(SpeedProof { to_rpm: top_rpm, intervals: vec![interval], open_rpm: vec![] }),
         top_rpm,
         ..Verification::none()
     };

@@ -14,11 +14,12 @@ use crate::predict::stiffness::stiffness_words;
 use crate::spindle::Machine;
 use serde_json::{Value, json};
 
-/// The files of the controller of a thrust axis; `tag` names the machine's files beside it.
+/// The files of the controller of a thrust axis in some formats; `tag` names the machine's files beside it.
 pub(super) fn thrust_files(
     machine: &Machine,
     found: &ThrustDesign,
     tag: &MachineTag,
+    formats: &[Format],
 ) -> Result<Vec<(String, Vec<u8>)>, FirmwareError> {
     let firmware = Firmware {
         discrete: &found.pid.controller,
@@ -29,7 +30,6 @@ pub(super) fn thrust_files(
         tag: Some(tag),
         prefix: &format!("{}_thrust", c_identifier(machine.short_name())),
     };
-    let formats: &[Format] = if found.verification.is_proven() { &Format::ALL } else { &[Format::Json] };
     Ok(write_all(&firmware, formats)?.files)
 }
 
@@ -58,7 +58,7 @@ pub(super) fn thrust_topic(found: &ThrustDesign) -> Value {
         "sensitivity_peak_db": 20.0 * pid.sensitivity_peak.log10(),
         "zone": Zone::of_peak(pid.sensitivity_peak).letter(),
         "noise_current_a": pid.noise_current_a,
-        "slowest_decay_per_s": -pid.growth_rate_per_s,
+        "slowest_decay_per_s": found.verification.worst_growth_rate_per_s().map(|rate| -rate),
         "proven_stable": found.verification.is_proven(),
         "numbers": numbers,
     })

@@ -156,18 +156,24 @@ impl Report {
             self.folder.add(&format!("{place}pid.json"), controller_json(pid, Some(&tag)))?;
         }
         if let Some(thrust) = &design.thrust {
-            self.thrust(place, machine, thrust)?;
+            self.thrust(place, machine, thrust, controller_formats(design))?;
         }
         self.machine_files(machine)
     }
 
     /// Adds the thrust axis: its topic, its picture and the folder `thrust` of its controller.
-    fn thrust(&mut self, place: &str, machine: &Machine, found: &ThrustDesign) -> Result<(), ReportError> {
+    fn thrust(
+        &mut self,
+        place: &str,
+        machine: &Machine,
+        found: &ThrustDesign,
+        formats: &[Format],
+    ) -> Result<(), ReportError> {
         self.summary.set("thrust", thrust_topic(found));
         self.figures([(Picture::Thrust, thrust_figure(found))])?;
         let up = "../".repeat(1 + place.matches('/').count());
         let tag = machine_tag(machine, &format!("{up}spindle.yaml"), &format!("{up}tool.yaml"));
-        for (file, bytes) in thrust_files(machine, found, &tag)? {
+        for (file, bytes) in thrust_files(machine, found, &tag, formats)? {
             self.folder.add(&format!("{place}thrust/{file}"), bytes)?;
         }
         Ok(())
@@ -215,7 +221,13 @@ impl Report {
     }
 }
 
-/// The files of a delivered controller in every format; `tag` names the machine's files beside it.
+/// A machine with a loop that is unstable or not proven stable gets no firmware; `export --force-unverified` makes it
+/// from `discrete.json`.
+fn controller_formats(design: &Design) -> &'static [Format] {
+    if design.has_firmware() { &Format::ALL } else { &[Format::Json] }
+}
+
+/// The files of a delivered controller in every format that its loop allows; `tag` names the machine's files beside it.
 fn controller_files(
     machine: &Machine,
     design: &Design,
@@ -233,9 +245,7 @@ fn controller_files(
             tag: Some(tag),
             prefix: &c_identifier(machine.short_name()),
         },
-        // A loop that is unstable or not proven stable gets no firmware; `export --force-unverified` makes it from
-        // `discrete.json`.
-        if design.has_firmware() { &Format::ALL } else { &[Format::Json] },
+        controller_formats(design),
     )?;
     Ok(written.files)
 }

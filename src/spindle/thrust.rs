@@ -53,7 +53,7 @@ impl ThrustAxis {
     ///
     /// # Errors
     /// [`NumericError`] for numbers that are not finite.
-    pub fn undelayed(&self) -> Result<StateSpace<Continuous>, NumericError> {
+    pub fn plant_without_delay(&self) -> Result<StateSpace<Continuous>, NumericError> {
         let gain = |factor: f64| Mat::from_fn(1, 1, |_, _| factor);
         let mut magnet = first_order(self.electronics.amplifier_bandwidth_hz)?;
         if let Some(corner_hz) = self.bearing.eddy_corner_hz {
@@ -70,10 +70,10 @@ impl ThrustAxis {
     /// half a sample counts as half a sample.
     ///
     /// # Errors
-    /// As [`ThrustAxis::undelayed`].
+    /// As [`ThrustAxis::plant_without_delay`].
     pub fn sample_plant(&self) -> Result<StateSpace<Discrete>, NumericError> {
         let period_s = self.electronics.sample_period_s();
-        zoh_with_delay(&self.undelayed()?.select(&[0], &[0]), period_s, self.delay_s() - 0.5 * period_s)
+        zoh_with_delay(&self.plant_without_delay()?.select(&[0], &[0]), period_s, self.delay_s() - 0.5 * period_s)
     }
 
     /// Delay of the current with the half sample of the hold, s.

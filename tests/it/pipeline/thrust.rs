@@ -82,7 +82,7 @@ fn the_plant_follows_its_equations_of_motion() {
             let own = machine.rotor().unwrap().mass_properties().mass_kg;
             assert!((axis.mass_kg - own).abs() < 1e-12 * own);
         }
-        let plant = axis.undelayed().unwrap();
+        let plant = axis.plant_without_delay().unwrap();
         // The rational form of the eddy currents is within 1 % of the half-order lag.
         let tolerance = if axis.bearing.eddy_corner_hz.is_some() { 0.01 } else { 1e-9 };
         for hz in [1.0, 30.0, 95.0, 600.0, 1899.0, 5000.0] {
@@ -107,12 +107,12 @@ fn law(design: &ThrustDesign) -> &StateSpace<Discrete> {
     }
 }
 
-/// Smallest stiffness within the band of a machine and largest |S| to Nyquist, from the equations of motion and the
-/// response of the controller as it runs.
-fn figures(machine: &Machine, design: &ThrustDesign) -> [f64; 2] {
+/// Smallest stiffness within the band of a machine, largest |S| to Nyquist and current from sensor noise, from the
+/// equations of motion and the response of the controller as it runs.
+fn figures(machine: &Machine, design: &ThrustDesign) -> [f64; 3] {
     let (axis, law) = (&design.axis, law(design));
     let period_s = law.time.period_s;
-    let (mut stiffness, mut peak) = (f64::INFINITY, 0.0f64);
+    let (mut stiffness, mut peak, mut power) = (f64::INFINITY, 0.0f64, 0.0);
     let last = 0.5 / period_s * 0.98;
     for k in 0..20_000 {
         let hz = (last.ln() * f64::from(k) / 19_999.0).exp();
@@ -123,22 +123,25 @@ fn figures(machine: &Machine, design: &ThrustDesign) -> [f64; 2] {
         let current = law.at(w)[(0, 0)] * (half.sin() / half) * c64::new(0.0, -w * delay).exp() * force;
         let sensitivity = (c64::new(1.0, 0.0) - signal * by_magnet * current).inv();
         peak = peak.max(sensitivity.norm());
+        power += (law.at(w)[(0, 0)] * sensitivity).norm_sqr() * hz * last.ln() / 19_999.0;
         let (from, to) = machine.spindle.stiffness_band_hz;
         if (from..=to).contains(&hz) {
             let compliance = by_load + by_magnet * current * sensitivity * signal * by_load;
             stiffness = stiffness.min(compliance.norm().recip());
         }
     }
-    [stiffness, peak]
+    // White noise of the sensors has its power evenly up to Nyquist.
+    [stiffness, peak, axis.electronics.sensor_noise_m * (power * 2.0 * period_s).sqrt()]
 }
 
 #[test]
 fn the_figures_of_a_thrust_pid_are_those_of_the_equations() {
     for machine in machines() {
         let design = design_thrust(&machine).unwrap().unwrap();
-        let [stiffness, peak] = figures(&machine, &design);
+        let [stiffness, peak, noise_a] = figures(&machine, &design);
         let pid = &design.pid;
         assert!((pid.minimum.0 / stiffness - 1.0).abs() < 0.02, "{} for {stiffness}", pid.minimum.0);
+        assert!((pid.noise_current_a / noise_a - 1.0).abs() < 0.02, "{} for {noise_a}", pid.noise_current_a);
         assert!((pid.sensitivity_peak / peak - 1.0).abs() < 0.02, "{} for {peak}", pid.sensitivity_peak);
         // Zone A of ISO 14839-3, and no softer than the magnet is unstable.
         assert!(peak < 3.0 && stiffness > 0.1 * design.axis.bearing.ks_n_per_m, "{peak}, {stiffness}");
