@@ -32,7 +32,8 @@ pub struct Biquad {
 }
 
 impl Biquad {
-    pub(super) fn system(&self) -> Result<StateSpace<Continuous>, NumericError> {
+    /// The section, one signal to one.
+    pub(crate) fn system(&self) -> Result<StateSpace<Continuous>, NumericError> {
         let (p, z) = (self.pole_rad_s, self.zero_rad_s);
         let direct = (p / z).powi(2);
         let c = [1.0 - direct, 2.0 * (self.zero_damping * p / z - self.pole_damping * direct)];

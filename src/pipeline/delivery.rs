@@ -71,6 +71,11 @@ impl Delivery {
     pub(crate) fn largest_mu(&self) -> f64 {
         largest_mu(&self.rounded, &self.speed_mu)
     }
+
+    /// The largest μ over speed, its speed and frequency.
+    pub(super) fn largest_over_speed(&self) -> Option<SpeedMu> {
+        self.speed_mu.iter().copied().max_by(|a, b| a.mu.total_cmp(&b.mu))
+    }
 }
 
 /// A sampled controller of one plane as firmware would run it.

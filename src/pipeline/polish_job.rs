@@ -131,6 +131,14 @@ fn has_gained(rounds: &[PolishRound]) -> bool {
     }
 }
 
+/// Share of what the loop has to which a round lowers the limit on μ, what it has to leave of it, and how many rounds in
+/// turn may leave more.
+const LOWERED: f64 = 0.8;
+const WORTH_LOWERING: f64 = 0.98;
+const MOST_FAILED: usize = 2;
+/// Such rounds of a polish to the least μ.
+const LOWERINGS: usize = 4;
+
 /// Shares of the top speed at which a start that is not stable at all of them is polished on its way.
 const SPEED_SHARES: [f64; 9] = [1.0, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.25, 0.1];
 
@@ -262,6 +270,20 @@ fn descend(
             (least, best) = (figures.0, found);
         }
     }
+    let mut failed = 0;
+    for _ in 0..effort.lowerings {
+        if least <= 1.0 || !least.is_finite() || failed == MOST_FAILED {
+            break;
+        }
+        polisher.limit_mu_to(LOWERED);
+        rounds.push(polisher.run_round(effort.steps)?);
+        let (next, found) = certified(polisher.plane()?)?;
+        certificates.push(next);
+        failed = if next.0 < WORTH_LOWERING * least { 0 } else { failed + 1 };
+        if next.0 < least {
+            (least, best) = (next.0, found);
+        }
+    }
     let (plane, realised, known) = best;
     let course = Polished { plane, rounds, certificates };
     let written = goal.widening.is_none();
@@ -300,6 +322,11 @@ impl<'a> PolishJob<'a> {
             speeds: settings.speeds,
             effort: settings.polish?,
         })
+    }
+
+    /// The same with rounds that lower μ as far as it goes where it exceeds one.
+    pub(super) fn to_least_mu(self) -> Self {
+        Self { effort: PolishEffort { lowerings: LOWERINGS, ..self.effort }, ..self }
     }
 
     /// `plane` as it is, taken through rounding and certificates.

@@ -8,92 +8,24 @@
 //! goal, it is delivered.
 
 use super::PipelineError;
-use super::certificates::mu_words;
 use super::comparison::discrete;
 use super::contact::recovers;
 use super::delivery::{Delivery, DeliveryCandidate, Realised, plane_of_law};
+use super::growth::with_section;
 use super::judged::Judged;
 use super::overspeed::OVERSPEED;
-use super::polish_job::{Goal, PolishJob, Polished, ZONE_A, ZONE_B, limits};
+use super::polish_job::{PolishJob, Polished, ZONE_A, ZONE_B, limits};
+use super::polish_outcome::{PolishAttempt, PolishOutcome, sentence};
 use super::settings::{EarlierDesign, PolishEffort};
 use super::starting_pid::{StartingPid, ToolStiffness, tune_starting_pid};
-use super::widening::Widening;
-use crate::controller::polish::{LoopLimits, PolishRound};
+use crate::controller::polish::LoopLimits;
 use crate::controller::scaling::ScaledRealisation;
 use crate::controller::speed_proof::SpeedProof;
 use crate::lti::{Discrete, StateSpace};
-use crate::pid::parameters::PidParameters;
 use crate::pid::shifted_loops::{bears_shift, find_shift_range};
-use crate::pid::surviving::{SurvivingLaw, find_surviving_law};
+use crate::pid::surviving::find_surviving_law;
 use crate::predict::sensitivity::Zone;
-use crate::predict::stiffness::stiffness_words;
-
-/// A polish from one start.
-#[derive(Clone, Debug)]
-pub struct PolishAttempt {
-    /// Where it started, in words.
-    pub start: &'static str,
-    /// The polished controller; none when the polish could not start.
-    pub judged: Option<Judged>,
-    /// Why it did not take the place of the best before it; empty when it did.
-    pub objections: Vec<&'static str>,
-    /// What the loss said of the start, and after each round.
-    pub rounds: Vec<PolishRound>,
-    /// Certificates: μ of the specification and its frequency, Hz.
-    pub certificates: Vec<(f64, f64)>,
-    /// Why it could not start.
-    pub failure: Option<String>,
-}
-
-impl PolishAttempt {
-    /// From a start, without a result.
-    fn from(start: &'static str) -> Self {
-        Self { start, judged: None, objections: vec![], rounds: vec![], certificates: vec![], failure: None }
-    }
-
-    /// From a start to a polished controller.
-    fn of(start: &'static str, judged: Judged, course: Polished) -> Self {
-        Self { judged: Some(judged), rounds: course.rounds, certificates: course.certificates, ..Self::from(start) }
-    }
-}
-
-/// What the polish of a design did.
-#[derive(Clone, Debug)]
-pub struct PolishOutcome {
-    /// The controller of the D-K iteration, reduced and rounded; none where the iteration was left out.
-    pub dk: Option<Judged>,
-    /// Limits asked for.
-    pub limits: LoopLimits,
-    /// The specification whose μ the polish and its certificates are held to: as written, or with wider limits.
-    pub held_to: Widening,
-    /// Attempts: from an earlier design where there is one, from the D-K iteration, and, where that misses a target,
-    /// from a tuned PID.
-    pub attempts: Vec<PolishAttempt>,
-    /// Number of the attempt whose controller is delivered; none: that of the D-K iteration is.
-    pub delivered: Option<usize>,
-    /// A PID tuned without regard to the design, where the controller of the D-K iteration missed a goal.
-    pub tuned_pid: Option<PidParameters>,
-    /// The search of a law over speed, when no other controller was stable at every speed.
-    pub surviving: Option<SurvivingLaw>,
-    /// The outcome in a sentence or two.
-    pub sentence: String,
-}
-
-impl PolishOutcome {
-    /// Before the first attempt.
-    fn open(job: &PolishJob<'_>, limits: LoopLimits, dk: Option<Judged>) -> Self {
-        Self {
-            dk,
-            limits,
-            held_to: Goal::of(job).widening,
-            attempts: vec![],
-            delivered: None,
-            tuned_pid: None,
-            surviving: None,
-            sentence: String::new(),
-        }
-    }
-}
+use rayon::prelude::*;
 
 /// What the attempts share.
 struct Contest<'a> {
@@ -171,19 +103,26 @@ impl<'a> Contest<'a> {
 
     /// Keeps what a polish led to when it is better.
     fn enter(&mut self, start: &'static str, done: Entrant) {
+        let objections = done.as_ref().map_or(vec![], |(judged, ..)| self.objections(judged));
+        self.keep_unless(objections, start, done);
+    }
+
+    /// Keeps what a polish led to unless there are objections; true when it is kept.
+    fn keep_unless(&mut self, objections: Vec<&'static str>, start: &'static str, done: Entrant) -> bool {
+        let is_kept = done.is_ok() && objections.is_empty();
         let attempt = match done {
-            Ok((judged, candidate, found)) => {
-                let objections = self.objections(&judged);
-                if objections.is_empty() {
-                    (self.delivery, self.judged) = (Some(candidate), judged.clone());
+            Ok((judged, delivery, course)) => {
+                if is_kept {
+                    (self.delivery, self.judged) = (Some(delivery), judged.clone());
                     self.outcome.delivered = Some(self.outcome.attempts.len());
                 }
-                PolishAttempt { objections, ..PolishAttempt::of(start, judged, found) }
+                PolishAttempt { objections, ..PolishAttempt::of(start, judged, course) }
             }
-            // The controller of an earlier start or of the D-K iteration is kept, and the outcome says what failed.
+            // The best controller so far is kept, and the outcome says what failed.
             Err(failure) => PolishAttempt { failure: Some(failure), ..PolishAttempt::from(start) },
         };
         self.outcome.attempts.push(attempt);
+        is_kept
     }
 }
 
@@ -200,6 +139,12 @@ const SHIFT_HELD: f64 = 0.97;
 /// Ranges below this, a few times the width to which they are found, are none.
 const LEAST_SHIFT: f64 = 0.003;
 const HOLDING: &str = "best controller, with shifted natural frequencies,";
+const GROWN: &str = "best controller, with sections where µ peaks,";
+/// Strengths of a section that starts a polish: the next one where none lowers µ.
+const SECTION_STRENGTHS: [f64; 3] = [0.6, 0.3, 0.15];
+/// Sections tried, and what one has to leave of µ.
+const MOST_SECTIONS: usize = 10;
+const WORTH_A_SECTION: f64 = 0.98;
 const OUTDOING: &str = "best controller, with floors above the stiffness of the tuned PID,";
 
 impl Contest<'_> {
@@ -217,15 +162,62 @@ impl Contest<'_> {
         let machine = self.job.machine;
         let found = find_surviving_law(machine, OVERSPEED * machine.spindle.max_rpm)?;
         for within in [ZONE_A, ZONE_B] {
-            self.attempt(SURVIVING, limits(machine, within)?, Ok(&found.plane));
+            let done = polished_from(&self.job.to_least_mu(), limits(machine, within)?, &found.plane);
+            self.enter(SURVIVING, done);
             if self.survives() {
-                return Ok(());
+                return self.grow();
             }
         }
         let as_found = self.job.deliver(&found.plane).map_err(|error| error.to_string());
         self.enter(SURVIVING_AS_FOUND, as_found);
         self.outcome.surviving = Some(found);
         Ok(())
+    }
+
+    /// Adds sections to the best controller where µ of the whole machine peaks, as long as µ exceeds one and falls. Only
+    /// after a law of low order: where the D-K iteration led to the controller, sections were measured to gain nothing.
+    fn grow(&mut self) -> Result<(), PipelineError> {
+        let mut strengths = SECTION_STRENGTHS.into_iter();
+        let mut strength = strengths.next();
+        for _ in 0..MOST_SECTIONS {
+            let peak = self.delivery.as_ref().and_then(Delivery::largest_over_speed).filter(|peak| peak.mu > 1.0);
+            let (Some(peak), Some(own)) = (peak, strength) else {
+                break;
+            };
+            let plane = plane_of_law(self.job.machine, &self.judged.controller)?;
+            let (job, limits) = (self.job.to_least_mu(), self.limits_of_zone()?);
+            let grown = with_section(&plane, peak.frequency_hz.abs(), own)?;
+            let done: Vec<Entrant> = grown.par_iter().map(|plane| polished_from(&job, limits, plane)).collect();
+            // Those without an objection first, then by µ.
+            let rank = |done: &Entrant| match done {
+                Ok((judged, ..)) => (self.objection_to_grown(judged).is_some(), judged.mu),
+                Err(_) => (true, f64::INFINITY),
+            };
+            let order = |a: (bool, f64), b: (bool, f64)| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1));
+            let Some(best) = done.into_iter().min_by(|a, b| order(rank(a), rank(b))) else {
+                break;
+            };
+            let objection = best.as_ref().ok().and_then(|(judged, ..)| self.objection_to_grown(judged));
+            if !self.keep_unless(objection.into_iter().collect(), GROWN, best) {
+                strength = strengths.next();
+            }
+        }
+        Ok(())
+    }
+
+    /// Why a controller with one section more does not take the place of the best one.
+    fn objection_to_grown(&self, judged: &Judged) -> Option<&'static str> {
+        if judged.mu >= WORTH_A_SECTION * self.judged.mu {
+            return Some("µ of the whole machine falls by too little");
+        }
+        let replaces = judged.replaces(&self.judged, self.job.machine, None);
+        (!replaces).then_some("with the section it misses a goal, or its zone is worse")
+    }
+
+    /// Limits of the zone that the best controller is in: A, or B.
+    fn limits_of_zone(&self) -> Result<LoopLimits, PipelineError> {
+        let within = if self.judged.zones == [Some(Zone::A); 2] { ZONE_A } else { ZONE_B };
+        limits(self.job.machine, within)
     }
 
     /// Where the PID is stiffer at low frequency, at that of the top speed or at the minimum, polishes the best
@@ -237,30 +229,16 @@ impl Contest<'_> {
         if !self.judged.tool_stiffness().is_some_and(is_behind) {
             return Ok(());
         }
-        let within = if self.judged.zones == [Some(Zone::A); 2] { ZONE_A } else { ZONE_B };
-        let (limits, plane) = (limits(machine, within)?, plane_of_law(machine, &self.judged.controller)?);
+        let (limits, plane) = (self.limits_of_zone()?, plane_of_law(machine, &self.judged.controller)?);
         for multiple in FLOOR_MULTIPLES {
             let floors = [self.job.floors, &rival.floors(machine, multiple)].concat();
             let job = PolishJob { floors: &floors, ..self.job };
-            let attempt = match polished_from(&job, limits, &plane) {
-                Ok((judged, delivery, course)) => {
-                    let objection = self.objection_beside(&judged, &delivery, rival)?;
-                    let accepted = objection.is_none();
-                    let attempt = PolishAttempt {
-                        objections: objection.into_iter().collect(),
-                        ..PolishAttempt::of(OUTDOING, judged.clone(), course)
-                    };
-                    if accepted {
-                        (self.delivery, self.judged) = (Some(delivery), judged);
-                        self.outcome.delivered = Some(self.outcome.attempts.len());
-                    }
-                    attempt
-                }
-                Err(failure) => PolishAttempt { failure: Some(failure), ..PolishAttempt::from(OUTDOING) },
+            let done = polished_from(&job, limits, &plane);
+            let objection = match &done {
+                Ok((judged, delivery, _)) => self.objection_beside(judged, delivery, rival)?,
+                Err(_) => None,
             };
-            let is_last = attempt.objections.is_empty() && attempt.failure.is_none();
-            self.outcome.attempts.push(attempt);
-            if is_last {
+            if self.keep_unless(objection.into_iter().collect(), OUTDOING, done) {
                 break;
             }
         }
@@ -313,31 +291,27 @@ impl Contest<'_> {
             if found.largest >= asked || found.largest < LEAST_SHIFT {
                 break;
             }
-            let within = if self.judged.zones == [Some(Zone::A); 2] { ZONE_A } else { ZONE_B };
             let shifts = found.limiting_factors(asked.min(SHIFT_HELD * found.largest));
             let job = PolishJob { shifts: &shifts, floors: &floors, ..self.job };
             let plane = plane_of_law(machine, &self.judged.controller)?;
-            let attempt = match polished_from(&job, limits(machine, within)?, &plane) {
-                Ok((judged, delivery, course)) => {
-                    let next = find_shift_range(machine, &law(&judged)?)?;
-                    let mut attempt = PolishAttempt::of(HOLDING, judged.clone(), course);
-                    if next.largest <= found.largest {
-                        attempt.objections = vec!["it bears no larger shift of the natural frequencies"];
-                    } else if !judged.replaces(&self.judged, machine, rival) {
-                        attempt.objections = vec!["with a larger shift of the natural frequencies it misses a goal"];
+            let done = polished_from(&job, self.limits_of_zone()?, &plane);
+            let mut further = found.clone();
+            let objection = match &done {
+                Ok((judged, ..)) => {
+                    further = find_shift_range(machine, &law(judged)?)?;
+                    let stays = judged.replaces(&self.judged, machine, rival);
+                    if further.largest <= found.largest {
+                        Some("it bears no larger shift of the natural frequencies")
                     } else {
-                        (self.delivery, self.judged, found) = (Some(delivery), judged, next);
-                        self.outcome.delivered = Some(self.outcome.attempts.len());
+                        (!stays).then_some("with a larger shift of the natural frequencies it misses a goal")
                     }
-                    attempt
                 }
-                Err(failure) => PolishAttempt { failure: Some(failure), ..PolishAttempt::from(HOLDING) },
+                Err(_) => None,
             };
-            let ends = !attempt.objections.is_empty() || attempt.failure.is_some();
-            self.outcome.attempts.push(attempt);
-            if ends {
+            if !self.keep_unless(objection.into_iter().collect(), HOLDING, done) {
                 break;
             }
+            found = further;
         }
         Ok(())
     }
@@ -437,46 +411,4 @@ pub(super) fn polish_law(
         }
     };
     Ok((delivery, outcome))
-}
-
-fn sentence(outcome: &PolishOutcome) -> String {
-    let words = |k: f64| {
-        if k.is_nan() { "none (unstable loop)".to_owned() } else { stiffness_words(k) }
-    };
-    let beside = |dk: &Judged| {
-        format!(" (D-K iteration: {} and {})", words(dk.stiffness_n_per_m[0]), words(dk.stiffness_n_per_m[1]))
-    };
-    let beside = outcome.dk.as_ref().map_or_else(String::new, beside);
-    let figures = |attempt: &PolishAttempt, judged: &Judged| {
-        format!(
-            "The polish from the {} has a smallest tool stiffness of {} at rest and {} at top speed{beside}, µ of the \
-             specification at most {} from rest to 1.2 times the top speed",
-            attempt.start,
-            words(judged.stiffness_n_per_m[0]),
-            words(judged.stiffness_n_per_m[1]),
-            mu_words(judged.mu),
-        )
-    };
-    if let Some(attempt) = outcome.delivered.and_then(|k| outcome.attempts.get(k))
-        && let Some(judged) = &attempt.judged
-    {
-        let delivered = match outcome.dk {
-            Some(_) => "the polished controller is delivered",
-            None => "it meets every goal and is delivered; no D-K iteration was run",
-        };
-        return format!("{}; {delivered}.", figures(attempt, judged));
-    }
-    let reasons: Vec<String> = outcome
-        .attempts
-        .iter()
-        .map(|attempt| match (&attempt.judged, &attempt.failure) {
-            (Some(judged), _) => {
-                format!("{}; it is not delivered: {}.", figures(attempt, judged), attempt.objections.join(", "))
-            }
-            (None, failure) => {
-                format!("No polish from the {}: {}.", attempt.start, failure.as_deref().unwrap_or("it did not start"))
-            }
-        })
-        .collect();
-    format!("The controller of the D-K iteration is delivered. {}", reasons.join(" "))
 }

@@ -99,11 +99,13 @@ pub struct PolishEffort {
     pub cuts: usize,
     /// Steps of such a round at most.
     pub cut_steps: usize,
+    /// Further rounds at most in which the limit on μ is below what the loop has, where that exceeds one.
+    pub lowerings: usize,
 }
 
 impl Default for PolishEffort {
     /// Eighty steps, and more as long as a round gains one percent.
     fn default() -> Self {
-        Self { rounds: 2, steps: 40, cuts: 4, cut_steps: 15 }
+        Self { rounds: 2, steps: 40, cuts: 4, cut_steps: 15, lowerings: 0 }
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::controller::polish::PolishRound;
 use crate::pipeline::judged::Judged;
-use crate::pipeline::polishing::{PolishAttempt, PolishOutcome};
+use crate::pipeline::polish_outcome::{PolishAttempt, PolishOutcome};
 use crate::predict::sensitivity::Zone;
 use serde_json::{Value, json};
 

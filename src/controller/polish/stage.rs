@@ -279,11 +279,22 @@ impl<'a> Polisher<'a> {
         only_in(&begun.stable, &self.stable) || only_in(&begun.active, &self.loss.active)
     }
 
+    /// What μ on the lines is, relative to its limit.
+    fn mu_over_limit(&self) -> Option<f64> {
+        ValueGroup::Specification.limit().map(|k| self.figures.over_limit[k])
+    }
+
     /// Moves the limit on μ to where the loop is, if it exceeds it.
     pub(crate) fn hold_mu(&mut self) {
-        let over = ValueGroup::Specification.limit().map(|k| self.figures.over_limit[k]);
-        if let Some(over) = over.filter(|over| *over > 1.0) {
-            self.task.limits.mu *= over;
+        if self.mu_over_limit().is_some_and(|over| over > 1.0) {
+            self.limit_mu_to(1.0);
+        }
+    }
+
+    /// Moves the limit on μ to a share of what the loop has on the lines.
+    pub(crate) fn limit_mu_to(&mut self, share: f64) {
+        if let Some(over) = self.mu_over_limit() {
+            self.task.limits.mu *= over * share;
             self.stale = true;
         }
     }

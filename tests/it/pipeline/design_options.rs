@@ -190,11 +190,7 @@ fn both_routes_are_judged_on_the_sampled_loop() {
         assert!((1.0..most).contains(&ratio), "{ratio} {most} {rest:?}");
         // The second road, from the spindle file on: never above what is certified, and what the exact responses say.
         let ControlLaw::Discrete(law) = &d.delivery.controller.law else { panic!("sampled") };
-        let table = |m: &Mat<f64>| -> Vec<Vec<f64>> {
-            let row = |i: usize| (0..m.ncols()).map(|j| m[(i, j)]).collect();
-            (0..m.nrows()).map(row).collect()
-        };
-        let law = Law::new([&law.a, &law.b, &law.c, &law.d].map(table), law.time.period_s);
+        let law = Law::of(law);
         let spindle: SpindleFile = read_yaml(&below_root("spindles/reference.yaml"));
         let rotor = Rotor::new(&spindle, &read_yaml(&below_root("spindles/tools/paper-tool.yaml")));
         let written = read_yaml(&below_root("weights/benchmark.yaml"));

@@ -2,6 +2,7 @@
 
 mod bracket;
 mod design_options;
+mod growth;
 mod least_mu;
 mod problem_files;
 mod real_corners;

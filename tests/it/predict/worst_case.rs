@@ -90,11 +90,7 @@ fn both_bounds_hold_for_shifted_rotors_of_the_second_road() {
         &read_yaml(&below_root("spindles/tools/paper-tool.yaml")),
     );
     let sampled = law(&k);
-    let table = |m: &Mat<f64>| -> Vec<Vec<f64>> {
-        let row = |i: usize| (0..m.ncols()).map(|j| m[(i, j)]).collect();
-        (0..m.nrows()).map(row).collect()
-    };
-    let own_law = Law::new([&sampled.a, &sampled.b, &sampled.c, &sampled.d].map(table), sampled.time.period_s);
+    let own_law = Law::of(&sampled);
     let uncertainty = ModeUncertainty { relative: vec![0.03, 0.02, 0.04] };
     let grid = FrequencyGrid::from_hz([10.0, 321.0, 833.0, 1063.0, 1120.0, 1933.0, 3215.0]);
     for rpm in [0.0, 50_000.0] {

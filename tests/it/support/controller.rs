@@ -2,6 +2,7 @@
 
 use faer::linalg::solvers::Solve;
 use faer::{Mat, c64};
+use muspin::lti::{Discrete, StateSpace};
 use serde_json::Value;
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -27,6 +28,13 @@ impl Law {
         let table = |key: &str| -> Table { serde_json::from_value(file[key].clone()).expect(key) };
         let sample_time_s = file["sample_time_s"].as_f64().expect("sample_time_s");
         Self::new(["A", "B", "C", "D"].map(table), sample_time_s)
+    }
+
+    /// A sampled law of four axes.
+    pub fn of(law: &StateSpace<Discrete>) -> Self {
+        let row = |m: &Mat<f64>, i: usize| (0..m.ncols()).map(|j| m[(i, j)]).collect();
+        let table = |m: &Mat<f64>| -> Table { (0..m.nrows()).map(|i| row(m, i)).collect() };
+        Self::new([&law.a, &law.b, &law.c, &law.d].map(table), law.time.period_s)
     }
 
     /// A law of the axes front_x, front_y, rear_x, rear_y by its matrices A, B, C, D. Its axes x and y must be alike,
