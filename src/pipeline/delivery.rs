@@ -108,11 +108,12 @@ pub(super) struct KnownMu {
 }
 
 impl KnownMu {
-    /// The largest, and its frequency, Hz.
-    pub(super) fn largest(&self) -> (f64, f64) {
-        let worst = self.over_speed.iter();
-        let worst = worst.fold(self.at_rest, |worst, speed| worst.at_least(speed));
-        (worst.upper, worst.frequency_hz)
+    /// The largest, its speed and frequency.
+    pub(super) fn largest(&self) -> SpeedMu {
+        let rest = SpeedMu { speed_rpm: 0.0, mu: self.at_rest.upper, frequency_hz: self.at_rest.frequency_hz };
+        let larger = |a: SpeedMu, b: &SpeedMu| if b.mu > a.mu { *b } else { a };
+        let found = self.over_speed.iter().fold(rest, larger);
+        SpeedMu { frequency_hz: found.frequency_hz.abs(), ..found }
     }
 }
 

@@ -3,8 +3,8 @@
 //! Limits: |S_jj| within a zone of ISO 14839-3; current from sensor noise, rms, a thirtieth of the smaller bias
 //! current; gain above the modes of the model so that sensor noise at any one frequency asks for that current at most;
 //! μ of the specification as written at rest and, with the true gyroscopics, at top speed and 1.2 times that. After the
-//! descent μ of the whole machine is certified; a peak above one is added to the lines of the loss, and the descent
-//! continues.
+//! descent μ of the whole machine is certified, at speeds between as well where a mode splits far; a peak above one is
+//! added to the lines of the loss, its speed to those of the loss, and the descent continues.
 
 use super::PipelineError;
 use super::certificates::certify_peak;
@@ -91,12 +91,13 @@ impl<'a> Goal<'a> {
     }
 }
 
-/// μ of the goal with a controller as it runs: certified at rest, on the exact responses at rest, top speed and beyond.
+/// μ of the goal with a controller as it runs: certified at rest, on the exact responses at shares of the top speed.
 fn certificate(
     machine: &Machine,
     problems: &Problems,
     goal: &Goal<'_>,
     realised: &Realised,
+    speed_shares: &[f64],
 ) -> Result<KnownMu, PipelineError> {
     const STAGE: &str = "certificate of the polish";
     let at = |share: &f64| {
@@ -107,7 +108,7 @@ fn certificate(
     let (rest, exact) = rayon::join(
         || certify_peak(STAGE, goal.plant, &realised.rounded_plane, problems.period_s),
         || {
-            let found: Result<Vec<SpeedMu>, PipelineError> = [0.0, 1.0, OVERSPEED].par_iter().map(at).collect();
+            let found: Result<Vec<SpeedMu>, PipelineError> = speed_shares.par_iter().map(at).collect();
             found
         },
     );
@@ -200,6 +201,17 @@ pub(super) struct Polished {
     pub certificates: Vec<(f64, f64)>,
 }
 
+/// Asks for the specification at the speed of a peak, if it was not asked there before; true when it is from now on.
+fn ask_at_peak(polisher: &mut Polisher<'_>, machine: &Machine, peak: &SpeedMu) -> Result<bool, PipelineError> {
+    let mut shares = polisher.speed_shares().iter().copied();
+    let share = shares.find(|share| share * machine.spindle.max_rpm == peak.speed_rpm);
+    let Some(share) = share.filter(|share| polisher.leaves_out(*share)) else {
+        return Ok(false);
+    };
+    polisher.add_speed(machine, share)?;
+    Ok(true)
+}
+
 /// Polishes `plane` until its μ is certified, or to the lowest μ found.
 fn descend(
     machine: &Machine,
@@ -232,16 +244,18 @@ fn descend(
     {
         rounds.push(polisher.run_round(effort.steps)?);
     }
+    let speed_shares = polisher.speed_shares().to_vec();
     let certified = |plane: StateSpace<Discrete>| {
         let realised = Realised::new(machine, &plane)?;
-        let known = certificate(machine, problems, goal, &realised)?;
+        let known = certificate(machine, problems, goal, &realised, &speed_shares)?;
         Ok::<_, PipelineError>((known.largest(), (plane, realised, known)))
     };
-    let (mut figures, mut best) = certified(polisher.plane()?)?;
-    let mut least = figures.0;
-    let mut certificates = vec![figures];
+    let figures = |peak: &SpeedMu| (peak.mu, peak.frequency_hz);
+    let (mut peak, mut best) = certified(polisher.plane()?)?;
+    let mut least = peak.mu;
+    let mut certificates = vec![figures(&peak)];
     for _ in 0..effort.cuts {
-        let (mu, at_hz) = figures;
+        let (mu, at_hz) = figures(&peak);
         // Where the limit on μ was out of reach on the lines, no further line brings it back.
         let in_reach = polisher.limits().mu <= 1.0;
         if mu <= 1.0 || !mu.is_finite() || !in_reach {
@@ -257,17 +271,21 @@ fn descend(
         {
             break;
         }
-        let lower = !before.is_empty() || polisher.has_line_at(at_hz);
-        polisher.add_peak(at_hz, if lower { CUT / mu } else { 1.0 });
-        rounds.push(polisher.run_round(effort.cut_steps)?);
+        if ask_at_peak(&mut polisher, machine, &peak)? {
+            rounds.push(polisher.run_round(effort.steps)?);
+        } else {
+            let lower = !before.is_empty() || polisher.has_line_at(at_hz);
+            polisher.add_peak(at_hz, if lower { CUT / mu } else { 1.0 });
+            rounds.push(polisher.run_round(effort.cut_steps)?);
+        }
         if !polisher.within_limits() {
             rounds.push(polisher.run_round(effort.steps)?);
         }
         let (next, found) = certified(polisher.plane()?)?;
-        figures = next;
-        certificates.push(figures);
-        if figures.0 < least {
-            (least, best) = (figures.0, found);
+        peak = next;
+        certificates.push(figures(&peak));
+        if peak.mu < least {
+            (least, best) = (peak.mu, found);
         }
     }
     let mut failed = 0;
@@ -275,13 +293,16 @@ fn descend(
         if least <= 1.0 || !least.is_finite() || failed == MOST_FAILED {
             break;
         }
-        polisher.limit_mu_to(LOWERED);
+        if !ask_at_peak(&mut polisher, machine, &peak)? {
+            polisher.limit_mu_to(LOWERED);
+        }
         rounds.push(polisher.run_round(effort.steps)?);
         let (next, found) = certified(polisher.plane()?)?;
-        certificates.push(next);
-        failed = if next.0 < WORTH_LOWERING * least { 0 } else { failed + 1 };
-        if next.0 < least {
-            (least, best) = (next.0, found);
+        peak = next;
+        certificates.push(figures(&next));
+        failed = if next.mu < WORTH_LOWERING * least { 0 } else { failed + 1 };
+        if next.mu < least {
+            (least, best) = (next.mu, found);
         }
     }
     let (plane, realised, known) = best;

@@ -165,7 +165,7 @@ impl Contest<'_> {
             let done = polished_from(&self.job.to_least_mu(), limits(machine, within)?, &found.plane);
             self.enter(SURVIVING, done);
             if self.survives() {
-                return self.grow();
+                return Ok(());
             }
         }
         let as_found = self.job.deliver(&found.plane).map_err(|error| error.to_string());
@@ -175,8 +175,13 @@ impl Contest<'_> {
     }
 
     /// Adds sections to the best controller where µ of the whole machine peaks, as long as µ exceeds one and falls. Only
-    /// after a law of low order: where the D-K iteration led to the controller, sections were measured to gain nothing.
+    /// where the controller of the D-K iteration, which sees the machine at rest, is lost at speed: sections added to
+    /// others were measured to gain nothing.
     fn grow(&mut self) -> Result<(), PipelineError> {
+        let lasts = self.dk.largest_mu().is_finite();
+        if lasts || !self.survives() {
+            return Ok(());
+        }
         let mut strengths = SECTION_STRENGTHS.into_iter();
         let mut strength = strengths.next();
         for _ in 0..MOST_SECTIONS {
@@ -397,6 +402,7 @@ pub(super) fn polish_law(
         }
     }
     contest.attempt_surviving()?;
+    contest.grow()?;
     if let Ok(StartingPid { stiffness: Some(rival), .. }) = &by_pid {
         contest.outdo(rival)?;
     }

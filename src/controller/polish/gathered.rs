@@ -99,12 +99,12 @@ impl Loss {
         let weight = match role {
             RotorRole::Rest => 1.0,
             RotorRole::TopSpeed => AT_TOP_SPEED,
-            RotorRole::Shifted => SHIFTED,
+            RotorRole::Shifted | RotorRole::Between => SHIFTED,
             RotorRole::Overspeed | RotorRole::Weak | RotorRole::Weakest => 0.0,
         };
         let (group, limit) = match role {
             RotorRole::Rest | RotorRole::TopSpeed => (ValueGroup::Sensitivity, limits.sensitivity),
-            RotorRole::Shifted | RotorRole::Overspeed => {
+            RotorRole::Shifted | RotorRole::Between | RotorRole::Overspeed => {
                 let limit = limits.sensitivity * limits.shifted_sensitivity;
                 (ValueGroup::Sensitivity, limit)
             }

@@ -4,7 +4,8 @@
 //! In μ-synthesis with one full performance block all rows of a specification share one scalar, and slack in one row
 //! cannot be used in another. The polish starts from its reduced controller and maximises the smallest tool stiffness
 //! over the machine at rest, at top speed and over rotors with shifted modes, subject to: sensitivity of both loops,
-//! gain above the band, current from sensor noise, and the D-scaled μ bound of the specification itself. All of it on
+//! gain above the band, current from sensor noise, and the D-scaled μ bound of the specification itself at rest, at top
+//! speed and beyond, and at speeds between where a certificate finds it exceeded there. All of it on
 //! the sampled machine with every mode below Nyquist and the static flexibility of the rest, with hold and delay,
 //! weights in true Hz.
 

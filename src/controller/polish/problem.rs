@@ -60,7 +60,7 @@ pub(super) fn loss_on(
             Some(earlier) => earlier.scales_near(&lines, side, blocks.len()),
             None => vec![vec![1.0; blocks.len()]; rows.len()],
         };
-        // The machine at rest, at its top speed and beyond are the first rotors.
+        // The machine at the speeds of the specification comes first among the rotors.
         SpecifiedLoop { side, scales: scales.into_iter().map(LineScales::new).collect(), lines: rows }
     });
     let blocks = Blocks::new(&blocks).map_err(|_| infeasible("the specification has no channels"))?;

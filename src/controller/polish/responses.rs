@@ -47,8 +47,11 @@ pub(crate) enum RotorRole {
     Rest,
     /// The machine as modelled, at its top speed.
     TopSpeed,
-    /// A rotor with shifted modes at some speed, or the machine at a speed between.
+    /// A rotor with shifted modes at some speed.
     Shifted,
+    /// The machine as modelled at a speed below its top speed: counts as one with shifted modes, and has to meet the
+    /// specification.
+    Between,
     /// Beyond the top speed: has to be stable and to meet the specification.
     Overspeed,
     /// The machine at rest with magnets that give a part of their force: what a limited current does to the loop.
@@ -61,6 +64,11 @@ impl RotorRole {
     /// The machine as modelled, at rest or at its top speed.
     pub(crate) fn is_nominal(self) -> bool {
         matches!(self, Self::Rest | Self::TopSpeed)
+    }
+
+    /// The machine as modelled, at a speed at which it has to meet the specification.
+    fn has_specification(self) -> bool {
+        matches!(self, Self::Rest | Self::TopSpeed | Self::Overspeed | Self::Between)
     }
 }
 
@@ -192,6 +200,17 @@ impl Plants {
         self
     }
 
+    /// With the machine at speeds between rest and its top speed, rad/s, before all rotors that the specification leaves
+    /// out.
+    pub(crate) fn with_speeds_between(mut self, machine: &Machine, speeds: &[f64]) -> Result<Self, SpindleError> {
+        let machine = isotropic(machine);
+        let own = |speed: &f64| RotorPlant::new(RotorRole::Between, Plant::new(&machine, *speed, ModelDetail::Full)?);
+        let between: Vec<RotorPlant> = speeds.par_iter().map(own).collect::<Result<_, _>>()?;
+        let specified = self.list.iter().take_while(|rotor| rotor.role.has_specification()).count();
+        self.list.splice(specified..specified, between);
+        Ok(self)
+    }
+
     pub(crate) fn with_further(mut self, machine: &Machine, rotors: &[ShiftedRotor]) -> Result<Self, SpindleError> {
         let machine = isotropic(machine);
         for rotor in rotors {
@@ -279,7 +298,7 @@ impl Plants {
         let ports = modes.iter().map(|m| m.number + 1).max().unwrap_or(0);
         let mut loops = vec![];
         for RotorPlant { role, plant, .. } in &self.list {
-            if matches!(role, RotorRole::Shifted | RotorRole::Weakest) {
+            if !role.has_specification() {
                 continue;
             }
             let opened = plant.with_modal_ports(ports);

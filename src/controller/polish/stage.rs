@@ -37,8 +37,8 @@ pub struct PolishRound {
     pub over_limit: [f64; LIMITS],
 }
 
-/// A mode that splits by more than this share of its frequency changes its shape as well: a shifted rotor at rest no
-/// longer stands for the speeds between.
+/// A mode that splits by more than this share of its frequency changes its shape as well: rest and top speed no longer
+/// stand for the speeds between, nor does a shifted rotor at rest.
 const LARGE_SPLIT: f64 = 0.05;
 /// Those speeds then, as shares of the top speed.
 const SPEEDS_BETWEEN: [f64; 3] = [0.25, 0.5, 0.75];
@@ -63,6 +63,10 @@ const WORTHWHILE: f64 = 0.25;
 pub struct Polisher<'a> {
     task: PolishTask<'a>,
     plants: Plants,
+    /// Speeds at which the specification has to hold, as shares of the top speed; the third is the last one.
+    speed_shares: Vec<f64>,
+    /// Those of the speeds between at which it is asked for.
+    asked_between: Vec<f64>,
     /// Plants at rest, at top speed and beyond, and those with shifted natural frequencies, as they are when sampled.
     sampled: SampledPlants,
     /// Their poles as continuous ones, rad/s.
@@ -111,6 +115,17 @@ impl<'a> Polisher<'a> {
         start: &StateSpace<Discrete>,
         overspeed: f64,
     ) -> Result<Self, VerificationError> {
+        Self::asked_between(machine, task, start, overspeed, vec![])
+    }
+
+    /// The same with the specification asked for at some of the speeds between as well, shares of the top speed.
+    fn asked_between(
+        machine: &Machine,
+        task: PolishTask<'a>,
+        start: &StateSpace<Discrete>,
+        overspeed: f64,
+        asked_between: Vec<f64>,
+    ) -> Result<Self, VerificationError> {
         let top = machine.spindle.max_rpm * TAU / 60.0;
         let covered = machine.spindle.flexible_modes + 2;
         let table = &task.weights.mode_uncertainty;
@@ -125,13 +140,15 @@ impl<'a> Polisher<'a> {
             })
             .collect();
         let mut plants = Plants::new(machine, overspeed, &shifts(&relative))?.with_weak_magnets(&WEAK_MAGNETS);
-        if split.iter().any(|split| *split > LARGE_SPLIT) {
-            let between = SPEEDS_BETWEEN.map(|share| ShiftedRotor { speed_rad_s: share * top, factors: vec![] });
-            plants = plants.with_further(machine, &between)?;
-        }
+        let between: &[f64] = if split.iter().any(|split| *split > LARGE_SPLIT) { &SPEEDS_BETWEEN } else { &[] };
+        let (asked, others): (Vec<f64>, Vec<f64>) = between.iter().partition(|share| asked_between.contains(share));
+        let speeds: Vec<f64> = asked.iter().map(|share| share * top).collect();
+        let further = others.iter().map(|share| ShiftedRotor { speed_rad_s: share * top, factors: vec![] });
+        plants = plants.with_speeds_between(machine, &speeds)?.with_further(machine, &further.collect::<Vec<_>>())?;
         plants = plants.with_bare_stability(task.shifts);
         // Those with shifted natural frequencies and the least margin too: their resonances are as narrow.
-        let roles = [RotorRole::Rest, RotorRole::TopSpeed, RotorRole::Overspeed, RotorRole::Weakest];
+        let roles =
+            [RotorRole::Rest, RotorRole::TopSpeed, RotorRole::Overspeed, RotorRole::Between, RotorRole::Weakest];
         let sampled = SampledPlants::of(&plants, |_, role| roles.contains(&role))?;
         let period_s = plants.period_s();
         let open = StateSpace::gain(Mat::zeros(AXES, AXES), Discrete { period_s });
@@ -142,6 +159,8 @@ impl<'a> Polisher<'a> {
             loss: loss_on(&plants, &task, vec![], None)?,
             task,
             plants,
+            speed_shares: [&[0.0, 1.0, overspeed], between].concat(),
+            asked_between,
             sampled,
             plant_poles,
             law,
@@ -173,6 +192,29 @@ impl<'a> Polisher<'a> {
     /// What the loss says of the controller as it is, on lines round its own poles.
     pub fn figures(&self) -> PolishRound {
         self.figures
+    }
+
+    /// Speeds at which the specification has to hold, as shares of the top speed: at rest, at top speed and beyond, and
+    /// between where a mode splits so far that these do not stand for it.
+    pub(crate) fn speed_shares(&self) -> &[f64] {
+        &self.speed_shares
+    }
+
+    /// True at a speed at which the specification has to hold but is not asked for yet.
+    pub(crate) fn leaves_out(&self, share: f64) -> bool {
+        self.speed_shares[3..].contains(&share) && !self.asked_between.contains(&share)
+    }
+
+    /// Asks for the specification at one more of the speeds between, and goes on from the controller as it is.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub(crate) fn add_speed(&mut self, machine: &Machine, share: f64) -> Result<(), VerificationError> {
+        let asked = [&self.asked_between[..], &[share]].concat();
+        let next = Self::asked_between(machine, self.task, &self.plane()?, self.speed_shares[2], asked)?;
+        let peaks = std::mem::take(&mut self.peaks);
+        *self = Self { peaks, stale: true, ..next };
+        Ok(())
     }
 
     /// The controller as it is, own poles inside the circle.
