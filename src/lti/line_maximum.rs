@@ -4,6 +4,9 @@
 /// Smaller part of the golden section.
 const GOLDEN: f64 = 0.381_966_011_250_105_1;
 
+/// Smallest step relative to the place: a few times the distance of two numbers there.
+const ROUNDING: f64 = 4.0 * f64::EPSILON;
+
 /// A search in progress; points are (place, value).
 #[derive(Clone, Debug)]
 pub(crate) struct LineMaximum {
@@ -19,10 +22,12 @@ pub(crate) struct LineMaximum {
 
 impl LineMaximum {
     /// A search between `below` and `above`, on either side of `best`, with their values; it ends when the largest is
-    /// known to twice `tolerance` of its place.
+    /// known to twice `tolerance` of its place, or to the rounding of that place.
     pub(crate) fn new([below, best, above]: [(f64, f64); 3], tolerance: f64) -> Self {
         let (second, third) = if below.1 > above.1 { (below, above) } else { (above, below) };
         let width = above.0 - below.0;
+        // A step that rounding takes away would be asked for ever.
+        let tolerance = tolerance.max(ROUNDING * below.0.abs().max(above.0.abs()));
         Self { ends: (below.0, above.0), best, second, third, steps: [width, width], tolerance }
     }
 
@@ -126,6 +131,20 @@ mod tests {
             assert!((value / exact - 1.0).abs() < 1e-8, "{value} and {exact}");
             // Golden section alone asks 29.
             assert!(asked <= 20, "{asked} values for a damping ratio of {zeta}");
+        }
+    }
+
+    #[test]
+    fn a_search_between_numbers_that_rounding_hardly_tells_apart_ends() {
+        for apart in [1e-10, 1e-13, 1e-15] {
+            let (lo, hi) = (3e4, 3e4 * (1.0 + apart));
+            let mut search = LineMaximum::new([(lo, 1.0), (0.5 * (lo + hi), 2.0), (hi, 1.0)], 2.5e-5 * (hi - lo));
+            let mut asked = 0;
+            while let Some(x) = search.next() {
+                search.add(x, 2.0);
+                asked += 1;
+                assert!(asked < 60, "{apart}: still asks for {x}");
+            }
         }
     }
 

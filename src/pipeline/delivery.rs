@@ -12,6 +12,7 @@ use crate::augment::plane::{LOADS, x_plane};
 use crate::augment::weights::Weights;
 use crate::controller::anti_windup::firmware_rows;
 use crate::controller::arithmetic::q31;
+use crate::controller::polish::SPEEDS_BETWEEN;
 use crate::controller::scaling::ScaledRealisation;
 use crate::controller::speed_proof::{SpeedProof, prove};
 use crate::controller::verification::{Verification, verify, verify_at};
@@ -70,6 +71,17 @@ impl Delivery {
     /// Largest μ of the specification: certified at rest, on the exact responses over speed.
     pub(crate) fn largest_mu(&self) -> f64 {
         largest_mu(&self.rounded, &self.speed_mu)
+    }
+
+    /// Those of the speeds between rest and the top speed that a polish knows, as shares of it, at which μ exceeds one
+    /// and all that it is at rest, at top speed and beyond.
+    pub(super) fn higher_between(&self, machine: &Machine) -> Vec<f64> {
+        let top = machine.spindle.max_rpm;
+        let ends = self.speed_mu.iter().filter(|at| at.speed_rpm == 0.0 || at.speed_rpm >= top);
+        let limit = ends.map(|at| at.mu).fold(1.0, f64::max);
+        let apart = |at: &SpeedMu, share: f64| (at.speed_rpm - share * top).abs();
+        let at = |share: f64| self.speed_mu.iter().min_by(|a, b| apart(a, share).total_cmp(&apart(b, share)));
+        SPEEDS_BETWEEN.into_iter().filter(|share| at(*share).is_some_and(|at| at.mu > limit)).collect()
     }
 
     /// The largest μ over speed, its speed and frequency.

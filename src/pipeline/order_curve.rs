@@ -79,6 +79,7 @@ pub(crate) fn lowest_order(
             problems: &design.problems,
             floors,
             shifts: &[],
+            asked_between: &[],
             speeds: settings.speeds,
             effort: settings.polish.unwrap_or_default(),
         };

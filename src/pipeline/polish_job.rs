@@ -71,6 +71,7 @@ pub(super) struct Goal<'a> {
     /// Floors of the tool's stiffness beside it.
     floors: &'a [StiffnessFloor],
     shifts: &'a [Vec<f64>],
+    asked_between: &'a [f64],
     /// By what the limits are widened.
     pub widening: Widening,
 }
@@ -81,12 +82,14 @@ const WITHIN_REACH: f64 = 2.0;
 
 impl<'a> Goal<'a> {
     pub(super) fn of(job: &PolishJob<'a>) -> Self {
-        let (problems, floors, shifts) = (job.problems, job.floors, job.shifts);
+        let PolishJob { problems, floors, shifts, asked_between, .. } = *job;
         let widening = problems.widening;
         if widening.tool.max(widening.current) <= WITHIN_REACH {
-            Self { weights: job.weights, plant: &problems.specification, floors, shifts, widening: Widening::NONE }
+            let (weights, plant) = (job.weights, &problems.specification);
+            Self { weights, plant, floors, shifts, asked_between, widening: Widening::NONE }
         } else {
-            Self { weights: &problems.aim, plant: &problems.aimed, floors, shifts, widening }
+            let (weights, plant) = (&problems.aim, &problems.aimed);
+            Self { weights, plant, floors, shifts, asked_between, widening }
         }
     }
 }
@@ -132,8 +135,8 @@ fn has_gained(rounds: &[PolishRound]) -> bool {
     }
 }
 
-/// Share of what the loop has to which a round lowers the limit on μ, what it has to leave of it, and how many rounds in
-/// turn may leave more.
+/// Share of what the loop has to which a round lowers the limit on μ, what it has to leave of it, and how many rounds
+/// in turn may leave more.
 const LOWERED: f64 = 0.8;
 const WORTH_LOWERING: f64 = 0.98;
 const MOST_FAILED: usize = 2;
@@ -233,6 +236,11 @@ fn descend(
         let brought = up_to_speed(machine, task, plane, effort)?;
         polisher = Polisher::new(machine, task, &brought, OVERSPEED)?;
     }
+    for share in goal.asked_between {
+        if polisher.leaves_out(*share) {
+            polisher.add_speed(machine, *share)?;
+        }
+    }
     // Where the specification is far out of reach, the μ of the start is held, not bought with stiffness.
     if !goal.widening.is_none() {
         polisher.hold_mu();
@@ -321,6 +329,8 @@ pub(super) struct PolishJob<'a> {
     pub floors: &'a [StiffnessFloor],
     /// Factors on the natural frequencies with which the loop has to stay stable.
     pub shifts: &'a [Vec<f64>],
+    /// Shares of the top speed, between rest and it, at which the specification is asked for from the beginning.
+    pub asked_between: &'a [f64],
     pub speeds: usize,
     pub effort: PolishEffort,
 }
@@ -340,6 +350,7 @@ impl<'a> PolishJob<'a> {
             problems,
             floors,
             shifts: &[],
+            asked_between: &[],
             speeds: settings.speeds,
             effort: settings.polish?,
         })

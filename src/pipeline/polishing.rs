@@ -143,7 +143,7 @@ const GROWN: &str = "best controller, with sections where µ peaks,";
 /// Strengths of a section that starts a polish: the next one where none lowers µ.
 const SECTION_STRENGTHS: [f64; 3] = [0.6, 0.3, 0.15];
 /// Sections tried, and what one has to leave of µ.
-const MOST_SECTIONS: usize = 10;
+const MOST_SECTIONS: usize = 8;
 const WORTH_A_SECTION: f64 = 0.98;
 const OUTDOING: &str = "best controller, with floors above the stiffness of the tuned PID,";
 
@@ -174,9 +174,9 @@ impl Contest<'_> {
         Ok(())
     }
 
-    /// Adds sections to the best controller where µ of the whole machine peaks, as long as µ exceeds one and falls. Only
-    /// where the controller of the D-K iteration, which sees the machine at rest, is lost at speed: sections added to
-    /// others were measured to gain nothing.
+    /// Adds sections to the best controller where µ of the whole machine peaks, as long as it exceeds one and falls.
+    /// Only where the controller of the D-K iteration, which sees the machine at rest, is lost at speed: sections added
+    /// to others were measured to gain nothing.
     fn grow(&mut self) -> Result<(), PipelineError> {
         let lasts = self.dk.largest_mu().is_finite();
         if lasts || !self.survives() {
@@ -190,7 +190,9 @@ impl Contest<'_> {
                 break;
             };
             let plane = plane_of_law(self.job.machine, &self.judged.controller)?;
-            let (job, limits) = (self.job.to_least_mu(), self.limits_of_zone()?);
+            let asked_between = self.delivery.as_ref().map_or(vec![], |best| best.higher_between(self.job.machine));
+            let job = PolishJob { asked_between: &asked_between, ..self.job.to_least_mu() };
+            let limits = self.limits_of_zone()?;
             let grown = with_section(&plane, peak.frequency_hz.abs(), own)?;
             let done: Vec<Entrant> = grown.par_iter().map(|plane| polished_from(&job, limits, plane)).collect();
             // Those without an objection first, then by µ.

@@ -36,4 +36,5 @@ pub(crate) mod values;
 pub use derivatives::derivative_errors;
 pub use limits::LoopLimits;
 pub use problem::PolishTask;
+pub(crate) use stage::SPEEDS_BETWEEN;
 pub use stage::{PolishRound, Polisher};

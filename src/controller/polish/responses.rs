@@ -200,8 +200,7 @@ impl Plants {
         self
     }
 
-    /// With the machine at speeds between rest and its top speed, rad/s, before all rotors that the specification leaves
-    /// out.
+    /// With the machine at speeds between rest and its top speed, rad/s, before all rotors without a specification.
     pub(crate) fn with_speeds_between(mut self, machine: &Machine, speeds: &[f64]) -> Result<Self, SpindleError> {
         let machine = isotropic(machine);
         let own = |speed: &f64| RotorPlant::new(RotorRole::Between, Plant::new(&machine, *speed, ModelDetail::Full)?);

@@ -41,7 +41,7 @@ pub struct PolishRound {
 /// stand for the speeds between, nor does a shifted rotor at rest.
 const LARGE_SPLIT: f64 = 0.05;
 /// Those speeds then, as shares of the top speed.
-const SPEEDS_BETWEEN: [f64; 3] = [0.25, 0.5, 0.75];
+pub(crate) const SPEEDS_BETWEEN: [f64; 3] = [0.25, 0.5, 0.75];
 /// Lines closer than these shares of their frequency are one, in the first round and in the later ones.
 const COARSE: f64 = 2e-3;
 const FINE: f64 = 5e-4;

@@ -48,31 +48,42 @@ fn a_section_changes_the_gain_at_the_peak_by_its_strength_and_nothing_far_from_i
     }
 }
 
-/// A minute: `cargo test --release --test it pipeline::growth::long -- --ignored`
+/// Two minutes: `cargo test --release --test it pipeline::growth::long -- --ignored`
 mod long {
     use super::*;
 
-    /// The pump needs 12 states to float and has µ 3.2 with these; what is delivered meets Table 2 at speeds that the
-    /// design computed and at some between, on the second road.
-    #[test]
-    #[ignore = "a minute in a release build"]
-    fn a_pump_with_gyroscopics_meets_its_specification_at_speed() {
-        let path = |file: &str| below_root(&format!("tests/data/rotors/{file}"));
-        let [spindle, tool] = ["g2-pump.yaml", "g2-pump.tool.yaml"].map(path);
+    /// What is delivered meets Table 2 at speeds that the design computed and at some between, on the second road.
+    fn meets_its_specification_at_speed(name: &str) {
+        let path = |file: String| below_root(&format!("tests/data/rotors/{file}"));
+        let [spindle, tool] = [format!("{name}.yaml"), format!("{name}.tool.yaml")].map(path);
         let machine = load_machine(spindle.to_str().unwrap(), tool.to_str().unwrap()).unwrap();
         let weights = load_weights("benchmark").unwrap();
         let found = design(&machine, &weights, &DesignSettings::with_polish(), &mut |_| ()).unwrap();
-        assert!(found.meets_targets(), "{}", found.largest_mu());
+        assert!(found.meets_targets(), "{name}: {}", found.largest_mu());
         let ControlLaw::Discrete(law) = &found.delivery.controller.law else { panic!("sampled") };
         let law = Law::of(law);
         let file: SpindleFile = read_yaml(&spindle);
         let rotor = Rotor::new(&file, &read_yaml(&tool));
         let written = read_yaml(&below_root("weights/benchmark.yaml"));
         let specification = Specification::as_written(written, file.rotor.flexible_modes);
-        for share in [0.0, 0.37, 0.81, 1.0, 1.2] {
+        for share in [0.0, 0.37, 0.55, 0.81, 1.0, 1.2] {
             let own = specification.peak(&Loop::new(&rotor, &law, share * machine.spindle.max_rpm)).mu;
             // Half a per cent: lines round a peak on both roads.
-            assert!(own < 1.005 * found.largest_mu(), "{share}: {own} of {}", found.largest_mu());
+            assert!(own < 1.005 * found.largest_mu(), "{name} at {share}: {own} of {}", found.largest_mu());
         }
+    }
+
+    /// No law of the D-K iteration survives; with the 12 states of one that does µ is 1.5.
+    #[test]
+    #[ignore = "a minute in a release build"]
+    fn a_pump_meets_its_specification_at_speed() {
+        meets_its_specification_at_speed("g2-pump");
+    }
+
+    /// A polish that asks for the specification at rest, at top speed and beyond leaves µ 1.25 at half of the top speed.
+    #[test]
+    #[ignore = "half a minute in a release build"]
+    fn a_bell_meets_its_specification_between_rest_and_top_speed() {
+        meets_its_specification_at_speed("bell");
     }
 }
