@@ -140,9 +140,11 @@ const SHIFT_HELD: f64 = 0.97;
 const LEAST_SHIFT: f64 = 0.003;
 const HOLDING: &str = "best controller, with shifted natural frequencies,";
 const GROWN: &str = "best controller, with sections where µ peaks,";
-/// Strengths of a section that starts a polish: the next one where none lowers µ.
+/// Strengths of a section that starts a polish: the next one where none lowers µ. A strong one gives the polish more to
+/// move, a weak one leaves the loop stable.
 const SECTION_STRENGTHS: [f64; 3] = [0.6, 0.3, 0.15];
-/// Sections tried, and what one has to leave of µ.
+/// Sections tried at most, and the share of µ that one may leave to be kept, unless it is one: less is not worth the
+/// states.
 const MOST_SECTIONS: usize = 8;
 const WORTH_A_SECTION: f64 = 0.98;
 const OUTDOING: &str = "best controller, with floors above the stiffness of the tuned PID,";
@@ -214,7 +216,7 @@ impl Contest<'_> {
 
     /// Why a controller with one section more does not take the place of the best one.
     fn objection_to_grown(&self, judged: &Judged) -> Option<&'static str> {
-        if judged.mu >= WORTH_A_SECTION * self.judged.mu {
+        if judged.mu >= self.judged.mu.min(1.0_f64.max(WORTH_A_SECTION * self.judged.mu)) {
             return Some("µ of the whole machine falls by too little");
         }
         let replaces = judged.replaces(&self.judged, self.job.machine, None);
