@@ -216,7 +216,7 @@ impl Contest<'_> {
 
     /// Why a controller with one section more does not take the place of the best one.
     fn objection_to_grown(&self, judged: &Judged) -> Option<&'static str> {
-        if judged.mu >= self.judged.mu.min(1.0_f64.max(WORTH_A_SECTION * self.judged.mu)) {
+        if judged.mu > (WORTH_A_SECTION * self.judged.mu).max(1.0) {
             return Some("µ of the whole machine falls by too little");
         }
         let replaces = judged.replaces(&self.judged, self.job.machine, None);
