@@ -3,7 +3,7 @@
 
 usage: benches/rotors.py [--muspin PROGRAM] [ROTOR ...]
 
-Writes results/bench/rotors.csv. `mu_before_growth` is that of the best controller before its order grows, empty where it does
+Writes results/bench/rotors.csv, in which rotors that are not named keep their rows. `mu_before_growth` is that of the best controller before its order grows, empty where it does
 not; `least_mu` is a bound below which no controller comes, where µ exceeds one; `proven_to_rpm` is 1.2 times the top
 speed at most.
 """
@@ -41,7 +41,8 @@ def row(program, name):
     design = found["design"]
     attempts = design["polish"]["attempts"]
     grown = [k for k, attempt in enumerate(attempts) if GROWN in attempt["start"]]
-    before = attempts[grown[0] - 1]["polished"] if grown else None
+    earlier = [a["polished"] for a in attempts[: grown[0]] if a["polished"]] if grown else []
+    before = earlier[-1] if earlier else None
     kept = [a["polished"] for a in attempts if a["delivered"]] or [design["polish"]["dk"]]
     return dict(
         rotor=name,
@@ -64,14 +65,17 @@ def main():
     arguments = parser.parse_args()
     names = sorted(p.name[:-5] for p in ROTORS.glob("*.yaml") if not p.name.endswith(".tool.yaml"))
     commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], cwd=ROOT, capture_output=True, text=True, check=True).stdout.strip()
-    rows = []
+    rows = {}
+    if arguments.rotors and TABLE.exists():
+        with open(TABLE, newline="") as file:
+            rows = {old["rotor"]: old for old in csv.DictReader(file)}
     for name in arguments.rotors or names:
-        rows.append(dict(row(arguments.muspin, name), commit=commit))
-        print(rows[-1], flush=True)
+        rows[name] = dict(row(arguments.muspin, name), commit=commit)
+        print(rows[name], flush=True)
         with open(TABLE, "w", newline="") as file:
             table = csv.DictWriter(file, COLUMNS, lineterminator="\n")
             table.writeheader()
-            table.writerows(rows)
+            table.writerows(rows[name] for name in sorted(rows))
 
 
 if __name__ == "__main__":

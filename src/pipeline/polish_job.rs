@@ -204,15 +204,49 @@ pub(super) struct Polished {
     pub certificates: Vec<(f64, f64)>,
 }
 
-/// Asks for the specification at the speed of a peak, if it was not asked there before; true when it is from now on.
+/// Asks for the specification at a share of the top speed where it has to hold, if it was not asked there before; true
+/// when it is from now on.
+fn ask_at(polisher: &mut Polisher<'_>, machine: &Machine, share: f64) -> Result<bool, PipelineError> {
+    let is_new = polisher.leaves_out(share);
+    if is_new {
+        polisher.add_speed(machine, share)?;
+    }
+    Ok(is_new)
+}
+
+/// The same at the speed of a peak.
 fn ask_at_peak(polisher: &mut Polisher<'_>, machine: &Machine, peak: &SpeedMu) -> Result<bool, PipelineError> {
     let mut shares = polisher.speed_shares().iter().copied();
-    let share = shares.find(|share| share * machine.spindle.max_rpm == peak.speed_rpm);
-    let Some(share) = share.filter(|share| polisher.leaves_out(*share)) else {
-        return Ok(false);
-    };
-    polisher.add_speed(machine, share)?;
-    Ok(true)
+    match shares.find(|share| share * machine.spindle.max_rpm == peak.speed_rpm) {
+        Some(share) => ask_at(polisher, machine, share),
+        None => Ok(false),
+    }
+}
+
+/// Rounds that lower the limit on μ below what the loop has, or ask for it at a further speed, from a peak and the least
+/// μ so far on; `keep` certifies the controller after each and says its peak.
+fn lower_mu(
+    polisher: &mut Polisher<'_>,
+    machine: &Machine,
+    effort: PolishEffort,
+    mut peak: SpeedMu,
+    mut least: f64,
+    keep: &mut dyn FnMut(&Polisher<'_>, PolishRound) -> Result<SpeedMu, PipelineError>,
+) -> Result<(), PipelineError> {
+    let mut failed = 0;
+    for _ in 0..effort.lowerings {
+        if least <= 1.0 || !least.is_finite() || failed == MOST_FAILED {
+            break;
+        }
+        if !ask_at_peak(polisher, machine, &peak)? {
+            polisher.limit_mu_to(LOWERED);
+        }
+        let round = polisher.run_round(effort.steps)?;
+        peak = keep(polisher, round)?;
+        failed = if peak.mu < WORTH_LOWERING * least { 0 } else { failed + 1 };
+        least = least.min(peak.mu);
+    }
+    Ok(())
 }
 
 /// Polishes `plane` until its μ is certified, or to the lowest μ found.
@@ -237,9 +271,7 @@ fn descend(
         polisher = Polisher::new(machine, task, &brought, OVERSPEED)?;
     }
     for share in goal.asked_between {
-        if polisher.leaves_out(*share) {
-            polisher.add_speed(machine, *share)?;
-        }
+        ask_at(&mut polisher, machine, *share)?;
     }
     // Where the specification is far out of reach, the μ of the start is held, not bought with stiffness.
     if !goal.widening.is_none() {
@@ -296,23 +328,15 @@ fn descend(
             (least, best) = (peak.mu, found);
         }
     }
-    let mut failed = 0;
-    for _ in 0..effort.lowerings {
-        if least <= 1.0 || !least.is_finite() || failed == MOST_FAILED {
-            break;
+    lower_mu(&mut polisher, machine, effort, peak, least, &mut |polisher, round| {
+        rounds.push(round);
+        let (peak, found) = certified(polisher.plane()?)?;
+        certificates.push(figures(&peak));
+        if peak.mu < least {
+            (least, best) = (peak.mu, found);
         }
-        if !ask_at_peak(&mut polisher, machine, &peak)? {
-            polisher.limit_mu_to(LOWERED);
-        }
-        rounds.push(polisher.run_round(effort.steps)?);
-        let (next, found) = certified(polisher.plane()?)?;
-        peak = next;
-        certificates.push(figures(&next));
-        failed = if next.mu < WORTH_LOWERING * least { 0 } else { failed + 1 };
-        if next.mu < least {
-            (least, best) = (next.mu, found);
-        }
-    }
+        Ok(peak)
+    })?;
     let (plane, realised, known) = best;
     let course = Polished { plane, rounds, certificates };
     let written = goal.widening.is_none();
