@@ -116,11 +116,11 @@ impl Judged {
     }
 
     /// True when this controller may take the place of `other`, from which its polish started to be as stiff as `rival`
-    /// where that is stiffer: it is stiffer than the rival everywhere, meets what the other one meets, and its zones
-    /// are no worse.
+    /// where that is stiffer: it is stiffer than the rival everywhere, meets what the other one meets, its zones are no
+    /// worse, and where µ exceeds one it is no larger but for the width of lines.
     pub(super) fn outdoes(&self, other: &Self, machine: &Machine, rival: &ToolStiffness) -> bool {
         let stiffer = self.tool_stiffness().is_some_and(|own| own.least_ratio_to(rival) > 1.0);
-        stiffer && self.meets_as_much_as(other, machine)
+        stiffer && self.meets_as_much_as(other, machine) && self.mu <= SAME_MU * other.mu.max(1.0)
     }
 
     /// True when this controller, which gained something else, may take the place of `other`: it meets what the other
@@ -180,6 +180,8 @@ impl Judged {
     }
 }
 
+/// µ of two polishes of one controller is the same within this factor: the width of the lines of a polish.
+const SAME_MU: f64 = 1.01;
 /// A floor counts as held within the width of the lines of the polish, as its other limits do.
 const FLOOR_TOLERANCE: f64 = 0.01;
 

@@ -223,8 +223,8 @@ fn ask_at_peak(polisher: &mut Polisher<'_>, machine: &Machine, peak: &SpeedMu) -
     }
 }
 
-/// Rounds that lower the limit on μ below what the loop has, or ask for it at a further speed, from a peak and the least
-/// μ so far on; `keep` certifies the controller after each and says its peak.
+/// Rounds that lower the limit on μ below what the loop has, or ask for it at a further speed, from a peak and the
+/// least μ so far on; `keep` certifies the controller after each and says its peak.
 fn lower_mu(
     polisher: &mut Polisher<'_>,
     machine: &Machine,
