@@ -3,9 +3,10 @@
 
 usage: benches/rotors.py [--muspin PROGRAM] [ROTOR ...]
 
-Writes results/bench/rotors.csv, in which rotors that are not named keep their rows. `mu_before_growth` is that of the best controller before its order grows, empty where it does
-not; `least_mu` is a bound below which no controller comes, where µ exceeds one; `proven_to_rpm` is 1.2 times the top
-speed at most.
+Writes results/bench/rotors.csv, in which rotors that are not named keep their rows. µ is of the specification as written with
+the whole sampled machine, its largest value at 25 and more speeds from rest to 1.2 times the top speed. `mu_before_growth` is that
+of the best controller before its order grows, empty where it does not; `least_mu` is a bound below which no controller comes, where
+µ exceeds one; `proven_to_rpm` is 1.2 times the top speed at most.
 """
 
 import argparse
@@ -41,7 +42,7 @@ def row(program, name):
     design = found["design"]
     attempts = design["polish"]["attempts"]
     grown = [k for k, attempt in enumerate(attempts) if GROWN in attempt["start"]]
-    earlier = [a["polished"] for a in attempts[: grown[0]] if a["polished"]] if grown else []
+    earlier = [a["polished"] for a in attempts[: grown[0]] if a["polished"] and not a["objections"]] if grown else []
     before = earlier[-1] if earlier else None
     kept = [a["polished"] for a in attempts if a["delivered"]] or [design["polish"]["dk"]]
     return dict(

@@ -38,16 +38,16 @@ pub fn with_section(
 ) -> Result<Vec<StateSpace<Discrete>>, PipelineError> {
     let period_s = plane.time.period_s;
     let omega = TAU * peak_hz.max(LOWEST_HZ);
-    let corner = |relative: f64| {
-        let half = (0.5 * relative * omega * period_s).min(0.5 * HIGHEST * PI);
+    let corner = |relative: f64, apart: f64| {
+        let half = (0.5 * (relative * apart) * omega * period_s).min(0.5 * HIGHEST * apart * PI);
         2.0 / period_s * half.tan()
     };
     let resonance = |apart: f64, gain: f64| {
-        let w = corner(apart);
+        let w = corner(1.0, apart);
         Biquad { zero_rad_s: w, zero_damping: gain * DAMPING, pole_rad_s: w, pole_damping: DAMPING }.system()
     };
     let shelf = |apart: f64| {
-        let w = corner(SHELF * apart);
+        let w = corner(SHELF, apart);
         let own = |value: f64| Mat::from_fn(1, 1, |_, _| value);
         StateSpace::new(own(-w), own(1.0), own(0.5 * strength * w), own(1.0), Continuous)
     };

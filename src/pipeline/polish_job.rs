@@ -204,21 +204,11 @@ pub(super) struct Polished {
     pub certificates: Vec<(f64, f64)>,
 }
 
-/// Asks for the specification at a share of the top speed where it has to hold, if it was not asked there before; true
-/// when it is from now on.
-fn ask_at(polisher: &mut Polisher<'_>, machine: &Machine, share: f64) -> Result<bool, PipelineError> {
-    let is_new = polisher.leaves_out(share);
-    if is_new {
-        polisher.add_speed(machine, share)?;
-    }
-    Ok(is_new)
-}
-
-/// The same at the speed of a peak.
+/// Asks for the specification at the speed of a peak; true where it was not asked for there before.
 fn ask_at_peak(polisher: &mut Polisher<'_>, machine: &Machine, peak: &SpeedMu) -> Result<bool, PipelineError> {
-    let mut shares = polisher.speed_shares().iter().copied();
+    let mut shares = polisher.speed_shares().into_iter();
     match shares.find(|share| share * machine.spindle.max_rpm == peak.speed_rpm) {
-        Some(share) => ask_at(polisher, machine, share),
+        Some(share) => Ok(polisher.ask_at(machine, share)?),
         None => Ok(false),
     }
 }
@@ -271,7 +261,7 @@ fn descend(
         polisher = Polisher::new(machine, task, &brought, OVERSPEED)?;
     }
     for share in goal.asked_between {
-        ask_at(&mut polisher, machine, *share)?;
+        polisher.ask_at(machine, *share)?;
     }
     // Where the specification is far out of reach, the μ of the start is held, not bought with stiffness.
     if !goal.widening.is_none() {
@@ -284,7 +274,7 @@ fn descend(
     {
         rounds.push(polisher.run_round(effort.steps)?);
     }
-    let speed_shares = polisher.speed_shares().to_vec();
+    let speed_shares = polisher.speed_shares();
     let certified = |plane: StateSpace<Discrete>| {
         let realised = Realised::new(machine, &plane)?;
         let known = certificate(machine, problems, goal, &realised, &speed_shares)?;

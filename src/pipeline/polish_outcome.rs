@@ -47,8 +47,8 @@ pub struct PolishOutcome {
     pub limits: LoopLimits,
     /// The specification whose μ the polish and its certificates are held to: as written, or with wider limits.
     pub held_to: Widening,
-    /// Attempts: from an earlier design where there is one, from the D-K iteration, and, where that misses a target,
-    /// from a tuned PID.
+    /// Attempts in their order: from an earlier design where there is one, from the D-K iteration, where that misses a
+    /// target from a tuned PID, where none is stable at every speed from a law that is, and from the best of these.
     pub attempts: Vec<PolishAttempt>,
     /// Number of the attempt whose controller is delivered; none: that of the D-K iteration is.
     pub delivered: Option<usize>,

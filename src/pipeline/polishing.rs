@@ -3,9 +3,11 @@
 //! The polished controller goes through the same rounding and certificates as the one of the D-K iteration. Of two
 //! controllers, the one that meets more goals is delivered ([`super::judged`], the most important goal first); of two
 //! equal ones, the stiffer one. Where the controller of the D-K iteration misses a goal, the polish starts from a tuned
-//! PID as well. The controller of the D-K iteration counts as stable as far as speeds were computed; it is proven where
-//! that decides, or where it is delivered. An earlier design comes before all of these: where its polish meets every
-//! goal, it is delivered.
+//! PID as well. Where no controller is stable at every speed, a law that is stable there is searched and polished.
+//! Where the controller of the D-K iteration is unstable at some speed, the order of the best one grows
+//! ([`super::growth`]). That controller counts as stable as far as speeds were computed; it is proven where that
+//! decides, or where it is delivered. An earlier design comes before all of these: where its polish meets every goal,
+//! it is delivered.
 
 use super::PipelineError;
 use super::comparison::discrete;
@@ -177,11 +179,11 @@ impl Contest<'_> {
     }
 
     /// Adds sections to the best controller where µ of the whole machine peaks, as long as it exceeds one and falls.
-    /// Only where the controller of the D-K iteration, which sees the machine at rest, is lost at speed: sections added
-    /// to others were measured to gain nothing.
+    /// Only where the controller of the D-K iteration, which sees the machine at rest, is unstable at some speed: on
+    /// five spindles where it is stable, sections lowered µ by less than one per cent.
     fn grow(&mut self) -> Result<(), PipelineError> {
-        let lasts = self.dk.largest_mu().is_finite();
-        if lasts || !self.survives() {
+        let is_stable = self.dk.largest_mu().is_finite();
+        if is_stable || !self.survives() {
             return Ok(());
         }
         let mut strengths = SECTION_STRENGTHS.into_iter();

@@ -63,11 +63,14 @@ const WORTHWHILE: f64 = 0.25;
 pub struct Polisher<'a> {
     task: PolishTask<'a>,
     plants: Plants,
-    /// Speeds at which the specification has to hold, as shares of the top speed; the third is the last one.
-    speed_shares: Vec<f64>,
-    /// Those of the speeds between at which it is asked for.
+    /// Speed beyond the top speed to which the loop has to stay stable, as a share of it.
+    overspeed: f64,
+    /// Speeds between rest and the top speed at which the specification has to hold as well, as shares of it.
+    between: &'static [f64],
+    /// Those at which it is asked for.
     asked_between: Vec<f64>,
-    /// Plants at rest, at top speed and beyond, and those with shifted natural frequencies, as they are when sampled.
+    /// Plants at rest, at top speed and beyond, at the speeds between that are asked for, and those with shifted
+    /// natural frequencies, as they are when sampled.
     sampled: SampledPlants,
     /// Their poles as continuous ones, rad/s.
     plant_poles: Vec<c64>,
@@ -115,11 +118,11 @@ impl<'a> Polisher<'a> {
         start: &StateSpace<Discrete>,
         overspeed: f64,
     ) -> Result<Self, VerificationError> {
-        Self::asked_between(machine, task, start, overspeed, vec![])
+        Self::prepare(machine, task, start, overspeed, vec![])
     }
 
     /// The same with the specification asked for at some of the speeds between as well, shares of the top speed.
-    fn asked_between(
+    fn prepare(
         machine: &Machine,
         task: PolishTask<'a>,
         start: &StateSpace<Discrete>,
@@ -140,7 +143,8 @@ impl<'a> Polisher<'a> {
             })
             .collect();
         let mut plants = Plants::new(machine, overspeed, &shifts(&relative))?.with_weak_magnets(&WEAK_MAGNETS);
-        let between: &[f64] = if split.iter().any(|split| *split > LARGE_SPLIT) { &SPEEDS_BETWEEN } else { &[] };
+        let between: &'static [f64] =
+            if split.iter().any(|split| *split > LARGE_SPLIT) { &SPEEDS_BETWEEN } else { &[] };
         let (asked, others): (Vec<f64>, Vec<f64>) = between.iter().partition(|share| asked_between.contains(share));
         let speeds: Vec<f64> = asked.iter().map(|share| share * top).collect();
         let further = others.iter().map(|share| ShiftedRotor { speed_rad_s: share * top, factors: vec![] });
@@ -159,7 +163,8 @@ impl<'a> Polisher<'a> {
             loss: loss_on(&plants, &task, vec![], None)?,
             task,
             plants,
-            speed_shares: [&[0.0, 1.0, overspeed], between].concat(),
+            overspeed,
+            between,
             asked_between,
             sampled,
             plant_poles,
@@ -196,25 +201,24 @@ impl<'a> Polisher<'a> {
 
     /// Speeds at which the specification has to hold, as shares of the top speed: at rest, at top speed and beyond, and
     /// between where a mode splits so far that these do not stand for it.
-    pub(crate) fn speed_shares(&self) -> &[f64] {
-        &self.speed_shares
+    pub(crate) fn speed_shares(&self) -> Vec<f64> {
+        [&[0.0, 1.0, self.overspeed], self.between].concat()
     }
 
-    /// True at a speed at which the specification has to hold but is not asked for yet.
-    pub(crate) fn leaves_out(&self, share: f64) -> bool {
-        self.speed_shares[3..].contains(&share) && !self.asked_between.contains(&share)
-    }
-
-    /// Asks for the specification at one more of the speeds between, and goes on from the controller as it is.
+    /// Asks for the specification at one more of the speeds between, and goes on from the controller as it is; false
+    /// where the specification is asked for already, or does not have to hold.
     ///
     /// # Errors
     /// As [`Self::new`].
-    pub(crate) fn add_speed(&mut self, machine: &Machine, share: f64) -> Result<(), VerificationError> {
+    pub(crate) fn ask_at(&mut self, machine: &Machine, share: f64) -> Result<bool, VerificationError> {
+        if !self.between.contains(&share) || self.asked_between.contains(&share) {
+            return Ok(false);
+        }
         let asked = [&self.asked_between[..], &[share]].concat();
-        let next = Self::asked_between(machine, self.task, &self.plane()?, self.speed_shares[2], asked)?;
+        let next = Self::prepare(machine, self.task, &self.plane()?, self.overspeed, asked)?;
         let peaks = std::mem::take(&mut self.peaks);
         *self = Self { peaks, stale: true, ..next };
-        Ok(())
+        Ok(true)
     }
 
     /// The controller as it is, own poles inside the circle.
