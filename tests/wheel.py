@@ -1,6 +1,6 @@
 """A wheel in an environment of its own, as a user without a compiler has it.
 
-usage: python3 tests/wheel.py WHEEL    (made by `maturin build --release`)
+usage: python3 tests/wheel.py WHEEL    (made by `pip wheel --no-deps .` or `maturin build --release`)
 Builds nothing; installs the wheel with numpy from the package index.
 """
 

@@ -50,7 +50,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd
         for effect in machine.spindle.effects.iter().filter(|e| NOT_IN_MODES.contains(&e.kind)) {
             eprintln!("note: {spindle}: the effect {} is not in these modes", effect.kind.name());
         }
-        let supports = machine.supports();
+        let supports = machine.supports_without_magnets();
         let orbits = drawn.iter().map(|rpm| WhirlOrbits::of(&machine, &supports, *rpm, TO_HZ));
         (ModesSummary::of(&machine, speeds)?, orbits.collect::<Result<Vec<_>, _>>()?)
     };
@@ -89,7 +89,9 @@ fn show_modes(answer: &ModesSummary) -> CommandEnd {
             };
             format!("{f:.1}{sign}")
         });
-        rows.push(vec![format!("{:?}", speed.speed_rpm), words.collect::<Vec<_>>().join(" ")]);
+        let words = words.collect::<Vec<_>>().join(" ");
+        let words = if words.is_empty() { format!("none below {:.0} kHz", 1e-3 * TO_HZ) } else { words };
+        rows.push(vec![format!("{:?}", speed.speed_rpm), words]);
     }
     CommandEnd::done(verdict).rows(rows).next("muspin modes --json has all modes below 10 kHz with damping ratios")
 }

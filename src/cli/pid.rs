@@ -71,8 +71,8 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd
     let mut report = pid_report(&machine, &found, &settings)?;
     console.writing(|| report.write(&arguments.out, &arguments.pictures.formats))?;
     progress.end(arguments.timings);
-    say_unstable(console, found.instability.is_some(), &found.words());
-    Ok(show_pid(&found, found.meets(&settings), &arguments.out).json(report.summary.to_json()))
+    say_unstable(console, found.instability.is_some(), &found.words(&settings));
+    Ok(show_pid(&found, &settings, &arguments.out).json(report.summary.to_json()))
 }
 
 impl Arguments {
@@ -96,7 +96,7 @@ impl Arguments {
     }
 }
 
-fn show_pid(found: &PidLoop, met: bool, out: &str) -> CommandEnd {
+fn show_pid(found: &PidLoop, settings: &TuneSettings, out: &str) -> CommandEnd {
     let dash = || "-".to_owned();
     let number = |x: f64, digits: usize| if x.is_finite() { format!("{x:.digits$}") } else { dash() };
     let speeds = found.predictions.iter().map(|p| {
@@ -118,7 +118,7 @@ fn show_pid(found: &PidLoop, met: bool, out: &str) -> CommandEnd {
         })
     });
     let proven = found.verification.proof.as_ref().map_or(0.0, SpeedProof::proven_to_rpm);
-    let shown = CommandEnd::met(met, found.words())
+    let shown = CommandEnd::met(found.meets(settings), found.words(settings))
         .row(["proven stable to, rpm".to_owned(), number(proven, 0)])
         .row(["rpm", "growth, 1/s", "smallest stiffness", "at Hz", "peak of S, dB", "zone"])
         .rows(speeds)

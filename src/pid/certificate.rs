@@ -155,6 +155,23 @@ impl JudgedFigures {
             + 10.0 * over(self.noise_current_a / settings.noise_current_a, 1.0)
             + 10.0 * over(self.high_frequency_gain_a_per_m / settings.high_frequency_gain_a_per_m, 1.0)
     }
+
+    /// What is outside of what was asked, with the limit.
+    pub(crate) fn exceeded(&self, settings: &TuneSettings) -> Vec<String> {
+        let stable = (!self.stable).then(|| {
+            let percent = 100.0 * settings.mode_shift;
+            format!("the loop is unstable with natural frequencies shifted by {percent:.1} %")
+        });
+        let gain = [self.high_frequency_gain_a_per_m, settings.high_frequency_gain_a_per_m];
+        let figures = [
+            ("sensitivity", [self.sensitivity_peak_db, ZONE_B_DB], "dB"),
+            ("noise current", [self.noise_current_a, settings.noise_current_a].map(|a| 1e3 * a), "mA"),
+            ("gain above the modes", gain.map(|g| 1e-6 * g), "A/µm"),
+        ];
+        let above = figures.into_iter().filter(|(_, [value, limit], _)| value > limit);
+        let above = above.map(|(what, [value, limit], unit)| format!("the {what} is {value:.3} {unit} of {limit:.3}"));
+        stable.into_iter().chain(above).collect()
+    }
 }
 
 /// Figures of a PID on the full plant but for the loops with shifted modes, which take most of the time.

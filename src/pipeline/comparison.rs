@@ -13,7 +13,7 @@ use crate::predict::closed_loop::compliance;
 use crate::predict::modes::{LoopModes, loop_modes, modes_of_poles};
 use crate::predict::sensitivity::{AxisSensitivity, Zone};
 use crate::predict::stiffness::{DynamicStiffness, stiffness_and_sensitivity, stiffness_at};
-use crate::predict::tool_step::SETTLED;
+use crate::predict::tool_step::static_load_settling_s;
 use crate::spindle::{Machine, ModelDetail, Plant};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
@@ -22,6 +22,8 @@ use std::f64::consts::TAU;
 pub(crate) const LOW_HZ: f64 = 10.0;
 /// Points of the plain grid over the band; points round the closed-loop poles are added.
 const GRID_POINTS: usize = 400;
+/// Lowest frequency of the sensitivity, Hz, where stiffness does not count from a lower one.
+const MARGINS_FROM_HZ: f64 = 1.0;
 /// Points on each side of every closed-loop pole: both skirts of a lightly damped peak to a percent of its height.
 const POINTS_A_SIDE: usize = 12;
 
@@ -45,6 +47,9 @@ pub struct Prediction {
     /// Largest growth rate of the loop at this speed, 1/s. An unstable loop has neither stiffness nor zone: the curves
     /// are empty and the figures are not numbers.
     pub growth_rate_per_s: f64,
+    /// From when a static load begins until the tool stays within 2 % of where it holds it, s. Not a number of an
+    /// unstable loop.
+    pub static_load_settling_s: f64,
     /// Closed-loop poles as equivalent continuous ones, rad/s.
     pub poles_rad_s: Vec<c64>,
     /// Flexible and rigid-body modes of the loop.
@@ -55,12 +60,6 @@ impl Prediction {
     /// True when the loop is stable at this speed.
     pub fn is_stable(&self) -> bool {
         self.growth_rate_per_s < 0.0
-    }
-
-    /// Time in which the slowest pole decays to 2 %, s: from when a static load begins until the tool stays where it
-    /// holds it. Not a number of an unstable loop.
-    pub(crate) fn settling_s(&self) -> f64 {
-        if self.is_stable() { SETTLED.ln() / self.growth_rate_per_s } else { f64::NAN }
     }
 
     /// Zone of ISO 14839-3; none of an unstable loop.
@@ -119,13 +118,19 @@ pub fn predict(machine: &Machine, controller: &Controller, speed_rpm: f64) -> Re
     let stated = stated.filter(|f| (band_hz.0..=band_hz.1).contains(f));
     let stable = poles.growth_rate_per_s < 0.0;
     let lines = grid.omega_rad_s().iter().copied();
-    let lines = lines.chain(stated.map(|f| f * TAU));
+    let beside = lines_beside_band(machine, &poles.poles_rad_s);
+    let lines = lines.chain(stated.map(|f| f * TAU)).chain(beside);
     let grid = FrequencyGrid::from_rad_s(lines.filter(|_| stable));
     let at = |hz: f64| if stable { stiffness_at(&plant, controller, 0, hz) } else { f64::NAN };
-    let (stiffness, sensitivity) = stiffness_and_sensitivity(&plant, &*controller.responder(), &grid);
+    let (stiffness, sensitivity) = stiffness_and_sensitivity(&plant, &*controller.responder(), &grid, band_hz);
     let modes = match &controller.law {
         ControlLaw::Discrete(_) => modes_of_poles(&plant, &law, &poles.poles_rad_s)?,
         ControlLaw::Continuous(_) => loop_modes(&plant, &law)?,
+    };
+    let static_load_settling_s = if stable {
+        static_load_settling_s(&plant.sample_plant()?, &law).map_err(PipelineError::numeric("static load"))?
+    } else {
+        f64::NAN
     };
     let minimum = stiffness
         .iter()
@@ -140,6 +145,7 @@ pub fn predict(machine: &Machine, controller: &Controller, speed_rpm: f64) -> Re
         at_max_speed_n_per_m: at(top_speed_hz),
         sensitivity,
         growth_rate_per_s: poles.growth_rate_per_s,
+        static_load_settling_s,
         poles_rad_s: poles.poles_rad_s,
         modes,
         stiffness,
@@ -166,6 +172,20 @@ pub(super) fn closed_loop(
     let grid = FrequencyGrid::log_hz(band_hz.0, below_nyquist(machine, band_hz.1), GRID_POINTS)
         .refine_round_poles(&poles.poles_rad_s, POINTS_A_SIDE);
     Ok(LoopAtSpeed { plant, poles, grid })
+}
+
+/// Band of the margins, Hz. A band in which stiffness counts does not bound it.
+pub(super) fn margin_band_hz(machine: &Machine) -> (f64, f64) {
+    (MARGINS_FROM_HZ.min(machine.spindle.stiffness_band_hz.0), f64::INFINITY)
+}
+
+/// Lines of that band outside of the one in which stiffness counts, dense round the poles, rad/s.
+pub(super) fn lines_beside_band(machine: &Machine, poles_rad_s: &[c64]) -> Vec<f64> {
+    let ((from_hz, to_hz), (low_hz, high_hz)) = (margin_band_hz(machine), machine.spindle.stiffness_band_hz);
+    let whole = FrequencyGrid::log_hz(from_hz, below_nyquist(machine, to_hz), GRID_POINTS)
+        .refine_round_poles(poles_rad_s, POINTS_A_SIDE);
+    let band = low_hz * TAU..=high_hz * TAU;
+    whole.omega_rad_s().iter().copied().filter(|w| !band.contains(w)).collect()
 }
 
 /// A frequency, at most 0.49 of the sample rate: beyond Nyquist the response of a sampled loop repeats, and says

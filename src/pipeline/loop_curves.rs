@@ -3,7 +3,7 @@
 //! amplification factors.
 
 use super::PipelineError;
-use super::comparison::{LoopAtSpeed, Prediction, below_nyquist, closed_loop, discrete};
+use super::comparison::{LoopAtSpeed, Prediction, below_nyquist, closed_loop, discrete, margin_band_hz};
 use super::overspeed::OVERSPEED;
 use crate::controller::Controller;
 use crate::controller::verification::growth_rate_of;
@@ -163,8 +163,7 @@ impl LoopCurves {
         if !rest.is_stable() {
             return Ok(Self { whirl, orbits, capacity, stable: None });
         }
-        let band_hz = (machine.spindle.stiffness_band_hz.0, f64::INFINITY);
-        let LoopAtSpeed { plant, grid, .. } = closed_loop(machine, controller, 0.0, band_hz)?;
+        let LoopAtSpeed { plant, grid, .. } = closed_loop(machine, controller, 0.0, margin_band_hz(machine))?;
         let gain = LoopGain::new(&plant, &*controller.responder(), &grid);
         let sigma = LoopSigma::new(&plant, &*controller.responder(), &grid);
         let margins = LoopMargins::of(machine, controller)?;
@@ -192,9 +191,8 @@ impl LoopMargins {
     /// # Errors
     /// [`PipelineError`] when a plant or a decomposition fails.
     pub(crate) fn of(machine: &Machine, controller: &Controller) -> Result<Self, PipelineError> {
-        let band_hz = (machine.spindle.stiffness_band_hz.0, f64::INFINITY);
         let at = |rpm: f64| -> Result<Option<DiscMargins>, PipelineError> {
-            let LoopAtSpeed { plant, poles, grid } = closed_loop(machine, controller, rpm, band_hz)?;
+            let LoopAtSpeed { plant, poles, grid } = closed_loop(machine, controller, rpm, margin_band_hz(machine))?;
             if poles.growth_rate_per_s >= 0.0 {
                 return Ok(None);
             }

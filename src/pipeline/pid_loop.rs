@@ -129,8 +129,25 @@ impl PidLoop {
         self.verification.is_proven() && self.ends.iter().chain(&self.predictions).all(acceptable) && within
     }
 
-    /// What was found, whether it is stable, and what was searched, in sentences.
-    pub(crate) fn words(&self) -> String {
+    /// Why it does not meet what is asked, where it is stable, in sentences.
+    fn missed(&self, settings: &TuneSettings) -> String {
+        let of_zone_d = |p: &&Prediction| p.zone() == Some(Zone::D);
+        let zone_d = self.ends.iter().chain(&self.predictions).find(of_zone_d).map(|p| {
+            let db = p.sensitivity_peak_db();
+            format!("the sensitivity is {db:.1} dB at {:.0} rpm, zone D", p.speed_rpm)
+        });
+        let exceeded = match &self.pid.origin {
+            PidOrigin::Tuned(pid) if self.instability.is_none() => {
+                pid.certificate.judge_figures().exceeded(settings)
+            }
+            _ => vec![],
+        };
+        let all: Vec<String> = zone_d.into_iter().chain(exceeded).collect();
+        if all.is_empty() { String::new() } else { format!(" What it misses: {}.", all.join("; ")) }
+    }
+
+    /// What was found, whether it is stable, what it misses, and what was searched, in sentences.
+    pub(crate) fn words(&self, settings: &TuneSettings) -> String {
         let stable = match (&self.instability, self.verification.is_proven()) {
             (Some(found), _) => format!("{}.", found.mode_words()),
             (None, true) => {
@@ -138,7 +155,7 @@ impl PidLoop {
             }
             (None, false) => "stable at the speeds computed, not proven between them.".to_owned(),
         };
-        let stable = format!("{}: {stable}", self.pid.controller.name);
+        let stable = format!("{}: {stable}{}", self.pid.controller.name, self.missed(settings));
         match &self.pid.further {
             Some((reason, law)) => format!("{stable} What was searched: {reason}. {}", law.words()),
             None => stable,

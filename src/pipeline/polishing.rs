@@ -243,7 +243,9 @@ impl Contest<'_> {
         let (limits, plane) = (self.limits_of_zone()?, plane_of_law(machine, &self.judged.controller)?);
         for multiple in FLOOR_MULTIPLES {
             let floors = [self.job.floors, &rival.floors(machine, multiple)].concat();
-            let job = PolishJob { floors: &floors, ..self.job };
+            // It starts at the optimum without these floors, off which the first round spends its steps.
+            let effort = PolishEffort { rounds: self.job.effort.rounds + 1, ..self.job.effort };
+            let job = PolishJob { floors: &floors, effort, ..self.job };
             let done = polished_from(&job, limits, &plane);
             let objection = match &done {
                 Ok((judged, delivery, _)) => self.objection_beside(judged, delivery, rival)?,

@@ -3,7 +3,7 @@
 //! case where a loop of the set is unstable.
 
 use super::PipelineError;
-use super::comparison::{LOW_HZ, LoopAtSpeed, below_nyquist, closed_loop, discrete};
+use super::comparison::{LOW_HZ, LoopAtSpeed, below_nyquist, closed_loop, discrete, lines_beside_band};
 use crate::controller::Controller;
 use crate::controller::verification::growth_rate_of;
 use crate::lti::FrequencyGrid;
@@ -97,14 +97,22 @@ pub(crate) fn worst_prediction(
     let last = below_nyquist(machine, band_hz.1);
     let plain =
         FrequencyGrid::log_hz(band_hz.0, last, GRID_POINTS).refine_round_poles(&poles.poles_rad_s, POINTS_A_SIDE);
+    let beside = lines_beside_band(machine, &poles.poles_rad_s).into_iter().map(|w| w / TAU);
     let grid = FrequencyGrid::from_hz(
-        plain.hz().into_iter().chain(across).chain([LOW_HZ, top_speed_hz]).filter(|f| stable && *f <= last),
+        (plain.hz().into_iter().chain(across).chain([LOW_HZ, top_speed_hz]).filter(|f| *f <= last))
+            .chain(beside)
+            .filter(|_| stable),
     );
     let responder = controller.responder();
-    let mut worst = worst_case(&plant, &*responder, uncertainty, &grid);
+    let counts = |hz: f64| (band_hz.0..=last).contains(&hz) || hz == LOW_HZ || hz == top_speed_hz;
+    let on = |grid: &FrequencyGrid| {
+        let mut found = worst_case(&plant, &*responder, uncertainty, grid);
+        found.compliance.iter_mut().for_each(|curve| curve.retain_lines(counts));
+        found
+    };
+    let mut worst = on(&grid);
     for _ in 0..if stable { ROUNDS } else { 0 } {
-        let extra = FrequencyGrid::from_hz(brackets(&worst));
-        let more = worst_case(&plant, &*responder, uncertainty, &extra);
+        let more = on(&FrequencyGrid::from_hz(brackets(&worst)));
         merge(&mut worst, more);
     }
     Ok(WorstPrediction {

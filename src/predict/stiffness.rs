@@ -45,11 +45,13 @@ pub fn dynamic_stiffness(
     DynamicStiffness::of(grid, &values)
 }
 
-/// Dynamic stiffness at the tool of both axes, and sensitivity of the four axes, from one response a line.
+/// Dynamic stiffness at the tool of both axes on the lines within `band_hz`, and sensitivity of the four axes on all,
+/// from one response a line.
 pub(crate) fn stiffness_and_sensitivity(
     plant: &dyn Response,
     controller: &dyn HeldResponse,
     grid: &FrequencyGrid,
+    band_hz: (f64, f64),
 ) -> ([DynamicStiffness; 2], AxisSensitivity) {
     let lines: Vec<([c64; 2], [f64; AXES])> = grid
         .omega_rad_s()
@@ -59,9 +61,12 @@ pub(crate) fn stiffness_and_sensitivity(
             ([0, 1].map(|axis| compliance[(axis, axis)].inv()), axis_magnitudes(&s))
         })
         .collect();
+    let band = band_hz.0 * TAU..=band_hz.1 * TAU;
+    let counts: Vec<bool> = grid.omega_rad_s().iter().map(|w| band.contains(w)).collect();
+    let within = FrequencyGrid::from_rad_s(grid.omega_rad_s().iter().copied().filter(|w| band.contains(w)));
     let stiffness = [0, 1].map(|axis| {
-        let own: Vec<c64> = lines.iter().map(|line| line.0[axis]).collect();
-        DynamicStiffness::of(grid, &own)
+        let own = lines.iter().zip(&counts).filter(|(_, counts)| **counts).map(|(line, _)| line.0[axis]);
+        DynamicStiffness::of(&within, &own.collect::<Vec<c64>>())
     });
     let sensitivity = AxisSensitivity { frequency_hz: grid.hz(), magnitude: lines.iter().map(|line| line.1).collect() };
     (stiffness, sensitivity)

@@ -3,7 +3,7 @@
 
 use super::closed_loop::close;
 use crate::augment::plane::connected_part;
-use crate::linalg::{Mat, NumericError};
+use crate::linalg::{Mat, NumericError, solve};
 use crate::lti::{Discrete, Response, StateSpace};
 
 /// Step response of the tool in x.
@@ -25,6 +25,10 @@ pub struct ToolStep {
 pub(crate) const SETTLED: f64 = 0.02;
 /// Time constants of the slowest pole that are computed: what is left of it then is e⁻⁸, a sixtieth of [`SETTLED`].
 const TIME_CONSTANTS: f64 = 8.0;
+/// Steps of a search of the settling time over these time constants.
+const SEARCH_STEPS: f64 = 2048.0;
+/// Doublings of the sampling period in such a step at most: 2²⁰ periods of 50 µs are a minute, and 2048 of them a day.
+const MOST_DOUBLINGS: f64 = 20.0;
 /// Longest response, s: an integrator slower than this shows as a response that has not settled.
 const LONGEST_S: f64 = 2.0;
 
@@ -34,7 +38,7 @@ impl ToolStep {
     /// # Errors
     /// [`NumericError`] when the loop is not well posed or its eigenvalues fail.
     pub fn of(sampled: &StateSpace<Discrete>, law: &StateSpace<Discrete>) -> Result<Self, NumericError> {
-        let tool = connected_part(&close(sampled, law)?.select(&[0], &[0]));
+        let tool = tool_in_x(sampled, law)?;
         let period_s = tool.time.period_s;
         let horizon_s = (TIME_CONSTANTS / -tool.growth_rate()?).clamp(period_s, LONGEST_S);
         let steps = (horizon_s / period_s).ceil() as usize;
@@ -46,15 +50,73 @@ impl ToolStep {
         }
         let end = tool.at(0.0)[(0, 0)].re;
         let largest = displacement.iter().map(|x| x / end).fold(f64::NEG_INFINITY, f64::max);
-        let outside = displacement.iter().rposition(|x| (x / end - 1.0).abs() > SETTLED);
-        let settled = outside.map_or(0, |last| last + 1);
+        let settling_s = settling_of(&tool)?;
         let time_s: Vec<f64> = (0..=steps).map(|k| k as f64 * period_s).collect();
         Ok(Self {
-            settling_s: time_s.get(settled).copied().unwrap_or(f64::NAN),
+            settling_s: if settling_s <= horizon_s { settling_s } else { f64::NAN },
             overshoot: (largest - 1.0).max(0.0),
             final_m_per_n: end,
             displacement_m_per_n: displacement,
             time_s,
         })
     }
+}
+
+/// From force to displacement of the tool in x, the loop closed.
+fn tool_in_x(
+    sampled: &StateSpace<Discrete>,
+    law: &StateSpace<Discrete>,
+) -> Result<StateSpace<Discrete>, NumericError> {
+    Ok(connected_part(&close(sampled, law)?.select(&[0], &[0])))
+}
+
+/// Time from the begin of a static load at the tool in x from which on its displacement stays within 2 % of its end, s;
+/// not a number of an unstable loop.
+///
+/// # Errors
+/// As [`ToolStep::of`].
+pub(crate) fn static_load_settling_s(
+    sampled: &StateSpace<Discrete>,
+    law: &StateSpace<Discrete>,
+) -> Result<f64, NumericError> {
+    settling_of(&tool_in_x(sampled, law)?)
+}
+
+/// The distance to the end is C Aᵏ e₀. Its last value beyond 2 % is searched in strides A^m, and then sample by sample
+/// within the last stride. A distance that grows at first is followed for longer.
+fn settling_of(tool: &StateSpace<Discrete>) -> Result<f64, NumericError> {
+    let decay_per_s = -tool.growth_rate()?;
+    if decay_per_s <= 0.0 {
+        return Ok(f64::NAN);
+    }
+    let period_s = tool.time.period_s;
+    let rest = Mat::<f64>::identity(tool.order(), tool.order()) - &tool.a;
+    let begin = solve(&rest, &tool.b)?;
+    let end = tool.at(0.0)[(0, 0)].re;
+    let distance = |state: &Mat<f64>| ((&tool.c * state)[(0, 0)] / end).abs();
+    let doublings = (TIME_CONSTANTS / (decay_per_s * period_s * SEARCH_STEPS)).log2().ceil().clamp(0.0, MOST_DOUBLINGS) as i32;
+    let mut stride = tool.a.clone();
+    (0..doublings).for_each(|_| stride = &stride * &stride);
+    let (step_s, mut state) = (period_s * f64::from(1 << doublings), begin);
+    let (mut time_s, mut largest, mut last) = (0.0, 1.0f64, None);
+    while time_s * decay_per_s < TIME_CONSTANTS + largest.ln() {
+        let away = distance(&state);
+        largest = largest.max(away);
+        if away > SETTLED {
+            last = Some((time_s, state.clone()));
+        }
+        state = &stride * &state;
+        time_s += step_s;
+    }
+    let Some((from_s, mut state)) = last else {
+        return Ok(0.0);
+    };
+    let mut settled = 0;
+    for k in 1..=1 << doublings {
+        if distance(&state) > SETTLED {
+            settled = k;
+        }
+        state = &tool.a * &state;
+    }
+    Ok(from_s + f64::from(settled) * period_s)
 }

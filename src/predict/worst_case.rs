@@ -55,6 +55,12 @@ pub struct WorstCurve {
 }
 
 impl WorstCurve {
+    /// Drops the lines at other frequencies than these.
+    pub(crate) fn retain_lines(&mut self, counts: impl Fn(f64) -> bool) {
+        let both = std::mem::take(&mut self.frequency_hz).into_iter().zip(std::mem::take(&mut self.lines));
+        (self.frequency_hz, self.lines) = both.filter(|(hz, _)| counts(*hz)).unzip();
+    }
+
     /// The line with the largest upper bound and its frequency, Hz; `None` on an empty grid.
     pub(crate) fn peak(&self) -> Option<(f64, &Extreme)> {
         let all = self.frequency_hz.iter().copied().zip(&self.lines);

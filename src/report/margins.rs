@@ -74,7 +74,7 @@ pub(crate) fn loop_rows(ends: [&Prediction; 2], stable: Option<&StableLoop>) -> 
         let shift = format!("{:.1}", 100.0 * stable.margins.mode_shift);
         rows.push(vec!["shift of the natural frequencies that it bears, %".to_owned(), shift, String::new()]);
     }
-    let settling = ends.map(|end| match 1e3 * end.settling_s() {
+    let settling = ends.map(|end| match 1e3 * end.static_load_settling_s {
         ms if ms.is_finite() => format!("{ms:.0}"),
         _ => "-".to_owned(),
     });

@@ -38,7 +38,7 @@ pub(crate) struct SpeedModes {
 impl ModesSummary {
     /// The modes of a machine without its magnets, on the springs of its effects, at speeds in rpm.
     pub(crate) fn of(machine: &Machine, speeds_rpm: &[f64]) -> Result<Self, SpindleError> {
-        let supports = machine.supports();
+        let supports = machine.supports_without_magnets();
         let names = [&machine.spindle.name, &machine.tool.name].map(String::as_str);
         Self::at_speeds(names, &machine.rotor()?, speeds_rpm, &|speed| machine.whirl_on(&supports, speed, TO_HZ))
     }

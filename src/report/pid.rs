@@ -16,7 +16,7 @@ use serde_json::{Value, json};
 /// Summary, pictures and controller file of a PID.
 pub(crate) fn pid_report(machine: &Machine, found: &PidLoop, settings: &TuneSettings) -> Result<Report, ReportError> {
     let mut report = Report::of("pid", machine);
-    let words = found.words();
+    let words = found.words(settings);
     report.verdict(found.meets(settings), &words);
     let summary = &mut report.summary;
     summary.set("controller", found.pid.controller.name.as_str());

@@ -21,7 +21,7 @@ fn stiffness_at_speed(prediction: &Prediction) -> Value {
         // Of the slowest pole of the loop, and until a static load that begins or ends has moved the tool to within 2 %
         // of where it stays, by that pole.
         "slowest_decay_per_s": if prediction.is_stable() { -prediction.growth_rate_per_s } else { f64::NAN },
-        "static_load_settling_s": prediction.settling_s(),
+        "static_load_settling_s": prediction.static_load_settling_s,
     });
     with_instability(figures, prediction)
 }
@@ -39,10 +39,17 @@ pub(crate) fn axes_db(prediction: &Prediction) -> [f64; 4] {
     std::array::from_fn(|axis| if prediction.is_stable() { db(axis) } else { f64::NAN })
 }
 
+/// Largest sensitivity of each bearing, dB: of its worse axis.
+pub(crate) fn bearings_db(prediction: &Prediction) -> [f64; 2] {
+    let [front_x, front_y, rear_x, rear_y] = axes_db(prediction);
+    [front_x.max(front_y), rear_x.max(rear_y)]
+}
+
 fn sensitivity_at_speed(prediction: &Prediction) -> Value {
     let axes_db = axes_db(prediction);
     let zone = prediction.zone().map(Zone::letter);
-    let figures = json!({ "front_db": axes_db[0], "rear_db": axes_db[2], "axes_db": axes_db, "zone": zone });
+    let [front_db, rear_db] = bearings_db(prediction);
+    let figures = json!({ "front_db": front_db, "rear_db": rear_db, "axes_db": axes_db, "zone": zone });
     with_instability(figures, prediction)
 }
 

@@ -1,7 +1,7 @@
 //! Designs beside others as topics of the summary: arithmetics, routes, a tightened specification, the limit of the
 //! stiffness.
 
-use super::prediction_summary::axes_db;
+use super::prediction_summary::bearings_db;
 use crate::augment::plane::Route;
 use crate::controller::stiffness_limit::StiffnessLimit;
 use crate::pipeline::comparison::Prediction;
@@ -57,7 +57,7 @@ fn variant_topic(name: &str, design: &Design, rest: &Prediction) -> Value {
     let dk = design.dk.as_ref();
     let synthesised = dk.map(|dk| dk.full.synthesis);
     let emulated = dk.and_then(|dk| dk.emulated);
-    let axes_db = axes_db(rest);
+    let [front_db, rear_db] = bearings_db(rest);
     json!({
         "design": name,
         "mu_synthesised": emulated.map(|e| e.mu_continuous).or(synthesised),
@@ -71,8 +71,8 @@ fn variant_topic(name: &str, design: &Design, rest: &Prediction) -> Value {
         "at_10_hz_n_per_m": rest.at_10_hz_n_per_m,
         "at_max_speed_n_per_m": rest.at_max_speed_n_per_m,
         "static_tool_n_per_m": design.delivery.static_stiffness_n_per_m[0],
-        "front_db": axes_db[0],
-        "rear_db": axes_db[2],
+        "front_db": front_db,
+        "rear_db": rear_db,
         "zone": rest.zone().map(Zone::letter),
         "stable": design.is_stable(),
     })
