@@ -66,7 +66,10 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd
         return Err(first.with_further(failures));
     }
     let words = if all_plausible {
-        format!("{} files are right", lines.len())
+        match lines.len() {
+            1 => "the file is right".to_owned(),
+            files => format!("{files} files are right"),
+        }
     } else {
         "a record contradicts its machine".to_owned()
     };

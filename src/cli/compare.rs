@@ -125,7 +125,8 @@ fn all_compared(
         if timed {
             progress.start_stage(format!("predictions for {name}"));
         }
-        Ok((*role, compare_controller(ground, name, controller, known)?))
+        let found = compare_controller(ground, name, controller, known);
+        Ok((*role, found.map_err(|error| Failure::from(error).naming(std::slice::from_ref(name)))?))
     };
     if timed {
         return keys.iter().zip(controllers).map(one).collect();

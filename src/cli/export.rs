@@ -267,11 +267,7 @@ fn prefixes(asked: &[String], prepared: &[Prepared]) -> Result<Vec<String>, Fail
 
 /// The controller at the spindle's sample rate; that a continuous one was sampled is said.
 pub(super) fn ready(machine: &Machine, loaded: &Controller, file: &str) -> Result<SampledController, Failure> {
-    let found = sample_controller(machine, loaded).map_err(|error| match error {
-        PipelineError::SampleTime { .. } => Failure::new(format!("{file}: {error}"))
-            .with_hint("give the spindle that the controller was made for with --spindle"),
-        other => other.into(),
-    })?;
+    let found = sample_controller(machine, loaded).map_err(|error| Failure::from(error).naming(&[file.to_owned()]))?;
     if let Some(hz) = found.prewarp_hz {
         let period_s = found.law.time.period_s;
         eprintln!("note: {file} is continuous; discretised by Tustin's rule at {period_s} s, exact at {hz:.1} Hz");

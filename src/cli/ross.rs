@@ -142,7 +142,7 @@ fn export(arguments: &Arguments, console: &Console) -> Result<CommandEnd, Failur
     console.writing(|| folder.write(Path::new(out)))?;
     let answer = json!({ "folder": out, "elements": sections.len(), "discs": discs.len() });
     Ok(CommandEnd::done(format!(
-        "{} with {}: {} elements and {} discs for ROSS, without bearings",
+        "{} with {}: {} elements, discs: {}, for ROSS, without bearings",
         spindle.name,
         tool.name,
         sections.len(),

@@ -9,9 +9,7 @@ use super::export::{parse_sensor_step, ready};
 use super::speeds::parse_one_speed;
 use crate::pipeline::PipelineError;
 use crate::pipeline::loop_stability::unstable_words;
-use crate::pipeline::simulation::{
-    SimulationCase, SimulationWish, USUAL_GRADE_MM_S, USUAL_RAMP_S, simulate_controller,
-};
+use crate::pipeline::simulation::{SimulationCase, SimulationWish, simulate_controller};
 use crate::predict::time::{TimeError, TimeSettings};
 use crate::report::place_words::place_words;
 use crate::report::time_response::simulation_report;
@@ -27,9 +25,9 @@ pub(super) struct Arguments {
     /// Speed, rpm (unbalance and contact: largest speed unless given; otherwise 0)
     #[arg(long = "speeds", alias = "speed", value_name = "SPEED", value_parser = parse_one_speed)]
     speed: Option<f64>,
-    /// Balance grade in mm/s, for unbalance
-    #[arg(long, default_value_t = USUAL_GRADE_MM_S)]
-    grade: f64,
+    /// Balance grade in mm/s, for unbalance (0.4 unless given)
+    #[arg(long)]
+    grade: Option<f64>,
     /// Force at the tool, N (impulse 50, step 40 unless given; contact: what no controller can hold within the
     /// clearance)
     #[arg(long)]
@@ -40,9 +38,9 @@ pub(super) struct Arguments {
     /// Duration, s
     #[arg(long)]
     duration: Option<f64>,
-    /// Time over which the reference moves from the rest position to the centre at lift-off, s
-    #[arg(long, default_value_t = USUAL_RAMP_S)]
-    ramp: f64,
+    /// Time over which the reference moves from the rest position to the centre at lift-off, s (0.1 unless given)
+    #[arg(long)]
+    ramp: Option<f64>,
     /// Voltage of the amplifiers' bus, V
     #[arg(long, default_value_t = TimeSettings::default().bus_voltage_v)]
     bus_voltage: f64,
@@ -98,7 +96,7 @@ impl Arguments {
         SimulationWish {
             case: self.case,
             speed_rpm: self.speed,
-            grade_m_s: 1e-3 * self.grade,
+            grade_m_s: self.grade.map(|grade| 1e-3 * grade),
             force_n: self.force,
             push_s: self.push,
             duration_s: self.duration,

@@ -105,6 +105,11 @@ pub(crate) fn read_tagged_controller(file: &str, text: &str) -> Result<TaggedCon
 
 /// The controller of a file; what its values break is added to the errors.
 fn controller(errors: &mut ErrorList<'_>, read: ControllerFile) -> Option<TaggedController> {
+    if read.inputs == ["axial"] {
+        let rule = "inputs: axial: a controller of the thrust axis; commands read those of the four radial axes";
+        errors.add(InputError::new(errors.file, rule.to_owned()).with_hint("its firmware lies in the same folder"));
+        return None;
+    }
     for (key, names) in [("inputs", &read.inputs), ("outputs", &read.outputs)] {
         if names.iter().ne(CHANNELS.iter()) {
             let rule = format!("{key}: {} must be {}", names.join(", "), CHANNELS.join(", "));

@@ -112,7 +112,10 @@ fn plain_words(text: &str) -> String {
         ("expected a sequence", "expected a list"),
         ("expected a map", "expected a mapping of keys to values"),
     ] {
-        text = text.replace(name, words);
+        // The parser's own words may already be those of the file.
+        if !text.contains(words) {
+            text = text.replace(name, words);
+        }
     }
     match text.split_once("expected struct ") {
         Some((before, _)) => format!("{before}expected a mapping of keys to values"),

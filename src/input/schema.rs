@@ -156,7 +156,9 @@ fn object(schema: &Value, path: &str, text: &mut String) {
         let (entry, suffix) = inner(value);
         let name = format!("{key}{suffix}");
         text.push_str(&row(&name, value, entry, required(key)));
-        if entry.get("properties").is_some() || entry.get("oneOf").is_some() {
+        let choices = entry["oneOf"].as_array();
+        let has_keys = choices.is_some_and(|all| all.iter().any(|one| one.get("properties").is_some()));
+        if entry.get("properties").is_some() || has_keys {
             let below = if path.is_empty() { name } else { format!("{path}.{name}") };
             deeper.push((below, entry));
         }

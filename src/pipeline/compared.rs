@@ -41,6 +41,8 @@ pub struct Compared {
     pub name: String,
     /// Its loop at each speed.
     pub predictions: Vec<Prediction>,
+    /// The same at rest and at top speed.
+    pub ends: [Prediction; 2],
     /// Stability over speed.
     pub verification: Verification,
     /// Worst cases at those speeds and over all that are proven stable.
@@ -120,15 +122,16 @@ pub fn compare_controller(
 ) -> Result<Compared, PipelineError> {
     let machine = ground.machine;
     let top_rpm = machine.spindle.max_rpm;
-    let mut predictions = vec![];
-    for rpm in ground.speeds_rpm {
-        let mut known = known.predictions.iter();
-        let prediction = match known.find(|p| p.speed_rpm == *rpm) {
+    let at = |rpm: f64, known: &[Prediction]| -> Result<Prediction, PipelineError> {
+        let prediction = match known.iter().find(|p| p.speed_rpm == rpm) {
             Some(known) => known.clone(),
-            None => predict(machine, controller, *rpm)?,
+            None => predict(machine, controller, rpm)?,
         };
-        predictions.push(Prediction { name: name.to_owned(), ..prediction });
-    }
+        Ok(Prediction { name: name.to_owned(), ..prediction })
+    };
+    let predictions = ground.speeds_rpm.iter().map(|rpm| at(*rpm, &known.predictions));
+    let predictions = predictions.collect::<Result<Vec<_>, _>>()?;
+    let ends = [at(0.0, &predictions)?, at(top_rpm, &predictions)?];
     let verification = match &known.verification {
         Some(known) => known.clone(),
         None => {
@@ -149,6 +152,7 @@ pub fn compare_controller(
         )?,
         lobes: chatter_limit(machine, controller, top_rpm, ground.material, ground.cut)?,
         predictions,
+        ends,
         verification,
     })
 }

@@ -1,7 +1,7 @@
 //! Predictions for a controller: dynamic stiffness at the tool and sensitivity at the sensors.
 
 use super::PipelineError;
-use super::loop_stability::{SpeedPoles, loop_poles};
+use super::loop_stability::{SpeedPoles, check_sample_time, loop_poles};
 use crate::controller::amplifier_demand::amplifier_demand;
 use crate::controller::{ControlLaw, Controller};
 use crate::linalg::c64;
@@ -227,10 +227,10 @@ fn chatter_band_hz(machine: &Machine) -> (f64, f64) {
 /// The law in sampled time; a continuous one by Tustin's rule, as the loop would run it.
 ///
 /// # Errors
-/// [`PipelineError::Numeric`] when the map is singular.
+/// [`PipelineError::SampleTime`] of a law at another rate; [`PipelineError::Numeric`] when the map is singular.
 pub fn discrete(controller: &Controller, period_s: f64) -> Result<StateSpace<Discrete>, PipelineError> {
     match &controller.law {
-        ControlLaw::Discrete(law) => Ok(law.clone()),
+        ControlLaw::Discrete(law) => check_sample_time(law, period_s).map(|()| law.clone()),
         ControlLaw::Continuous(law) => tustin(law, period_s).map_err(PipelineError::numeric("discretisation")),
     }
 }

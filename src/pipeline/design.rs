@@ -105,7 +105,7 @@ impl Design {
     pub(crate) fn own_stability_sentence(&self) -> String {
         let polished = self.polish.as_ref().is_some_and(|p| p.delivered.is_some());
         match &self.dk {
-            Some(dk) if !polished => dk.own_stability.sentence(),
+            Some(dk) if !polished => dk.own_stability.sentence(self.delivery.controller_growth_rate_per_s),
             _ => format!(
                 "The controller itself is stable: the polish keeps its poles inside the circle, the slowest decays at \
                  {:.3} 1/s.",

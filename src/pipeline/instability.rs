@@ -119,11 +119,12 @@ impl Instability {
         let cause = match &self.mode {
             GrowingMode::Flexible(mode) => {
                 let [backward, forward] = mode.at_speed_hz;
-                format!(
-                    "; flexible mode {} next to it has {:.1} Hz at rest and splits to {backward:.1} and {forward:.1} \
-                     Hz {at}",
-                    mode.number, mode.at_rest_hz,
-                )
+                let own = format!("; flexible mode {} next to it has {:.1} Hz at rest", mode.number, mode.at_rest_hz);
+                if self.speed_rpm == 0.0 {
+                    own
+                } else {
+                    format!("{own} and splits to {backward:.1} and {forward:.1} Hz {at}")
+                }
             }
             GrowingMode::Nutation { free_hz } => format!(
                 ": the nutation of the rigid rotor, which has no frequency at rest and that of {free_hz:.1} Hz {at} \

@@ -7,8 +7,8 @@ use super::PipelineError;
 use crate::controller::verification::growth_words;
 use crate::controller::{ControlLaw, Controller};
 use crate::linalg::{NumericError, c64};
-use crate::lti::TimeBase;
 use crate::lti::connect::lower_lft;
+use crate::lti::{Discrete, StateSpace, TimeBase};
 use crate::spindle::plant::AXES;
 use crate::spindle::{Machine, ModelDetail, Plant};
 use std::f64::consts::TAU;
@@ -30,6 +30,7 @@ pub(crate) fn loop_poles(plant: &Plant, controller: &Controller) -> Result<Speed
     match &controller.law {
         ControlLaw::Discrete(law) => {
             let sampled = plant.sample_plant()?;
+            check_sample_time(law, sampled.time.period_s)?;
             let poles = plant.loop_poles(&sampled, law).map_err(&numeric)?;
             Ok(SpeedPoles {
                 growth_rate_per_s: sampled.time.largest_growth_rate(&poles),
@@ -54,6 +55,16 @@ pub(crate) fn loop_poles(plant: &Plant, controller: &Controller) -> Result<Speed
             Ok(SpeedPoles { growth_rate_per_s, poles_rad_s })
         }
     }
+}
+
+/// Refuses a law at another sample time than that of its machine.
+pub(super) fn check_sample_time(law: &StateSpace<Discrete>, period_s: f64) -> Result<(), PipelineError> {
+    let given_s = law.time.period_s;
+    // Sample times are decimals of the same number; only rounding is forgiven.
+    if (given_s - period_s).abs() > 1e-9 * period_s {
+        return Err(PipelineError::SampleTime { given_s, rate_hz: period_s.recip() });
+    }
+    Ok(())
 }
 
 /// Largest growth rate of the loop of the full plant at a speed, 1/s; negative: stable.

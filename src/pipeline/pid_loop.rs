@@ -137,9 +137,7 @@ impl PidLoop {
             format!("the sensitivity is {db:.1} dB at {:.0} rpm, zone D", p.speed_rpm)
         });
         let exceeded = match &self.pid.origin {
-            PidOrigin::Tuned(pid) if self.instability.is_none() => {
-                pid.certificate.judge_figures().exceeded(settings)
-            }
+            PidOrigin::Tuned(pid) if self.instability.is_none() => pid.certificate.judge_figures().exceeded(settings),
             _ => vec![],
         };
         let all: Vec<String> = zone_d.into_iter().chain(exceeded).collect();

@@ -21,10 +21,6 @@ pub(crate) fn sample_controller(machine: &Machine, given: &Controller) -> Result
     let electronics = &machine.spindle.electronics;
     let period_s = electronics.sample_period_s();
     let (controller, prewarp_hz) = match &given.law {
-        // Sample times are decimals of the same number; only rounding is forgiven.
-        ControlLaw::Discrete(law) if (law.time.period_s - period_s).abs() > 1e-9 * period_s => {
-            return Err(PipelineError::SampleTime { given_s: law.time.period_s, rate_hz: electronics.sample_rate_hz });
-        }
         ControlLaw::Discrete(_) => (given.clone(), None),
         ControlLaw::Continuous(_) => {
             let prewarp_hz = prewarp_hz(machine)?;

@@ -54,22 +54,22 @@ pub(crate) struct SimulationWish {
     pub case: SimulationCase,
     pub speed_rpm: Option<f64>,
     /// Balance grade, m/s.
-    pub grade_m_s: f64,
+    pub grade_m_s: Option<f64>,
     pub force_n: Option<f64>,
     /// Length of the half sine, s.
     pub push_s: Option<f64>,
     pub duration_s: Option<f64>,
     /// Time over which the reference moves to the centre at lift-off, s.
-    pub ramp_s: f64,
+    pub ramp_s: Option<f64>,
 }
 
 /// Longest simulation, s: every sample is kept in memory and written.
 const LONGEST_S: f64 = 20.0;
 
 /// Balance grade unless given, mm/s: G 0.4 of ISO 21940-11, precision spindles.
-pub(crate) const USUAL_GRADE_MM_S: f64 = 0.4;
+const USUAL_GRADE_MM_S: f64 = 0.4;
 /// Time of the reference at lift-off unless given, s: several periods of a suspension of 50 Hz.
-pub(crate) const USUAL_RAMP_S: f64 = 0.1;
+const USUAL_RAMP_S: f64 = 0.1;
 
 impl SimulationWish {
     /// What is simulated on a machine; whether the loop is stable is not known yet.
@@ -84,7 +84,9 @@ impl SimulationWish {
         };
         positive("force", self.force_n)?;
         positive("duration", self.duration_s)?;
-        positive("grade", Some(self.grade_m_s))?;
+        positive("grade", self.grade_m_s)?;
+        self.check_own_settings()?;
+        let ramp_s = self.ramp_s();
         if let Some(value) = self.duration_s.filter(|d| *d > LONGEST_S) {
             return Err(TimeError::Setting { what: "duration", value, rule: "at most 20 s" });
         }
@@ -94,23 +96,28 @@ impl SimulationWish {
         }
         let top_rpm = machine.spindle.max_rpm;
         let impulse = |force_n: f64| StandardCase::Impulse { force_n, length_s };
+        // A long push or ramp leaves time for what comes after it.
+        let longer = |usual_s: f64, event_s: f64| usual_s.max(2.0 * event_s).min(LONGEST_S);
         let (case, goal, usual_rpm, usual_s) = match self.case {
-            SimulationCase::Impulse => (impulse(self.force_n.unwrap_or(50.0)), Goal::Recovers, 0.0, 0.1),
+            SimulationCase::Impulse => {
+                (impulse(self.force_n.unwrap_or(50.0)), Goal::Recovers, 0.0, longer(0.1, length_s))
+            }
             SimulationCase::Contact => {
                 let force_n = match self.force_n {
                     Some(given) => given,
                     None => touching_force_n(machine, SignalLimits::of(machine).output_a, length_s)?,
                 };
-                (impulse(force_n), Goal::Recovers, top_rpm, 0.2)
+                (impulse(force_n), Goal::Recovers, top_rpm, longer(0.2, length_s))
             }
             SimulationCase::Step => {
                 let force_n = self.force_n.unwrap_or(40.0);
                 (StandardCase::Step { force_n }, Goal::StaysClear, 0.0, 0.3)
             }
             SimulationCase::Unbalance => {
-                (StandardCase::Unbalance { grade_m_s: self.grade_m_s }, Goal::StaysClear, top_rpm, 0.2)
+                let grade_m_s = self.grade_m_s.unwrap_or(1e-3 * USUAL_GRADE_MM_S);
+                (StandardCase::Unbalance { grade_m_s }, Goal::StaysClear, top_rpm, 0.2)
             }
-            SimulationCase::LiftOff => (StandardCase::LiftOff, Goal::LiftsOff, 0.0, 0.5),
+            SimulationCase::LiftOff => (StandardCase::LiftOff, Goal::LiftsOff, 0.0, longer(0.5, ramp_s)),
         };
         Ok(SimulationScenario {
             case,
@@ -119,6 +126,29 @@ impl SimulationWish {
             duration_s: self.duration_s.unwrap_or(usual_s),
             stable: true,
         })
+    }
+}
+
+impl SimulationWish {
+    fn ramp_s(&self) -> f64 {
+        self.ramp_s.unwrap_or(USUAL_RAMP_S)
+    }
+
+    /// Refuses what the case does not have.
+    fn check_own_settings(&self) -> Result<(), TimeError> {
+        let own: &[&str] = match self.case {
+            SimulationCase::Impulse | SimulationCase::Contact => &["force", "push"],
+            SimulationCase::Step => &["force"],
+            SimulationCase::Unbalance => &["grade"],
+            SimulationCase::LiftOff => &["ramp"],
+        };
+        let given = [("force", self.force_n), ("push", self.push_s), ("grade", self.grade_m_s), ("ramp", self.ramp_s)];
+        for (what, value) in given.into_iter().filter(|(what, _)| !own.contains(what)) {
+            if let Some(value) = value {
+                return Err(TimeError::Setting { what, value, rule: "left out: this case has none" });
+            }
+        }
+        Ok(())
     }
 }
 
@@ -145,7 +175,7 @@ pub(crate) fn simulate_controller(
     let growth_rate_per_s = growth_rate_at(machine, &sampled.controller, scenario.speed_rpm)?;
     scenario.stable = growth_rate_per_s < 0.0;
     let lifts = wish.case == SimulationCase::LiftOff;
-    let settings = TimeSettings { reference_ramp_s: if lifts { wish.ramp_s } else { 0.0 }, ..*settings };
+    let settings = TimeSettings { reference_ramp_s: if lifts { wish.ramp_s() } else { 0.0 }, ..*settings };
     let found = simulate_scenario(machine, &program, &scenario, &settings)?;
     Ok(SimulatedController { scenario, growth_rate_per_s, anti_windup, found })
 }
@@ -194,7 +224,15 @@ pub(crate) fn simulate_scenario(
     let recovery = Recovery::of(machine, &response);
     let (met, end) = if scenario.stable {
         let (met, end) = verdict(scenario.goal, &response, recovery);
-        if met && steps.dominates() { (met, format!("{end}; {}", steps.sentence())) } else { (met, end) }
+        if !met {
+            (met, end)
+        } else if steps.dominates() {
+            (met, format!("{end}; {}", steps.sentence()))
+        } else if matches!(case, StandardCase::Step { .. }) && still_moves(&response, settings.quantum_m) {
+            (met, format!("{end}; the tool has not settled within {seconds} s"))
+        } else {
+            (met, end)
+        }
     } else {
         (false, "the closed loop is unstable at this speed".to_owned())
     };
@@ -221,6 +259,22 @@ fn verdict(goal: Goal, response: &TimeResponse, recovery: Recovery) -> (bool, St
         Goal::Recovers => (recovery != Recovery::Lost, recovery.sentence()),
         Goal::StaysClear => (recovery == Recovery::Clear, recovery.sentence()),
     }
+}
+
+/// Share of its displacement by which the tool may differ between both halves of the last quarter of a run that has
+/// settled: more than the share of the linear step, as noise and steps of the sensors add to it.
+const STILL: f64 = 0.05;
+
+/// Whether the largest displacement of the tool still changes in the last quarter of the run, by more than two steps of
+/// the sensors.
+fn still_moves(response: &TimeResponse, quantum_m: f64) -> bool {
+    let samples = &response.samples;
+    let eighth = samples.len() / 8;
+    let radial = |s: &TimeSample| s.displacements_m[0].hypot(s.displacements_m[1]);
+    let largest = |part: &[TimeSample]| part.iter().map(radial).fold(0.0, f64::max);
+    let (before, last) = samples[samples.len() - 2 * eighth..].split_at(eighth);
+    let (before, last) = (largest(before), largest(last));
+    (before - last).abs() > (STILL * last).max(2.0 * quantum_m)
 }
 
 /// Whether the rotor still touches in the last quarter of the run.

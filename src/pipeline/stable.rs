@@ -1,7 +1,7 @@
 //! A stable controller instead of an unstable one, where it costs little.
 //!
 //! The optimal controller of an unstable plant may have poles of its own in the right half plane: the loop is stable,
-//! but it does not survive a saturated actuator or a lost sensor, and lift-off needs another controller. The set of
+//! but it does not survive a saturated actuator or a lost sensor, and it may not lift off. The set of
 //! controllers of a level grows with the level, and its central member changes, so a few syntheses with the scales
 //! found are tried: a higher γ, more noise in the assumed sensors, a bound on T. The first stable one whose μ is at
 //! most 5 % above the one found is delivered.
@@ -61,13 +61,16 @@ impl OwnStability {
             .min_by(|a, b| a.mu.total_cmp(&b.mu))
     }
 
-    /// The finding in a sentence.
-    pub fn sentence(&self) -> String {
+    /// The finding in a sentence; the poles of the delivered controller grow at `delivered_per_s`.
+    pub fn sentence(&self, delivered_per_s: f64) -> String {
         let percent = |mu: f64| 100.0 * (mu / self.found_mu - 1.0);
         if self.found_growth_rate_per_s < 0.0 {
             return "The controller itself is stable.".to_owned();
         }
-        let (rate, price) = (rate_words(self.found_growth_rate_per_s, 1), 100.0 * PRICE);
+        let price = 100.0 * PRICE;
+        let lifts = "`muspin simulate --case lift-off` shows whether it lifts off.";
+        let rate = if self.chosen.is_some() { self.found_growth_rate_per_s } else { delivered_per_s };
+        let rate = rate_words(rate, 1);
         match (self.chosen.and_then(|k| self.alternatives.get(k)), self.cheapest()) {
             (Some(a), _) => format!(
                 "The controller with the lowest µ is unstable itself ({rate} 1/s); the stable one delivered ({}) \
@@ -77,13 +80,13 @@ impl OwnStability {
             ),
             (None, Some(a)) => format!(
                 "The controller is unstable itself ({rate} 1/s): the cheapest stable one found ({}) costs {:.1} % \
-                 in µ, more than {price:.0} %. It needs another controller to lift off.",
+                 in µ, more than {price:.0} %. {lifts}",
                 a.lever,
                 percent(a.mu)
             ),
             (None, None) => format!(
                 "The controller is unstable itself ({rate} 1/s), and none of {} syntheses for a stable one gave \
-                 one. It needs another controller to lift off.",
+                 one. {lifts}",
                 self.alternatives.len()
             ),
         }

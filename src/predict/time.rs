@@ -227,7 +227,7 @@ fn check(scenario: &Scenario<'_>, settings: &TimeSettings) -> Result<(), TimeErr
         ("duration_s", scenario.duration_s, 0.0, 60.0, "between 0 and 60 s"),
         ("speed_rad_s", scenario.speed_rad_s, 0.0, 1e5, "between 0 and 1e5 rad/s"),
         ("substeps", settings.substeps as f64, 1.0, 1000.0, "between 1 and 1000"),
-        ("bus_voltage_v", settings.bus_voltage_v, 1e-3, 1e5, "a positive voltage"),
+        ("bus_voltage", settings.bus_voltage_v, 1e-3, 1e5, "a positive voltage"),
         ("reference_ramp_s", settings.reference_ramp_s, 0.0, 60.0, "between 0 and 60 s"),
         ("quantum_m", settings.quantum_m, 0.0, 1e-3, "between 0 and 1 mm"),
     ];

@@ -63,10 +63,7 @@ impl ToolStep {
 }
 
 /// From force to displacement of the tool in x, the loop closed.
-fn tool_in_x(
-    sampled: &StateSpace<Discrete>,
-    law: &StateSpace<Discrete>,
-) -> Result<StateSpace<Discrete>, NumericError> {
+fn tool_in_x(sampled: &StateSpace<Discrete>, law: &StateSpace<Discrete>) -> Result<StateSpace<Discrete>, NumericError> {
     Ok(connected_part(&close(sampled, law)?.select(&[0], &[0])))
 }
 
@@ -94,7 +91,8 @@ fn settling_of(tool: &StateSpace<Discrete>) -> Result<f64, NumericError> {
     let begin = solve(&rest, &tool.b)?;
     let end = tool.at(0.0)[(0, 0)].re;
     let distance = |state: &Mat<f64>| ((&tool.c * state)[(0, 0)] / end).abs();
-    let doublings = (TIME_CONSTANTS / (decay_per_s * period_s * SEARCH_STEPS)).log2().ceil().clamp(0.0, MOST_DOUBLINGS) as i32;
+    let doublings =
+        (TIME_CONSTANTS / (decay_per_s * period_s * SEARCH_STEPS)).log2().ceil().clamp(0.0, MOST_DOUBLINGS) as i32;
     let mut stride = tool.a.clone();
     (0..doublings).for_each(|_| stride = &stride * &stride);
     let (step_s, mut state) = (period_s * f64::from(1 << doublings), begin);

@@ -27,9 +27,7 @@ use crate::pipeline::progress::Event;
 use crate::pipeline::run::{Extent, Task};
 use crate::pipeline::sampled::sample_controller;
 use crate::pipeline::settings::DesignSettings;
-use crate::pipeline::simulation::{
-    SimulationCase, SimulationWish, USUAL_GRADE_MM_S, USUAL_RAMP_S, simulate_controller,
-};
+use crate::pipeline::simulation::{SimulationCase, SimulationWish, simulate_controller};
 use crate::pipeline::study::{Questions, study};
 use crate::predict::chatter::{CuttingMaterial, Engagement, USUAL_TEETH, USUAL_WIDTH};
 use crate::predict::time::TimeSettings;
@@ -296,11 +294,11 @@ impl NativeMachine {
             let wish = SimulationWish {
                 case,
                 speed_rpm: option("rpm"),
-                grade_m_s: option("grade").unwrap_or(1e-3 * USUAL_GRADE_MM_S),
+                grade_m_s: option("grade"),
                 force_n: option("force"),
                 push_s: option("push"),
                 duration_s: option("duration"),
-                ramp_s: option("ramp").unwrap_or(USUAL_RAMP_S),
+                ramp_s: option("ramp"),
             };
             let usual = TimeSettings::default();
             let bus_voltage_v = option("bus_voltage").unwrap_or(usual.bus_voltage_v);

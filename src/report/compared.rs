@@ -153,12 +153,9 @@ pub(crate) fn add_compared(
     report.verdict(met, sentence);
     let top_hz = ground.machine.spindle.max_rpm / 60.0;
     for (_, each) in list {
-        if let (Some(first), Some(last)) = (each.predictions.first(), each.predictions.last()) {
-            report.predictions(&each.name, [first, last]);
-            let damping = damping_ratios(first, flexible_hz.len());
-            let key = format!("damping_ratio.{}", each.name);
-            report.summary.set(&key, damping);
-        }
+        report.predictions(&each.name, each.ends.each_ref());
+        let damping = damping_ratios(&each.ends[0], flexible_hz.len());
+        report.summary.set(&format!("damping_ratio.{}", each.name), damping);
         add_one(&mut report.summary, each, flexible_hz, top_hz);
     }
     for hammer in &hammers {

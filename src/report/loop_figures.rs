@@ -204,6 +204,10 @@ pub(crate) fn unbalance_topic(curve: &UnbalanceCurve, top_rpm: f64) -> Value {
     let found = match maxima().filter(|m| !m.is_acceptable(top_rpm)).count() {
         _ if maxima().count() == 0 => "the response has no maximum and so no amplification factor".to_owned(),
         0 => format!("largest amplification factor {largest:.1}; every maximum is well damped or far enough away"),
+        1 => format!(
+            "largest amplification factor {largest:.1}; one maximum is neither well damped nor far enough from the \
+             speeds of operation"
+        ),
         close => format!(
             "largest amplification factor {largest:.1}; {close} maxima are neither well damped nor far enough from \
              the speeds of operation"

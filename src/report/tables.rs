@@ -33,7 +33,10 @@ impl Table {
         let size = x.abs();
         if !x.is_finite() {
             String::new()
-        } else if size == 0.0 || (1e-4..1e15).contains(&size) {
+        } else if size == 0.0 {
+            // Without the sign of a negative zero.
+            "0".to_owned()
+        } else if (1e-4..1e15).contains(&size) {
             format!("{x}")
         } else {
             format!("{x:e}")

@@ -60,6 +60,9 @@ impl From<PipelineError> for Failure {
         let hint = match &error {
             PipelineError::Synthesis(inner) => inner.advice().to_owned(),
             PipelineError::Plant(_) => "`muspin check` on the spindle and tool files shows more".to_owned(),
+            PipelineError::SampleTime { .. } => {
+                "give the spindle that the controller was made for with --spindle".to_owned()
+            }
             PipelineError::Emulated { .. } => "use --route direct, or a higher sample rate".to_owned(),
             _ => "loosen the weights, or check the spindle's data".to_owned(),
         };
