@@ -4,7 +4,7 @@
 use super::Failure;
 use super::choices::PictureArguments;
 use super::console::{CommandEnd, Console, REPORT};
-use super::machine::MeasuredMachine;
+use super::machine::{MeasuredMachine, coarse_up_to, say};
 use super::progress::Progress;
 use super::reading::load_measurement;
 use super::timings::Timings;
@@ -76,6 +76,11 @@ fn diagnose_rotor(arguments: &Arguments, loaded: &Measurement, console: &Console
     let (found, notes) = diagnose_taps(&rotor, loaded)?;
     progress.end(arguments.timings);
     notes.iter().for_each(|note| eprintln!("{note}"));
+    if !is_explained(&found) {
+        let last_hz = loaded.hammers.iter().filter_map(|hammer| hammer.frf.frequency_hz.last().copied());
+        let (file, tool) = arguments.machine.files(loaded);
+        coarse_up_to(&rotor, [file, tool], last_hz.fold(0.0, f64::max))?.iter().for_each(say);
+    }
     let mut report = diagnosed_report(&rotor, &found)?;
     console.writing(|| report.write(&arguments.out, &arguments.pictures.formats))?;
     Ok(CommandEnd::met(is_explained(&found), format!("verdict {}", found.verdict.name()))

@@ -5,6 +5,7 @@ use crate::input::kind::FileKind;
 use crate::input::{self, Measurement, NO_TOOL, Warning, load_rotor};
 use crate::rotor::PlanarModes;
 use crate::spindle::band::modes_left_out;
+use crate::spindle::halved::Meshed;
 use crate::spindle::mesh_quality::{CoarseMesh, coarse_mesh};
 use crate::spindle::{Machine, RotorOnSupports};
 
@@ -131,9 +132,18 @@ pub(super) fn measured_mesh_warning(
     if mesh_warning(machine, spindle, tool)?.is_some() {
         return Ok(None);
     }
-    let frequencies = PlanarModes::new(&machine.rotor()?)?.flexible_hz();
+    coarse_up_to(machine, [spindle, tool], to_hz)
+}
+
+/// What the mesh does not resolve of the modes up to a frequency.
+pub(super) fn coarse_up_to(
+    meshed: &impl Meshed,
+    [spindle, tool]: [&str; 2],
+    to_hz: f64,
+) -> Result<Option<Warning>, Failure> {
+    let frequencies = PlanarModes::new(&meshed.assembled()?)?.flexible_hz();
     let measured = frequencies.iter().filter(|f| **f <= to_hz).count();
-    let coarse = coarse_mesh(machine, measured, MEASURED_ERROR)?;
+    let coarse = coarse_mesh(meshed, measured, MEASURED_ERROR)?;
     Ok(coarse.map(|coarse| mesh_words(&coarse, spindle, tool)))
 }
 

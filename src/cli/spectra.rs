@@ -47,14 +47,39 @@ pub(super) struct Arguments {
     #[arg(long, default_value_t = 0.5)]
     overlap: f64,
     /// The response decays freely, without force: its modes with damping (JSON)
-    #[arg(long, conflicts_with_all = ["force", "segment"])]
+    #[arg(
+        long,
+        conflicts_with_all = ["force", "segment", "estimator", "overlap", "motion", "force_scale", "response_scale"]
+    )]
     decay: bool,
     /// Start of the decay, s; default: the largest sample of the first response
-    #[arg(long, requires = "decay")]
+    #[arg(long)]
     from_s: Option<f64>,
 }
 
+impl Arguments {
+    /// Refuses numbers that no record has.
+    fn check(&self) -> Result<(), Failure> {
+        let scale = |x: f64| x.is_finite() && x != 0.0;
+        let begins = |x: f64| x.is_finite() && x >= 0.0;
+        let rate = |x: f64| x.is_finite() && x > 0.0;
+        let (at_begin, no_decay) = (self.from_s.unwrap_or_default(), self.from_s.is_some() && !self.decay);
+        let rules = [
+            ("force-scale", self.force_scale, scale(self.force_scale), "a number other than zero"),
+            ("response-scale", self.response_scale, scale(self.response_scale), "a number other than zero"),
+            ("from-s", at_begin, begins(at_begin), "a time from zero on"),
+            ("from-s", at_begin, !no_decay, "left out without --decay"),
+            ("sample-rate-hz", self.sample_rate_hz.unwrap_or(1.0), self.sample_rate_hz.is_none_or(rate), "positive"),
+        ];
+        match rules.into_iter().find(|(.., holds, _)| !holds) {
+            Some((name, value, _, rule)) => Err(Failure::new(format!("--{name}: {value} must be {rule}"))),
+            None => Ok(()),
+        }
+    }
+}
+
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd, Failure> {
+    arguments.check()?;
     let records = arguments.time.iter().map(|file| load_time_record(file)).collect::<Result<Vec<_>, _>>()?;
     let rate = sample_rate_hz(arguments, &records)?;
     if arguments.decay {

@@ -3,7 +3,7 @@
 use super::Failure;
 use super::choices::PictureArguments;
 use super::console::{CommandEnd, Console, REPORT};
-use super::machine::{MeasuredMachine, load_machine, measured_mesh_warning, say};
+use super::machine::{MeasuredMachine, coarse_up_to, load_machine, measured_mesh_warning, say};
 use super::progress::Progress;
 use super::reading::load_measurement;
 use super::timings::Timings;
@@ -149,10 +149,14 @@ fn write_update(
     console: &Console,
 ) -> Result<CommandEnd, Failure> {
     let (explanation, out) = (&fit.explanation, arguments.out.as_str());
+    let largest = match fit.largest_error_percent() {
+        percent if percent.is_finite() => format!("{percent:.4}"),
+        _ => "a measured one has no counterpart".to_owned(),
+    };
     console.writing(|| report.write(out, &arguments.pictures.formats))?;
     let end = CommandEnd::met(plausible && explanation.explained, explanation.statement.as_str())
         .json(report.summary.to_json() + "\n")
-        .row(["largest error of a frequency, %".to_owned(), format!("{:.4}", fit.largest_error_percent())])
+        .row(["largest error of a frequency, %".to_owned(), largest])
         .file(format!("{out}/report.html"))
         .file(format!("{out}/spindle.yaml"));
     Ok(if explanation.explained { end } else { end.say(explanation.statement.as_str()) })
@@ -221,6 +225,10 @@ fn update_rotor(
         MethodArgument::GaussNewton => gauss_newton_rotor(&shaft, &targets, &settings)?,
         MethodArgument::NelderMead => nelder_mead_rotor(&shaft, &targets, &settings)?,
     };
+    if !fit.explanation.explained {
+        let (file, tool) = arguments.machine.files(measurement);
+        coarse_up_to(&rotor, [file, tool], targets.highest_hz())?.iter().for_each(say);
+    }
     progress.start_stage("report");
     let end = write_update(arguments, updated_rotor_report(&rotor, &fit)?, &fit, true, console)?;
     progress.end(arguments.timings);

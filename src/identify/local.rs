@@ -65,6 +65,9 @@ const STEP_LIMIT: f64 = 0.3;
 const STILL: f64 = 1e-9;
 /// Relative fall of the misfit below which steps are rounding.
 const NO_FALL: f64 = 1e-10;
+/// Lines on either side of one that tells of a pole that show the noise there: some more than a residue and a pole
+/// follow.
+const BESIDE: usize = 4;
 /// Levenberg–Marquardt damping: first, least, and where a step is given up.
 const DAMPING: [f64; 3] = [1e-3, 1e-9, 1e8];
 
@@ -222,6 +225,26 @@ impl LocalFit {
     pub(super) fn gain(&self, pole: usize) -> f64 {
         let each = (0..self.coefficients.len()).map(|c| self.residue(c, pole).norm() / self.residue_sd(c, pole));
         each.map(|seen| seen * seen).sum()
+    }
+
+    /// χ² per degree of freedom with lines weighted as they count, or that of all lines where it is larger: the noise may
+    /// be as large as the record says on some lines and far smaller on the others.
+    pub(super) fn chi_squared_of(&self, data: &LocalData, weight: impl Fn(usize) -> f64) -> f64 {
+        let of_line = |l: usize| {
+            let at = c64::new(data.x[l], 0.0);
+            let each = data.channels.iter().enumerate();
+            each.map(|(c, own)| ((own.value[l] - self.value(c, at)) / own.sigma[l]).norm_sqr()).sum::<f64>()
+        };
+        let misfit: Vec<f64> = (0..data.x.len()).map(of_line).collect();
+        let own: Vec<f64> = (0..data.x.len()).map(weight).collect();
+        // The pole follows the noise of the lines that tell most of it; those beside them show how large it is.
+        let around = |l: usize| &own[l.saturating_sub(BESIDE)..(l + BESIDE + 1).min(own.len())];
+        let weights = (0..own.len()).map(|l| around(l).iter().fold(0.0, |most: f64, w| most.max(*w)));
+        let weights: Vec<f64> = weights.collect();
+        let mean = misfit.iter().sum::<f64>() / misfit.len() as f64;
+        let weighted = misfit.iter().zip(&weights).map(|(m, w)| m * w).sum::<f64>() / weights.iter().sum::<f64>();
+        let share = weighted / mean;
+        if share.is_finite() { self.chi_squared * share.max(1.0) } else { self.chi_squared }
     }
 
     /// Root of a channel next to `start`, of a fit without free poles; `None` when Newton leaves the window.

@@ -265,7 +265,6 @@ impl<'a> Survey<'a> {
         let start: Vec<c64> = [window.normalise(start_hz)].into_iter().chain(start).collect();
         let held: Vec<c64> = fixed.iter().map(|k| window.normalise(others[*k])).collect();
         let found = fit_in_steps(&data, &start, &held, DEGREE, most_steps)?;
-        let scale = found.chi_squared.max(LEAST_CHI_SQUARED);
         let channels = 0..self.channels.len();
         let is_double = self.is_double(&data, &found, &held);
         let strength = |l: usize| {
@@ -273,6 +272,7 @@ impl<'a> Survey<'a> {
             let each = channels.clone().map(|c| (found.residue(c, 0) / data.channels[c].sigma[l]).norm_sqr());
             each.sum::<f64>() / gap
         };
+        let scale = found.chi_squared_of(&data, strength).max(LEAST_CHI_SQUARED);
         let strongest = (0..data.x.len()).max_by(|i, j| strength(*i).total_cmp(&strength(*j)))?;
         let gap = (c64::new(data.x[strongest], 0.0) - found.poles[0]).norm();
         let size = |value: &dyn Fn(usize) -> c64| channels.clone().map(|c| value(c).norm_sqr()).sum::<f64>().sqrt();

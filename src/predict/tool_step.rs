@@ -72,10 +72,7 @@ fn tool_in_x(sampled: &StateSpace<Discrete>, law: &StateSpace<Discrete>) -> Resu
 ///
 /// # Errors
 /// As [`ToolStep::of`].
-pub(crate) fn static_load_settling_s(
-    sampled: &StateSpace<Discrete>,
-    law: &StateSpace<Discrete>,
-) -> Result<f64, NumericError> {
+pub fn static_load_settling_s(sampled: &StateSpace<Discrete>, law: &StateSpace<Discrete>) -> Result<f64, NumericError> {
     settling_of(&tool_in_x(sampled, law)?)
 }
 

@@ -257,7 +257,13 @@ pub fn claim(target: &Path, names: &[&str], inputs: &[&str]) -> Result<(), Resul
         let Ok(read) = std::fs::canonicalize(input) else {
             continue;
         };
-        let hit = written.iter().filter_map(|w| w.canonicalize().ok()).find(|w| w.starts_with(&read));
+        // Of a measurement folder, what lies in a folder below it is read where its list names it.
+        let list = std::fs::read_to_string(read.join("measurement.yaml")).unwrap_or_default();
+        let is_read = |file: &PathBuf| match file.strip_prefix(&read) {
+            Ok(inside) if read.is_dir() && file.parent() != Some(&read) => list.contains(&*inside.to_string_lossy()),
+            found => found.is_ok(),
+        };
+        let hit = written.iter().filter_map(|w| w.canonicalize().ok()).find(is_read);
         if let Some(path) = hit {
             return Err(ResultsError::Input { path });
         }

@@ -1,12 +1,62 @@
 //! The same machine with a finer mesh: elements cut in two halves each, which describe the same body.
 
-use super::{EffectKind, Machine};
-use crate::rotor::Section;
+use super::{EffectKind, Machine, RotorOnSupports, SpindleError};
 use crate::rotor::assembly::NODE_TOLERANCE_M;
+use crate::rotor::{Rotor, Section};
+
+/// What is assembled from elements of a tool and of a shaft.
+pub trait Meshed: Clone {
+    /// Elements of the tool, none without one, and of the shaft, each list in the order of its file.
+    fn elements(&self) -> [&[Section]; 2];
+
+    /// The same with other elements.
+    #[must_use]
+    fn with_elements(&self, lists: [Vec<Section>; 2]) -> Self;
+
+    /// The shaft with its tool.
+    ///
+    /// # Errors
+    /// [`SpindleError`] when a part breaks a rule.
+    fn assembled(&self) -> Result<Rotor, SpindleError>;
+}
+
+impl Meshed for Machine {
+    fn elements(&self) -> [&[Section]; 2] {
+        [&self.tool.sections, &self.spindle.sections]
+    }
+
+    fn with_elements(&self, lists: [Vec<Section>; 2]) -> Self {
+        let mut machine = self.clone();
+        [machine.tool.sections, machine.spindle.sections] = lists;
+        machine
+    }
+
+    fn assembled(&self) -> Result<Rotor, SpindleError> {
+        self.rotor()
+    }
+}
+
+impl Meshed for RotorOnSupports {
+    fn elements(&self) -> [&[Section]; 2] {
+        [self.tool.as_ref().map_or(&[], |tool| &tool.sections), &self.sections]
+    }
+
+    fn with_elements(&self, [tool, sections]: [Vec<Section>; 2]) -> Self {
+        let mut rotor = Self { sections, ..self.clone() };
+        if let Some(own) = &mut rotor.tool {
+            own.sections = tool;
+        }
+        rotor
+    }
+
+    fn assembled(&self) -> Result<Rotor, SpindleError> {
+        self.rotor()
+    }
+}
 
 /// Every element in two halves.
 #[must_use]
-pub fn refine_mesh(machine: &Machine) -> Machine {
+pub fn refine_mesh<M: Meshed>(machine: &M) -> M {
     halve_elements(machine, |_| true)
 }
 
@@ -33,8 +83,8 @@ pub fn refined_around_tilting(machine: &Machine) -> Machine {
 
 /// The machine with the chosen elements in two halves; elements count from the tool's first to the spindle's last, each
 /// list in the order of its file.
-pub(super) fn halve_elements(machine: &Machine, chosen: impl Fn(usize) -> bool) -> Machine {
-    let tool = machine.tool.sections.len();
+pub(super) fn halve_elements<M: Meshed>(machine: &M, chosen: impl Fn(usize) -> bool) -> M {
+    let [tool, shaft] = machine.elements();
     let split = |sections: &[Section], first: usize| -> Vec<Section> {
         let mut all = Vec::with_capacity(2 * sections.len());
         for (k, section) in sections.iter().enumerate() {
@@ -42,10 +92,7 @@ pub(super) fn halve_elements(machine: &Machine, chosen: impl Fn(usize) -> bool) 
         }
         all
     };
-    let mut machine = machine.clone();
-    machine.tool.sections = split(&machine.tool.sections, 0);
-    machine.spindle.sections = split(&machine.spindle.sections, tool);
-    machine
+    machine.with_elements([split(tool, 0), split(shaft, tool.len())])
 }
 
 /// The two halves of an element; a cone is cut at its mean diameter.

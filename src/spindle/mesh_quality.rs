@@ -5,8 +5,8 @@
 //! falls with the fourth power of the element length (Strang and Fix, section 6.3), so that the finest mesh has next to
 //! none. The element to split is the one whose halving alone moves the frequency most.
 
-use super::halved::{halve_elements, refine_mesh};
-use super::{Machine, SpindleError};
+use super::SpindleError;
+use super::halved::{Meshed, halve_elements, refine_mesh};
 use crate::rotor::Rotor;
 use crate::rotor::modes::PlanarModes;
 
@@ -38,28 +38,29 @@ pub struct CoarseMesh {
 ///
 /// # Errors
 /// [`SpindleError`] when the shaft or its modes cannot be computed.
-pub fn coarse_mesh(machine: &Machine, modes: usize, allowed: f64) -> Result<Option<CoarseMesh>, SpindleError> {
-    let tool = machine.tool.sections.len();
-    let count = tool + machine.spindle.sections.len();
+pub fn coarse_mesh<M: Meshed>(machine: &M, modes: usize, allowed: f64) -> Result<Option<CoarseMesh>, SpindleError> {
+    let [of_tool, of_shaft] = machine.elements();
+    let tool = of_tool.len();
+    let count = tool + of_shaft.len();
     if count > CHECKED {
         return Ok(None);
     }
-    let own = frequencies(&machine.rotor()?)?;
+    let own = frequencies(&machine.assembled()?)?;
     let kept = modes.min(own.len());
     let half = refine_mesh(machine);
-    let moved = frequencies(&half.rotor()?)?;
+    let moved = frequencies(&half.assembled()?)?;
     if (0..kept).all(|k| (own[k] / moved[k] - 1.0).abs() < SUSPECT * allowed) {
         return Ok(None);
     }
-    let finer = frequencies(&refine_mesh(&half).rotor()?)?;
+    let finer = frequencies(&refine_mesh(&half).assembled()?)?;
     let error = |k: usize| (own[k] / finer[k] - 1.0).abs();
     let worst = (0..kept).max_by(|a, b| error(*a).total_cmp(&error(*b)));
     let Some(mode) = worst.filter(|k| error(*k) > allowed) else {
         return Ok(None);
     };
     let section = |i: usize| match i.checked_sub(tool) {
-        Some(k) => &machine.spindle.sections[k],
-        None => &machine.tool.sections[i],
+        Some(k) => &of_shaft[k],
+        None => &of_tool[i],
     };
     let mut order: Vec<usize> = (0..count).collect();
     // The wavelength of bending goes with the square root of the diameter.
@@ -70,7 +71,7 @@ pub fn coarse_mesh(machine: &Machine, modes: usize, allowed: f64) -> Result<Opti
     order.sort_by(|a, b| against_wavelength(b).total_cmp(&against_wavelength(a)));
     let mut best = (0.0, order[0]);
     for i in order.into_iter().take(TRIED) {
-        let split = frequencies(&halve_elements(machine, |k| k == i).rotor()?)?;
+        let split = frequencies(&halve_elements(machine, |k| k == i).assembled()?)?;
         let moved = (own[mode] - split[mode]).abs();
         if moved > best.0 {
             best = (moved, i);

@@ -40,7 +40,7 @@ impl IdentifiedRecords {
         let words = match (self.plausible, &self.peaks) {
             (false, _) => "a record contradicts the machine".to_owned(),
             (true, None) => format!(
-                "{} resonances in the hammer tests; antiresonances, and the rotor without its magnets, need a sweep at \
+                "{} resonances in the hammer tests; with magnets, antiresonances and the free rotor need a sweep at \
                  rest",
                 self.of_hammers()
             ),

@@ -172,3 +172,40 @@ fn modes_of_a_slender_rotor_are_listed_where_the_magnets_put_them() {
         assert!(peaks.iter().any(|peak| (peak / hz - 1.0).abs() < 0.05), "{hz} {peaks:?}");
     }
 }
+
+/// The band in which stiffness counts bounds neither the sensitivity nor the zone, and what is missed is said.
+#[test]
+fn a_band_of_the_stiffness_does_not_bound_the_zone() {
+    let folder = folder(NUMBERS);
+    let file = folder.path().join("lab.yaml");
+    let whole = std::fs::read_to_string(&file).unwrap();
+    let numbers = ["pid", "pid.yaml", "--speeds", "0", "--out"];
+    let (_, wide, _) = summary(folder.path(), &[numbers.as_slice(), &["a"]].concat());
+    std::fs::write(&file, format!("{whole}\nstiffness_band: {{from_hz: 5, to_hz: 20}}\n")).unwrap();
+    let (_, narrow, _) = summary(folder.path(), &[numbers.as_slice(), &["b"]].concat());
+    let (wide, narrow) = (&wide["sensitivity"]["pid"], &narrow["sensitivity"]["pid"]);
+    assert_eq!(wide["zone"], narrow["zone"]);
+    for key in ["front_db", "rear_db"] {
+        let (a, b) = (wide[key].as_f64().unwrap(), narrow[key].as_f64().unwrap());
+        assert!((a - b).abs() < 0.1, "{key}: {a} and {b}");
+    }
+}
+
+/// Figures at rest and at top speed are of these speeds, whatever speeds are asked for.
+#[test]
+fn a_comparison_at_rest_has_the_figures_of_the_top_speed() {
+    let folder = folder(REFERENCE);
+    let (code, _, err) = muspin(&["pid", "pid.yaml", "--out", "o"], folder.path());
+    assert!(code < 2, "{err}");
+    let compare = |speeds: &[&str], out: &str| {
+        let command = ["compare", "--controller", "o/controller/discrete.json", "--out", out];
+        let (code, found, err) = muspin(&[command.as_slice(), speeds].concat(), folder.path());
+        assert!(code < 2, "{err}");
+        serde_json::from_str::<Value>(&found).unwrap()
+    };
+    let (usual, rest) = (compare(&[], "a"), compare(&["--speeds", "0"], "b"));
+    for topic in ["stiffness", "sensitivity"] {
+        assert!(usual[topic]["own-pid"]["at_top_speed"].is_object(), "{usual}");
+        assert_eq!(usual[topic], rest[topic]);
+    }
+}

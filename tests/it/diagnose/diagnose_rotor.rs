@@ -1,7 +1,7 @@
 //! `muspin diagnose` of a hanging rotor: a mass that the drawing lacks, a soft region, and neither.
 
 use crate::cli::program::muspin;
-use crate::spindle::rotors_without_magnets::{hanging_bar, hits};
+use crate::spindle::rotors_without_magnets::{coarse_bar, hanging_bar, hits};
 use serde_json::Value;
 use std::path::Path;
 
@@ -9,14 +9,11 @@ use std::path::Path;
 const PLACES_M: [[f64; 2]; 3] = [[0.45, 0.45], [0.45, 1.2], [0.45, 0.1]];
 
 fn diagnose(folder: &Path, spindle: &str) -> (i32, Value, String) {
-    // A folder in the measurement would be read by the next run.
-    let results = folder.with_extension("found");
-    let command =
-        ["diagnose", "--measurement", ".", "--spindle", spindle, "--out", results.to_str().unwrap(), "--json"];
+    // Results in a folder below that of the records are replaced by the next run.
+    let command = ["diagnose", "--measurement", ".", "--spindle", spindle, "--out", "found", "--json"];
     let (code, out, err) = muspin(&command, folder);
-    if let Ok(text) = std::fs::read(results.join("spindle.yaml")) {
+    if let Ok(text) = std::fs::read(folder.join("found/spindle.yaml")) {
         std::fs::write(folder.join("corrected.yaml"), text).unwrap();
-        std::fs::remove_dir_all(&results).unwrap();
     }
     let answer: Value = serde_json::from_str(&out).unwrap_or_else(|_| panic!("{err}"));
     (code, answer["diagnosis"].clone(), err)
@@ -36,6 +33,18 @@ fn a_rotor_as_drawn_is_adequate() {
     let (code, found, err) = diagnose(folder.path(), "rotor.yaml");
     assert_eq!((code, &found["verdict"]), (0, &Value::from("adequate")), "{err}");
     assert_eq!(found["effects"].as_array().unwrap().len(), 0);
+}
+
+/// What elements that are too long leave is no effect: the element to split is said, by `update` as well.
+#[test]
+fn an_element_that_is_too_long_for_the_measured_modes_is_said() {
+    let folder = tempfile::tempdir().unwrap();
+    hits(folder.path(), &hanging_bar(""), &PLACES_M);
+    std::fs::write(folder.path().join("rotor.yaml"), coarse_bar()).unwrap();
+    let (code, found, err) = diagnose(folder.path(), "rotor.yaml");
+    assert!(code == 1 && err.contains("is too long for mode"), "{found} {err}");
+    let (code, _, err) = muspin(&["update", "--measurement", ".", "--out", "updated"], folder.path());
+    assert!(code == 1 && err.contains("is too long for mode"), "{err}");
 }
 
 #[test]

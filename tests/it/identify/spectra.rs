@@ -219,6 +219,16 @@ fn the_command_writes_a_hammer_record_and_lists_the_modes_of_a_decay() {
     let modes = answer["modes"].as_array().unwrap();
     assert_eq!(modes.len(), 1, "{answer}");
     assert!((modes[0]["damping_ratio"].as_f64().unwrap() / 0.01 - 1.0).abs() < 0.02, "{answer}");
+    for (options, words) in [
+        (["--force-scale", "nan"], "--force-scale: NaN must be a number other than zero"),
+        (["--response-scale", "0"], "--response-scale: 0 must be a number other than zero"),
+        (["--from-s", "3"], "--from-s: 3 must be left out without --decay"),
+    ] {
+        let (code, out, err) = muspin(&[&["spectra"][..], &files[..], &rest[..], &options[..]].concat(), path);
+        assert!(code == 2 && out.is_empty() && err.contains(words), "{err}");
+    }
+    let (code, _, err) = muspin(&[&decay[..], &["--overlap", "0.3"]].concat(), path);
+    assert!(code == 2 && err.contains("--overlap"), "{err}");
     let (code, _, err) = muspin(&["spectra", "--time", "tap-1.csv", "--force", "x", "--response", "sensor"], path);
     assert!(code == 2 && err.contains("sample rate"), "{err}");
 }

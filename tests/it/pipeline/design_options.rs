@@ -154,7 +154,7 @@ fn an_unstable_controller_gives_way_to_a_stable_one_that_costs_little() {
     let found = designed(&written, &settings);
     let own = &found.dk.as_ref().unwrap().own_stability;
     assert!(own.found_growth_rate_per_s > 0.0, "the case has changed");
-    let words = own.sentence();
+    let words = own.sentence(own.found_growth_rate_per_s);
     match own.chosen.and_then(|k| own.alternatives.get(k)) {
         Some(stable) => {
             assert!(stable.mu <= 1.05 * own.found_mu);

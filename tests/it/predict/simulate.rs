@@ -340,6 +340,13 @@ fn export_and_simulate_run_from_the_command_line() {
     let header = std::fs::read_to_string(folder.path().join("w/controller.h")).unwrap();
     assert!(header.contains("UNSTABLE") && header.contains("#define PAPER_TOOL_VERIFIED 0"));
 
+    let lift = ["simulate", "--controller", "pid.json", "--case", "lift-off", "--out", "l"];
+    let (code, _, err) = muspin(&[&lift[..], &["--force", "500"]].concat(), folder.path());
+    assert!(code == 2 && err.contains("--force: 500 must be left out"), "{err}");
+    let (code, out, err) = muspin(&[&lift[..], &["--ramp", "1"]].concat(), folder.path());
+    let lifted: serde_json::Value = serde_json::from_str(&out).unwrap();
+    assert!(code == 0 && lifted["duration_s"] == 2.0, "{err}");
+
     let simulate = ["simulate", "--controller", "pid.json", "--case", "impulse", "--duration", "0.02", "--out", "t"];
     let (code, out, err) = muspin(&simulate, folder.path());
     assert_eq!(code, 0, "{err}");

@@ -3,7 +3,7 @@
 use muspin::linalg::Mat;
 use muspin::lti::{Discrete, StateSpace};
 use muspin::predict::amplification::{CriticalSpeed, find_critical_speeds};
-use muspin::predict::tool_step::ToolStep;
+use muspin::predict::tool_step::{ToolStep, static_load_settling_s};
 use std::convert::Infallible;
 
 const PERIOD_S: f64 = 1e-5;
@@ -45,6 +45,28 @@ fn a_step_overshoots_and_settles_as_the_closed_form() {
             }
         }
         assert!((step.settling_s - last).abs() < 2.0 * PERIOD_S, "ζ {zeta}: {} for {last}", step.settling_s);
+    }
+}
+
+/// x(t) = 1 + R e^(−t/T) − (1 + R) e^(−1000 t/T): a slow integral action takes back R times the static deflection, and
+/// settles after T ln(50 R), however many time constants that are.
+#[test]
+fn a_slow_return_settles_by_what_it_has_to_take_back() {
+    let nothing = StateSpace::gain(Mat::zeros(4, 4), Discrete { period_s: PERIOD_S });
+    for (slow_s, back) in [(0.3, 160.0), (1.0, 3.0), (1.0, 0.1), (0.05, 1.0)] {
+        let rates = [1.0 / slow_s, 1000.0 / slow_s];
+        let decays = rates.map(|rate: f64| (-rate * PERIOD_S).exp());
+        let plant = StateSpace::new(
+            Mat::from_fn(2, 2, |i, j| if i == j { decays[i] } else { 0.0 }),
+            Mat::from_fn(2, 5, |i, j| if j == 4 { 1.0 - decays[i] } else { 0.0 }),
+            Mat::from_fn(5, 2, |i, j| if i == 4 { [-back, 1.0 + back][j] } else { 0.0 }),
+            Mat::zeros(5, 5),
+            Discrete { period_s: PERIOD_S },
+        )
+        .unwrap();
+        let found = static_load_settling_s(&plant, &nothing).unwrap();
+        let expected = slow_s * (50.0f64 * back).ln();
+        assert!((found - expected).abs() < 2.0 * PERIOD_S, "{slow_s} s, {back}: {found} for {expected}");
     }
 }
 

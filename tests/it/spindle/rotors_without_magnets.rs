@@ -88,6 +88,13 @@ pub fn hanging_bar(rest: &str) -> String {
     rotor_file([2.06e11, 7850.0, 0.3], &bar(), &format!("{rest}{CORDS}"))
 }
 
+/// The same bar with elements that are too long for its modes.
+pub fn coarse_bar() -> String {
+    let [bar, end] = [(1.0, 3, "bar"), (0.3, 1, "end")]
+        .map(|(length_m, count, region)| elements(length_m, [0.035, 0.022], count, region));
+    rotor_file([2.06e11, 7850.0, 0.3], &format!("{bar}{end}"), CORDS)
+}
+
 /// A measurement of the bar: displacement over force with noise, as a hammer gives it, of a rotor file.
 pub fn hits(folder: &Path, truth: &str, places_m: &[[f64; 2]]) {
     let mut rng = ChaCha8Rng::seed_from_u64(3);

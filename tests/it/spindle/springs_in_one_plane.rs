@@ -17,6 +17,22 @@ fn plant(machine: &Machine, rpm_in_thousands: f64) -> Plant {
     Plant::new(machine, krpm(rpm_in_thousands), ModelDetail::Full).expect("plant")
 }
 
+/// With the magnets off, what their negative stiffness differs by in x and y is gone, and own springs stay.
+#[test]
+fn magnets_that_differ_in_x_and_y_are_no_supports_of_the_rotor_without_them() {
+    let mut machine = reference();
+    let z = machine.spindle.planes.front_actuator_m;
+    for (plane, spring_n_per_m) in [(Plane::X, -3e5), (Plane::Y, 3e5)] {
+        let effect = Effect::new(EffectKind::AddedStiffness, Location::InPlane(z, plane), vec![spring_n_per_m]);
+        machine = machine.with_effect(effect.expect("effect"));
+    }
+    assert_eq!((machine.supports().len(), machine.supports_without_magnets().len()), (2, 0));
+    let beside = spring(&machine, Location::InPlane(0.5 * z, Plane::X));
+    assert_eq!(beside.supports_without_magnets().len(), 1);
+    let alone = spring(&reference(), Location::InPlane(z, Plane::X));
+    assert_eq!(alone.supports_without_magnets().len(), 1);
+}
+
 /// At the tool plane the plant has the force and the displacement of the spring among its channels:
 /// G' = G − g_f k g_x / (1 + k g_xf), at any speed.
 #[test]
