@@ -227,8 +227,8 @@ impl LocalFit {
         each.map(|seen| seen * seen).sum()
     }
 
-    /// χ² per degree of freedom with lines weighted as they count, or that of all lines where it is larger: the noise may
-    /// be as large as the record says on some lines and far smaller on the others.
+    /// χ² per degree of freedom with lines weighted as they count, or that of all lines where it is larger: the noise
+    /// may be as large as the record says on some lines and far smaller on the others.
     pub(super) fn chi_squared_of(&self, data: &LocalData, weight: impl Fn(usize) -> f64) -> f64 {
         let of_line = |l: usize| {
             let at = c64::new(data.x[l], 0.0);

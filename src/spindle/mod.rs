@@ -18,6 +18,7 @@ pub mod response;
 pub mod rotor_on_supports;
 mod rule;
 mod rules;
+mod supports;
 pub(crate) mod thrust;
 mod thrust_bearing;
 pub(crate) mod whirl_form;
