@@ -99,7 +99,12 @@ pub(super) fn each_row(
         }
         if fields.len() != names.len() {
             let rule = format!("{} columns, the header has {}", fields.len(), names.len());
-            return Err(at(file, line, rule));
+            let error = at(file, line, rule);
+            return Err(if names.len() == 1 {
+                error.with_hint("the first line has the names of the columns, separated by commas")
+            } else {
+                error
+            });
         }
         see(line, &fields)?;
     }
@@ -149,8 +154,13 @@ pub(super) fn keep<T>(file: &str, line: usize, list: &mut Vec<T>, value: T) -> R
 pub(super) fn number(file: &str, line: usize, name: &str, text: &str) -> Result<f64, InputError> {
     match text.parse::<f64>() {
         Ok(v) if v.is_finite() => Ok(v),
-        _ => Err(at(file, line, format!("{name}: {text:?} is not a number"))
-            .with_hint("numbers are written plainly with a decimal point, like 1.25e-6")),
+        _ => {
+            Err(at(file, line, format!("{name}: {text:?} is not a number")).with_hint(if text.contains([';', '\t']) {
+                "columns are separated by commas, and decimals by points"
+            } else {
+                "numbers are written plainly with a decimal point, like 1.25e-6"
+            }))
+        }
     }
 }
 

@@ -227,6 +227,11 @@ fn the_command_writes_a_hammer_record_and_lists_the_modes_of_a_decay() {
         let (code, out, err) = muspin(&[&["spectra"][..], &files[..], &rest[..], &options[..]].concat(), path);
         assert!(code == 2 && out.is_empty() && err.contains(words), "{err}");
     }
+    std::fs::write(path.join("semicolons.csv"), "t;acc\n0.0;1.9e-4\n").unwrap();
+    let semicolons =
+        ["spectra", "--time", "semicolons.csv", "--decay", "--response", "acc", "--sample-rate-hz", "1000"];
+    let (code, _, err) = muspin(&semicolons, path);
+    assert!(code == 2 && err.contains("separated by commas"), "{err}");
     let (code, _, err) = muspin(&[&decay[..], &["--overlap", "0.3"]].concat(), path);
     assert!(code == 2 && err.contains("--overlap"), "{err}");
     let (code, _, err) = muspin(&["spectra", "--time", "tap-1.csv", "--force", "x", "--response", "sensor"], path);
