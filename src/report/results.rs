@@ -258,7 +258,7 @@ pub fn claim(target: &Path, names: &[&str], inputs: &[&str]) -> Result<(), Resul
             continue;
         };
         // Of a measurement folder, what lies in a folder below it is read where its list names it.
-        let list = std::fs::read_to_string(read.join("measurement.yaml")).unwrap_or_default();
+        let list = file::read_text(&read.join("measurement.yaml"), file::KEYS).unwrap_or_default();
         let is_read = |file: &PathBuf| match file.strip_prefix(&read) {
             Ok(inside) if read.is_dir() && file.parent() != Some(&read) => list.contains(&*inside.to_string_lossy()),
             found => found.is_ok(),

@@ -51,6 +51,16 @@ pub(crate) enum RotorParameter {
     Mass(f64),
 }
 
+/// Whether a region with its outer diameters multiplied has an element whose bore is as wide.
+fn has_no_wall(rotor: &Rotor, region: &str, factor: f64) -> bool {
+    let pairs = |section: &Section| {
+        let stiff = section.outer_diameter_m.into_iter().zip(section.inner_diameter_m);
+        let heavy = section.mass_outer_diameter_m.into_iter().zip(section.mass_inner_diameter_m);
+        stiff.chain(heavy).any(|(outer, inner)| factor * outer <= inner)
+    };
+    rotor.sections().iter().any(|section| section.region.as_deref() == Some(region) && pairs(section))
+}
+
 impl RotorParameter {
     /// As a sentence has it.
     pub(crate) fn words(&self) -> String {
@@ -93,6 +103,7 @@ impl RotorParameter {
         let rotor = match self {
             Self::Modulus(name) => of_region(name, &|section| section.modulus_scale *= factor)?,
             Self::Density(name) => of_region(name, &|section| section.material.density_kg_m3 *= factor)?,
+            Self::Diameter(name) if has_no_wall(rotor, name, factor) => return Ok(None),
             Self::Diameter(name) => of_region(name, &|section| {
                 section.outer_diameter_m = section.outer_diameter_m.map(|d| d * factor);
                 section.mass_outer_diameter_m = section.mass_outer_diameter_m.map(|d| d * factor);

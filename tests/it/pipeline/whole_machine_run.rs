@@ -114,7 +114,8 @@ impl Run {
                 self.hold(&format!("{stiffness}/at_10_hz_n_per_m"), low, 2e-3 * low);
                 let fast = own.stiffness_n_per_m(top / 60.0);
                 self.hold(&format!("{stiffness}/at_max_speed_n_per_m"), fast, 2e-3 * fast);
-                let [front, rear] = found.sensitivity_db.map(|p| p.0);
+                let whole = own.figures((BAND_HZ.0, BAND_END / rotor.period_s));
+                let [front, rear] = whole.sensitivity_db.map(|p| p.0);
                 self.hold(&format!("{sensitivity}/front_db"), front, 0.03);
                 self.hold(&format!("{sensitivity}/rear_db"), rear, 0.03);
                 let letter = self.summary.pointer(&format!("{sensitivity}/zone")).and_then(Value::as_str);

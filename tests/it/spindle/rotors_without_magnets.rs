@@ -90,7 +90,7 @@ pub fn hanging_bar(rest: &str) -> String {
 
 /// The same bar with elements that are too long for its modes.
 pub fn coarse_bar() -> String {
-    let [bar, end] = [(1.0, 3, "bar"), (0.3, 1, "end")]
+    let [bar, end] = [(1.0, 4, "bar"), (0.3, 1, "end")]
         .map(|(length_m, count, region)| elements(length_m, [0.035, 0.022], count, region));
     rotor_file([2.06e11, 7850.0, 0.3], &format!("{bar}{end}"), CORDS)
 }
