@@ -103,8 +103,8 @@ pub(crate) fn robustness(design: &Design) -> Vec<(Picture, Figure)> {
     drawn
 }
 
-/// The D-K iteration and the reduction of its controller.
-fn iteration(problems: &Problems, dk: &DkDesign) -> [(Picture, Figure); 3] {
+/// The D-K iteration and the reduction of its controller; without uncertainty there are no D-scales.
+fn iteration(problems: &Problems, dk: &DkDesign) -> Vec<(Picture, Figure)> {
     let gamma: Vec<f64> = dk.steps.iter().map(|s| s.gamma).collect();
     let peak: Vec<f64> = dk.steps.iter().map(|s| s.mu_peak).collect();
     let orders: Vec<f64> = dk.orders_tried.iter().map(|o| 2.0 * o.0 as f64).collect();
@@ -120,8 +120,8 @@ fn iteration(problems: &Problems, dk: &DkDesign) -> [(Picture, Figure); 3] {
         .zip(&names)
         .map(|(d, name)| PlottedScale { name, frequency_hz: &d.frequency_hz, data: &d.asked, fit: &d.used })
         .collect();
-    [
-        (Picture::DScales, d_fits("D-scales of the uncertainty", &fits)),
+    let scales = (!fits.is_empty()).then(|| (Picture::DScales, d_fits("D-scales of the uncertainty", &fits)));
+    let others = [
         (Picture::MuIterations, mu_per_iteration("D-K iteration", &gamma, &peak)),
         (
             Picture::MuOrder,
@@ -132,7 +132,8 @@ fn iteration(problems: &Problems, dk: &DkDesign) -> [(Picture, Figure); 3] {
                 chosen,
             ),
         ),
-    ]
+    ];
+    scales.into_iter().chain(others).collect()
 }
 
 /// Pictures over speed: stability with its proof, and μ.

@@ -26,6 +26,20 @@ fn has_firmware(folder: &Path) -> bool {
         .any(|name| folder.join(name).exists())
 }
 
+/// A rotor of 80 g, whose bending lies above the Nyquist frequency, has no uncertain mode and so no D-scales to draw.
+#[test]
+fn a_rotor_without_uncertain_modes_is_designed_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let [spindle, tool] = ["rigid.yaml", "rigid.tool.yaml"]
+        .map(|file| below_root(&format!("tests/data/rigid/{file}")).to_str().unwrap().to_owned());
+    let arguments = ["design", "--spindle", &spindle, "--tool", &tool, "--no-polish", "--out", "d", "--quiet"];
+    let (code, _, err) = muspin(&arguments, folder.path());
+    assert!(code < 2, "{err}");
+    let out = folder.path().join("d");
+    assert_eq!(summary(&out)["design"]["stable"], true);
+    assert!(out.join("plots/mu.svg").exists() && !out.join("plots/d_scales.svg").exists());
+}
+
 /// A flywheel, designed at rest only, is lost at the nutation of its top speed.
 #[test]
 fn an_unstable_design_says_so_first_and_writes_no_firmware() {
