@@ -27,8 +27,6 @@ pub(crate) const SETTLED: f64 = 0.02;
 const TIME_CONSTANTS: f64 = 8.0;
 /// Steps of a search of the settling time over these time constants.
 const SEARCH_STEPS: f64 = 2048.0;
-/// Doublings of the sampling period in such a step at most: 2²⁰ periods of 50 µs are a minute, and 2048 of them a day.
-const MOST_DOUBLINGS: f64 = 20.0;
 /// Longest response, s: an integrator slower than this shows as a response that has not settled.
 const LONGEST_S: f64 = 2.0;
 
@@ -76,42 +74,47 @@ pub fn static_load_settling_s(sampled: &StateSpace<Discrete>, law: &StateSpace<D
     settling_of(&tool_in_x(sampled, law)?)
 }
 
-/// The distance to the end is C Aᵏ e₀. Its last value beyond 2 % is searched in strides A^m, and then sample by sample
-/// within the last stride. A distance that grows at first is followed for longer.
+/// The distance to the end is C Aᵏ e₀. Its last value beyond 2 % is searched in steps of 2ⁿ samples, then within the
+/// last of them by halving, so that a slow loop takes no longer than a fast one. A distance that grows at first is
+/// followed for longer. Not a number of a loop whose decay rounding hides, or whose tool stays where it was.
 fn settling_of(tool: &StateSpace<Discrete>) -> Result<f64, NumericError> {
-    let decay_per_s = -tool.growth_rate()?;
-    if decay_per_s <= 0.0 {
+    let period_s = tool.time.period_s;
+    let decay = -tool.growth_rate()? * period_s;
+    if decay < f64::EPSILON {
         return Ok(f64::NAN);
     }
-    let period_s = tool.time.period_s;
     let rest = Mat::<f64>::identity(tool.order(), tool.order()) - &tool.a;
-    let begin = solve(&rest, &tool.b)?;
+    let mut state = solve(&rest, &tool.b)?;
     let end = tool.at(0.0)[(0, 0)].re;
+    if end == 0.0 {
+        return Ok(f64::NAN);
+    }
     let distance = |state: &Mat<f64>| ((&tool.c * state)[(0, 0)] / end).abs();
-    let doublings =
-        (TIME_CONSTANTS / (decay_per_s * period_s * SEARCH_STEPS)).log2().ceil().clamp(0.0, MOST_DOUBLINGS) as i32;
-    let mut stride = tool.a.clone();
-    (0..doublings).for_each(|_| stride = &stride * &stride);
-    let (step_s, mut state) = (period_s * f64::from(1 << doublings), begin);
-    let (mut time_s, mut largest, mut last) = (0.0, 1.0f64, None);
-    while time_s * decay_per_s < TIME_CONSTANTS + largest.ln() {
+    // A to the powers 1, 2, 4 …: the last one is a step of the search.
+    let doublings = (TIME_CONSTANTS / (decay * SEARCH_STEPS)).log2().ceil().max(0.0) as usize;
+    let mut powers = vec![tool.a.clone()];
+    for k in 0..doublings {
+        powers.push(&powers[k] * &powers[k]);
+    }
+    let samples = |doublings: usize| 2f64.powi(doublings as i32);
+    let (mut at, mut largest, mut last) = (0.0, 1.0f64, None);
+    while at * decay < TIME_CONSTANTS + largest.ln() {
         let away = distance(&state);
         largest = largest.max(away);
         if away > SETTLED {
-            last = Some((time_s, state.clone()));
+            last = Some((at, state.clone()));
         }
-        state = &stride * &state;
-        time_s += step_s;
+        state = &powers[doublings] * &state;
+        at += samples(doublings);
     }
-    let Some((from_s, mut state)) = last else {
+    let Some((mut at, mut state)) = last else {
         return Ok(0.0);
     };
-    let mut settled = 0;
-    for k in 1..=1 << doublings {
-        if distance(&state) > SETTLED {
-            settled = k;
+    for k in (0..doublings).rev() {
+        let next = &powers[k] * &state;
+        if distance(&next) > SETTLED {
+            (at, state) = (at + samples(k), next);
         }
-        state = &tool.a * &state;
     }
-    Ok(from_s + f64::from(settled) * period_s)
+    Ok((at + 1.0) * period_s)
 }

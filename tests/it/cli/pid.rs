@@ -173,7 +173,7 @@ fn modes_of_a_slender_rotor_are_listed_where_the_magnets_put_them() {
     }
 }
 
-/// The band in which stiffness counts bounds neither the sensitivity nor the zone, and what is missed is said.
+/// The band in which stiffness counts bounds neither the sensitivity nor the zone.
 #[test]
 fn a_band_of_the_stiffness_does_not_bound_the_zone() {
     let folder = folder(NUMBERS);

@@ -53,7 +53,7 @@ fn a_step_overshoots_and_settles_as_the_closed_form() {
 #[test]
 fn a_slow_return_settles_by_what_it_has_to_take_back() {
     let nothing = StateSpace::gain(Mat::zeros(4, 4), Discrete { period_s: PERIOD_S });
-    for (slow_s, back) in [(0.3, 160.0), (1.0, 3.0), (1.0, 0.1), (0.05, 1.0)] {
+    for (slow_s, back) in [(0.3, 160.0), (1.0, 3.0), (1.0, 0.1), (0.05, 1.0), (100.0, 0.5)] {
         let rates = [1.0 / slow_s, 1000.0 / slow_s];
         let decays = rates.map(|rate: f64| (-rate * PERIOD_S).exp());
         let plant = StateSpace::new(
