@@ -18,8 +18,8 @@ fn stiffness_at_speed(prediction: &Prediction) -> Value {
         "minimum_frequency_hz": prediction.minimum.1,
         "at_10_hz_n_per_m": prediction.at_10_hz_n_per_m,
         "at_max_speed_n_per_m": prediction.at_max_speed_n_per_m,
-        // Of the slowest pole of the loop; and the time until a static load has moved the tool to within 2 % of where it
-        // stays, in the linear loop.
+        // Of the slowest pole of the loop; then the time until a static load has moved the tool to within 2 % of where
+        // it stays, in the linear loop.
         "slowest_decay_per_s": if prediction.is_stable() { -prediction.growth_rate_per_s } else { f64::NAN },
         "static_load_settling_s": prediction.static_load_settling_s,
     });
