@@ -162,8 +162,10 @@ for share in (0.0, -1.0, 2.0, float("nan")):
         check("regularise" in str(error), f"regularise={share}: {error}")
 
 # Reduction: the certified error against python-control's response, the bound 2 sum hsv.
-full = control.rss(8, 2, 2)
-full = control.ss(full.A, full.B, full.C, 0 * full.D)
+draw = np.random.default_rng(3)
+turned = np.linalg.qr(draw.normal(size=(8, 8)))[0]
+modes = scipy.linalg.block_diag(*[[[-0.1 * w, w], [-w, -0.1 * w]] for w in (0.5, 1.5, 4.0, 9.0)])
+full = control.ss(turned @ modes @ turned.T, draw.normal(size=(8, 2)), draw.normal(size=(2, 8)), np.zeros((2, 2)))
 reduced = muspin.balred(full, 4, method="truncate")
 omega = np.logspace(-3, 3, 400)
 gap = max(np.linalg.norm(full(1j * w) - reduced.sys(1j * w), 2) for w in omega)
