@@ -77,15 +77,18 @@ pub struct Weights {
     /// Relative shift of the natural frequencies, alone, combined and together, that the loop is to bear beside the
     /// specification, as that of a tuned PID; zero: none.
     pub mode_shift: f64,
-    /// Least decay of the controller's own poles in the polish, 1/s: a slow pole of the loop, by which it creeps to
-    /// rest after a load, comes with one of the controller beside it. Zero: none is asked.
-    pub least_decay_per_s: f64,
+    /// Least decay of the loop that the specification asks for, 1/s. None: a loop that decays more slowly than
+    /// [`LEAST_DECAY_PER_S`] is polished once more, and need not reach it.
+    pub least_decay_per_s: Option<f64>,
     /// What the file leaves to the machine; [`Weights::on`] puts it in. Empty unless the file says `defaults: machine`.
     pub open: Vec<FreeQuantity>,
 }
 
 /// Shift of the natural frequencies that a loop is asked to bear, as that of a tuned PID.
 pub(crate) const MODE_SHIFT: f64 = 0.03;
+
+/// Decay with which the tool has settled to 2 % a second after a load.
+pub(crate) const LEAST_DECAY_PER_S: f64 = 4.0;
 
 /// A band in which the tool has to be stiff.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]

@@ -5,9 +5,9 @@ use super::console::{CommandEnd, Console};
 use super::{Failure, stdout};
 use crate::identify::decay::decay_modes;
 use crate::identify::spectra::{
-    AveragedFrf, Averaging, Estimator, Excitation, Leakage, Motion, SpectralWindow, averaged_frf,
+    AveragedFrf, Averaging, Estimator, Excitation, Leakage, Motion, SpectralWindow, averaged_frf, clipped_samples,
 };
-use crate::input::time_record::{TimeRecord, load_time_record};
+use crate::input::time_record::{TimeRecord, TimeSignal, load_time_record};
 use crate::linalg::c64;
 use serde_json::json;
 
@@ -89,10 +89,18 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd
     let [response] = response.as_slice() else {
         return Err(Failure::new("--response: a frequency response has one").with_hint("call it again for the others"));
     };
+    if force == response {
+        return Err(Failure::new(format!("--response: {response:?} is the force")).with_hint("name two signals"));
+    }
     let scaled_by = |signal: &[f64], scale: f64| signal.iter().map(|x| x * scale).collect::<Vec<f64>>();
     let mut signals = vec![];
     for record in &records {
         let (force, response) = (record.signal(force)?, record.signal(response)?);
+        check_quantities(force, response, arguments.motion)?;
+        for (signal, of) in [(force, "force"), (response, "response")] {
+            clipped_words(&signal.samples).iter().for_each(|words| eprintln!("note: the {of} {words}"));
+        }
+        let (force, response) = (&force.samples, &response.samples);
         signals.push((scaled_by(force, arguments.force_scale), scaled_by(response, arguments.response_scale)));
     }
     let excitations: Vec<Excitation<'_>> =
@@ -109,7 +117,8 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd
     let notes = notes(&found);
     notes.iter().for_each(|words| eprintln!("note: {words}"));
     let lines = found.frequency_hz.iter().zip(&found.response);
-    let compliance: Vec<c64> = lines.map(|(hz, h)| h * arguments.motion.to_displacement(*hz)).collect();
+    let compliance: Vec<c64> =
+        lines.map(|(hz, h)| h * arguments.motion.to_displacement(*hz, found.added_damping_hz)).collect();
     write(&found, &compliance, console)
 }
 
@@ -126,6 +135,33 @@ fn sample_rate_hz(arguments: &Arguments, records: &[TimeRecord]) -> Result<f64, 
     rate.filter(|rate| rate.is_finite() && *rate > 0.0).ok_or_else(|| {
         Failure::new("no sample rate").with_hint("give --sample-rate-hz, or a column time_s in the file")
     })
+}
+
+/// Refuses signals whose units, where the file states them, are not those of a force and of the motion.
+fn check_quantities(force: &TimeSignal, response: &TimeSignal, motion: Motion) -> Result<(), Failure> {
+    let motion_of = |[length, time, newton]: [i32; 3]| match newton {
+        0 => Motion::of_exponents([length, time]),
+        _ => None,
+    };
+    if force.dimensions.is_some_and(|dimensions| dimensions != [0, 0, 1]) {
+        return Err(Failure::new(format!("--force: the file states that {:?} is no force", force.name)));
+    }
+    match response.dimensions.map(motion_of) {
+        Some(None) => Err(Failure::new(format!("--response: the file states that {:?} is no motion", response.name))),
+        Some(Some(stated)) if stated != motion => {
+            let (name, stated) = (&response.name, stated.name());
+            let words = format!("--response: the file states that {name:?} is of {stated}, not {}", motion.name());
+            Err(Failure::new(words).with_hint(format!("add --motion {stated}")))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// What is to be said of a signal whose largest values are cut off, if they are.
+fn clipped_words(samples: &[f64]) -> Option<String> {
+    let clipped = clipped_samples(samples);
+    (clipped > 0)
+        .then(|| format!("is cut off at its largest values ({clipped} samples): what is read from it is wrong"))
 }
 
 /// What is to be said of a response.
@@ -194,7 +230,11 @@ fn decay(arguments: &Arguments, records: &[TimeRecord], rate: f64) -> Result<Com
         return Err(Failure::new("--decay: one record").with_hint("modes of several decays are found one by one"));
     };
     let names = arguments.response.iter();
-    let signals = names.map(|name| record.signal(name)).collect::<Result<Vec<&[f64]>, _>>()?;
+    let signals =
+        names.map(|name| record.signal(name).map(|s| s.samples.as_slice())).collect::<Result<Vec<&[f64]>, _>>()?;
+    for words in signals.iter().filter_map(|signal| clipped_words(signal)) {
+        eprintln!("note: a response {words}");
+    }
     let first = signals.first().copied().unwrap_or_default();
     let largest = || (0..first.len()).max_by(|a, b| first[*a].abs().total_cmp(&first[*b].abs())).unwrap_or(0);
     let from = arguments.from_s.map_or_else(largest, |from| (from * rate).round().max(0.0) as usize);

@@ -248,12 +248,8 @@ fn machine_data(shaft: &SampledShaft, period_s: f64, quantum_m: f64) -> String {
             [m.ki_n_per_a, m.kappa_per_m, m.bias_a, m.max_a, m.max_n, m.corner_rad_s, m.slew_a_per_s, m.inductance_h];
         let _ = writeln!(text, "    {{{}}},", c_list(values.into_iter()));
     }
-    text += "};\nstatic const double force_matrices[2][2][2] = {\n";
-    for matrix in &shaft.force_matrices {
-        let rows = matrix.map(|row| format!("{{{}}}", c_list(row.into_iter())));
-        let _ = writeln!(text, "    {{{}}},", rows.join(", "));
-    }
-    text += "};\n";
+    let ratios = c_list(shaft.coupling_ratios.into_iter());
+    let _ = writeln!(text, "}};\nstatic const double coupling_ratios[2] = {{{ratios}}};");
     let [gamma_0, gamma_1] = &shaft.gamma;
     let matrices = [
         ("phi", &shaft.phi),

@@ -69,17 +69,13 @@ impl HammerFrf {
     }
 
     fn channel(&self) -> Channel {
-        let lines = 0..self.frequency_hz.len();
-        let noise = noise_of_lines(&self.frequency_hz, &self.compliance);
         // What repeated tests differ by is as smooth as the response itself: lines that are alike share one error.
-        let sigma = |k: usize| self.sigma(k, REPEATABILITY * self.lines_alike(k).sqrt());
+        let floor = |k: usize| REPEATABILITY * self.lines_alike(k).sqrt() * self.compliance[k].norm();
+        let noise = self.noise();
         Channel {
             name: "h".to_owned(),
             value: self.compliance.clone(),
-            sigma: match self.coherence {
-                Some(_) => lines.map(sigma).collect(),
-                None => lines.map(|k| sigma(k).hypot(noise[k])).collect(),
-            },
+            sigma: noise.iter().enumerate().map(|(k, noise)| noise.hypot(floor(k))).collect(),
         }
     }
 
@@ -91,29 +87,31 @@ impl HammerFrf {
         if change > 0.0 { (h[line].norm() * (after - before) as f64 / change).max(1.0) } else { 1.0 }
     }
 
-    /// Standard deviation of the complex compliance at a line, √E|δH|², m/N, with `floor` × |H| added in squares.
-    pub fn sigma(&self, line: usize, floor: f64) -> f64 {
-        let size = self.compliance.get(line).map_or(0.0, |h| h.norm());
-        let around = neighbours(line, self.compliance.len());
-        let (mut sum, mut count) = (0.0, 0.0);
-        // A coherence of zero says nothing of its neighbours.
-        for variance in around.map(|k| self.variance(k)).filter(|v| v.is_finite()) {
-            sum += variance;
-            count += 1.0;
-        }
-        let mean = if count > 0.0 { sum / count } else { 0.0 };
-        let noise = self.variance(line).max(mean).sqrt();
-        noise.hypot(floor * size)
+    /// Standard deviations of the complex compliance, √E|δH|², one a line, m/N, with `floor` × |H| added in squares.
+    pub fn sigmas(&self, floor: f64) -> Vec<f64> {
+        let each = self.noise().into_iter().zip(&self.compliance);
+        each.map(|(noise, h)| noise.hypot(floor * h.norm())).collect()
     }
 
-    /// Variance of the complex compliance at a line by its own coherence, m²/N².
-    fn variance(&self, line: usize) -> f64 {
-        let (Some(h), Some(c), Some(n)) = (self.compliance.get(line), self.coherence.as_ref(), self.averages.as_ref())
-        else {
-            return 0.0;
+    /// Noise of the complex compliance, √E|δH|², one a line, m/N: by coherence and averages where the record has both,
+    /// or else from line to line.
+    fn noise(&self) -> Vec<f64> {
+        let (Some(coherence), Some(averages)) = (&self.coherence, &self.averages) else {
+            return noise_of_lines(&self.frequency_hz, &self.compliance);
         };
-        let (c, n) = (c.get(line).copied().unwrap_or(1.0), n.get(line).copied().unwrap_or(1.0));
-        h.norm_sqr() * (1.0 - c).max(0.0) / (n * c)
+        let lines = self.compliance.iter().zip(coherence).zip(averages);
+        let variance: Vec<f64> = lines.map(|((h, c), n)| h.norm_sqr() * (1.0 - c).max(0.0) / (n * c)).collect();
+        let with_neighbours = |(line, own): (usize, &f64)| {
+            let (mut sum, mut count) = (0.0, 0.0);
+            // A coherence of zero says nothing of its neighbours.
+            for variance in variance[neighbours(line, variance.len())].iter().filter(|v| v.is_finite()) {
+                sum += variance;
+                count += 1.0;
+            }
+            let mean = if count > 0.0 { sum / count } else { 0.0 };
+            own.max(mean).sqrt()
+        };
+        variance.iter().enumerate().map(with_neighbours).collect()
     }
 }
 

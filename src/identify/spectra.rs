@@ -44,9 +44,10 @@ pub enum Motion {
 }
 
 impl Motion {
-    /// Displacement over the motion at a frequency above zero, Hz.
-    pub(crate) fn to_displacement(self, frequency_hz: f64) -> c64 {
-        let s = c64::new(0.0, TAU * frequency_hz);
+    /// Displacement over the motion at a frequency above zero, Hz, in signals with so much damping added, Hz: the
+    /// spectra of signals times e^(−at) are those at jω + a.
+    pub(crate) fn to_displacement(self, frequency_hz: f64, added_damping_hz: f64) -> c64 {
+        let s = c64::new(TAU * added_damping_hz, TAU * frequency_hz);
         let one = c64::new(1.0, 0.0);
         match self {
             Self::Displacement => one,
@@ -184,6 +185,36 @@ pub fn averaged_frf(
         leakage,
         added_damping_hz,
     })
+}
+
+/// Equal samples in turn at a limit that make it one that something is cut off at.
+const FLAT: usize = 3;
+/// Steps into such a row of samples above the smallest step of a signal, in multiples of that: one that is rounded
+/// coarsely comes to rest at its peaks by single steps.
+const ABRUPT: f64 = 10.0;
+
+/// Samples of a signal in rows at its largest or smallest value that begin or end abruptly: a limit cuts it off. Zero of
+/// one that is not cut off.
+pub fn clipped_samples(samples: &[f64]) -> usize {
+    let extreme = |larger: fn(f64, f64) -> f64| samples.iter().copied().fold(f64::NAN, larger);
+    let (high, low) = (extreme(f64::max), extreme(f64::min));
+    let steps = samples.windows(2).map(|w| (w[1] - w[0]).abs()).filter(|step| *step > 0.0);
+    let least = steps.fold(f64::INFINITY, f64::min);
+    let mut clipped = 0;
+    // The level of rest is no limit.
+    for limit in [high, low].into_iter().filter(|x| x.abs() >= 0.5 * high.abs().max(low.abs())) {
+        let mut k = 0;
+        while k < samples.len() {
+            let row = samples[k..].iter().take_while(|x| **x == limit).count();
+            let beside = [k.checked_sub(1), Some(k + row)].map(|j| j.and_then(|j| samples.get(j)));
+            let abrupt = beside.into_iter().flatten().any(|x| (x - limit).abs() > ABRUPT * least);
+            if row >= FLAT && abrupt {
+                clipped += row;
+            }
+            k += row.max(1);
+        }
+    }
+    clipped
 }
 
 impl SpectralWindow {

@@ -28,7 +28,7 @@ impl ResponseUnit {
 
     /// Displacement in m of one of it at a frequency above zero, Hz.
     fn displacement_m(self, frequency_hz: f64) -> c64 {
-        self.motion.to_displacement(frequency_hz) * self.si
+        self.motion.to_displacement(frequency_hz, 0.0) * self.si
     }
 
     /// Response over force to compliance.

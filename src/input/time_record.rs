@@ -4,16 +4,21 @@
 use super::error::InputError;
 use super::file::{self, MATLAB, UNIVERSAL};
 use super::table::{Columns, each_number_row, first_line, keep};
-use super::uff_units::read_unit;
+use super::uff_units::{FORCE, UffUnit, read_unit};
 use super::wav::read_wav;
 use super::{mat, uff};
+use crate::identify::spectra::Motion;
 use std::path::Path;
 
 /// Names of a vector of times, s, and of a sample rate, Hz.
 const TIMES: [&str; 3] = ["time_s", "time", "t"];
 const RATES: [&str; 3] = ["sample_rate_hz", "fs", "Fs"];
-/// Part of a sample by which times may be off an even raster: clocks of recorders print four digits and more.
+/// Part of a sample by which times may be off an even raster, besides the digits that they are printed with; and with
+/// these: at half a sample one may be missing.
 const UNEVEN: f64 = 0.05;
+const MOST_UNEVEN: f64 = 0.45;
+/// Most decimals of times that are printed with few.
+const FEW_DECIMALS: i32 = 7;
 
 /// Signals that were sampled together.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,20 +38,37 @@ pub struct TimeSignal {
     pub name: String,
     /// Samples; in SI where the file states a unit.
     pub samples: Vec<f64>,
+    /// Exponents of metre, second and newton in their unit, where the file states it.
+    pub dimensions: Option<[i32; 3]>,
+}
+
+impl TimeSignal {
+    fn new(name: String, samples: Vec<f64>) -> Self {
+        Self { name, samples, dimensions: None }
+    }
 }
 
 impl TimeRecord {
-    /// The signal of a name.
+    /// The signal of a name; where several have it, `name#1` is the first of them.
     ///
     /// # Errors
     /// [`InputError`] with the names that there are.
-    pub fn signal(&self, name: &str) -> Result<&[f64], InputError> {
-        let found = self.signals.iter().find(|s| s.name == name).map(|s| s.samples.as_slice());
+    pub fn signal(&self, name: &str) -> Result<&TimeSignal, InputError> {
+        let names = self.names();
+        let found = names.iter().position(|own| own == name).map(|k| &self.signals[k]);
         found.ok_or_else(|| {
-            let names: Vec<&str> = self.signals.iter().map(|s| s.name.as_str()).collect();
             InputError::new(&self.file, format!("has no signal {name:?}"))
                 .with_hint(format!("its signals are {}", names.join(", ")))
         })
+    }
+
+    fn names(&self) -> Vec<String> {
+        let names: Vec<&str> = self.signals.iter().map(|s| s.name.as_str()).collect();
+        let name = |k: usize| {
+            let same = |others: &[&str]| others.iter().filter(|other| **other == names[k]).count();
+            if same(&names) > 1 { format!("{}#{}", names[k], same(&names[..=k])) } else { names[k].to_owned() }
+        };
+        (0..names.len()).map(name).collect()
     }
 }
 
@@ -79,7 +101,7 @@ pub fn read_time_record(file: &str, bytes: &[u8]) -> Result<TimeRecord, InputErr
     if lower.ends_with(".wav") {
         let (rate, channels) = read_wav(file, bytes)?;
         let named = channels.into_iter().enumerate();
-        let signals = named.map(|(k, samples)| TimeSignal { name: (k + 1).to_string(), samples }).collect();
+        let signals = named.map(|(k, samples)| TimeSignal::new((k + 1).to_string(), samples)).collect();
         return Ok(TimeRecord { file: file.to_owned(), sample_rate_hz: Some(rate), signals });
     }
     if lower.ends_with(".mat") {
@@ -98,7 +120,7 @@ fn from_table(file: &str, header: &str, rows: impl std::io::BufRead) -> Result<T
     each_number_row(file, rows, &Columns { names: &names, optional: 0 }, &mut |line, row| {
         columns.iter_mut().zip(row).try_for_each(|(column, x)| keep(file, line, column, *x))
     })?;
-    let signals = names.into_iter().zip(columns).map(|(name, samples)| TimeSignal { name, samples }).collect();
+    let signals = names.into_iter().zip(columns).map(|(name, samples)| TimeSignal::new(name, samples)).collect();
     of_signals(file, signals)
 }
 
@@ -123,21 +145,35 @@ fn of_signals(file: &str, mut signals: Vec<TimeSignal>) -> Result<TimeRecord, In
 fn rate_of(file: &str, times: &[f64]) -> Result<f64, InputError> {
     let (first, last) = (times.first().copied().unwrap_or(0.0), times.last().copied().unwrap_or(0.0));
     let step = (last - first) / times.len().saturating_sub(1).max(1) as f64;
-    let off = |(k, t): (usize, &f64)| (t - first - k as f64 * step).abs() > UNEVEN * step;
+    let tolerance = (UNEVEN * step + resolution(times)).min(MOST_UNEVEN * step);
+    let off = |(k, t): (usize, &f64)| (t - first - k as f64 * step).abs() > tolerance;
     if step > 0.0 && !times.iter().enumerate().any(off) {
         return Ok(step.recip());
     }
     Err(InputError::new(file, "its times do not ascend evenly").with_hint("sample it again at an even rate"))
 }
 
+/// What the digits of times tell apart: the last decimal, or that of a number in single precision; zero for more.
+fn resolution(times: &[f64]) -> f64 {
+    let largest = times.iter().copied().fold(0.0, |a: f64, t| a.max(t.abs()));
+    let all_multiples = |step: &f64| {
+        // Decimals are binary numbers but for their rounding.
+        times.iter().all(|t| (t / step - (t / step).round()).abs() <= 4.0 * f64::EPSILON * (t / step).abs())
+    };
+    let decimal = (0..=FEW_DECIMALS).map(|k| 10f64.powi(-k)).find(all_multiples);
+    let single = || times.iter().all(|t| f64::from(*t as f32) == *t).then_some(f64::from(f32::EPSILON) * largest);
+    decimal.or_else(single).unwrap_or(0.0)
+}
+
 /// Vectors of one length; a scalar named as a sample rate is one.
 fn from_matrices(file: &str, matrices: &[mat::Matrix]) -> Result<TimeRecord, InputError> {
-    let vectors = matrices.iter().filter_map(|m| Some((m.name.clone(), m.values.clone()?)));
+    let one_row = |m: &&mat::Matrix| m.sizes.iter().filter(|size| **size != 1).count() <= 1;
+    let vectors = matrices.iter().filter(one_row).filter_map(|m| Some((m.name.clone(), m.values.clone()?)));
     let rated = |name: &str| RATES.contains(&name);
     let (scalars, vectors): (Vec<_>, Vec<_>) = vectors.partition(|(name, values)| rated(name) && values.len() == 1);
     let longest = vectors.iter().map(|(_, values)| values.len()).max().unwrap_or(0);
     let whole = vectors.into_iter().filter(|(_, values)| values.len() == longest);
-    of_signals(file, scalars.into_iter().chain(whole).map(|(name, samples)| TimeSignal { name, samples }).collect())
+    of_signals(file, scalars.into_iter().chain(whole).map(|(name, samples)| TimeSignal::new(name, samples)).collect())
 }
 
 /// The time responses of a universal file that are as long as the first one.
@@ -147,16 +183,35 @@ fn from_functions(file: &str, functions: &[uff::UffFunction]) -> Result<TimeReco
         return Err(InputError::new(file, "has no time response (function type 1)")
             .with_hint("needed are the samples of force and response, each a dataset 58"));
     };
-    let (samples, sample_rate_hz) = (first.x.len(), Some(rate_of(file, &first.x)?));
+    let samples = first.x.len();
+    let second = label_of(file, &first.abscissa.units, "abscissa")?.map_or(1.0, |unit| unit.si);
+    let sample_rate_hz = Some(rate_of(file, &first.x)? / second);
     let mut signals = vec![];
     for response in responses.filter(|f| f.x.len() == samples) {
-        let unit = read_unit(&response.ordinate.units).map_err(|part| {
-            InputError::new(file, format!("the unit {:?} is not understood: {part}", response.ordinate.units))
-                .with_hint("correct the label of the ordinate")
-        })?;
-        let si = unit.map_or(1.0, |unit| unit.si);
-        let name = format!("{}:{}", response.response.0, response.response.1);
-        signals.push(TimeSignal { name, samples: response.y.iter().map(|y| y.re * si).collect() });
+        let (node, direction) = response.response;
+        let (system, kind) = (response.system.as_ref(), response.ordinate.kind);
+        let unit = match label_of(file, &response.ordinate.units, "ordinate")? {
+            Some(unit) => Some((unit.si, unit.dimensions)),
+            None if matches!(kind, 9 | 13) => Some((system.map_or(1.0, |s| s.force_n), FORCE)),
+            None => Motion::of_type(response)
+                .ok()
+                .flatten()
+                .map(|motion| (system.map_or(1.0, |s| s.length_m), motion.dimensions())),
+        };
+        // What points the other way is turned to the positive direction.
+        let scale = unit.map_or(1.0, |(si, _)| si) * if direction < 0 { -1.0 } else { 1.0 };
+        signals.push(TimeSignal {
+            name: format!("{node}:{direction}"),
+            samples: response.y.iter().map(|y| y.re * scale).collect(),
+            dimensions: unit.map(|(_, dimensions)| dimensions),
+        });
     }
     Ok(TimeRecord { file: file.to_owned(), sample_rate_hz, signals })
+}
+
+fn label_of(file: &str, label: &str, axis: &str) -> Result<Option<UffUnit>, InputError> {
+    read_unit(label).map_err(|part| {
+        InputError::new(file, format!("the unit {label:?} is not understood: {part}"))
+            .with_hint(format!("correct the label of the {axis}"))
+    })
 }

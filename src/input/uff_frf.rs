@@ -130,7 +130,7 @@ pub(super) fn frf_of(number: usize, function: &UffFunction) -> Result<UffFrf, St
         if frequency_hz.last().is_some_and(|last| f <= last) {
             return Err(format!("frequencies do not ascend at {f} Hz"));
         }
-        let h = y * motion.to_displacement(*f);
+        let h = y * motion.to_displacement(*f, 0.0);
         frequency_hz.push(*f);
         compliance.push(h * factor);
     }
@@ -150,7 +150,7 @@ pub(super) fn frf_of(number: usize, function: &UffFunction) -> Result<UffFrf, St
 
 impl Motion {
     /// What a type of the ordinate is; none where the type is general or unknown.
-    fn of_type(function: &UffFunction) -> Result<Option<Self>, String> {
+    pub(super) fn of_type(function: &UffFunction) -> Result<Option<Self>, String> {
         match function.ordinate.kind {
             8 => Ok(Some(Self::Displacement)),
             11 => Ok(Some(Self::Velocity)),
@@ -164,9 +164,15 @@ impl Motion {
     }
 
     /// What is measured in a unit of these exponents of metre and second.
-    pub(super) fn of_exponents(exponents: [i32; 2]) -> Option<Self> {
+    pub(crate) fn of_exponents(exponents: [i32; 2]) -> Option<Self> {
         let all = [Self::Displacement, Self::Velocity, Self::Acceleration];
         all.into_iter().find(|motion| motion.exponents() == exponents)
+    }
+
+    /// Exponents of metre, second and newton.
+    pub(super) fn dimensions(self) -> [i32; 3] {
+        let [length, time] = self.exponents();
+        [length, time, 0]
     }
 
     fn exponents(self) -> [i32; 2] {
@@ -177,7 +183,7 @@ impl Motion {
         }
     }
 
-    fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Displacement => "displacement",
             Self::Velocity => "velocity",

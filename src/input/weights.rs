@@ -165,7 +165,7 @@ fn weights(errors: &mut ErrorList<'_>, read: WeightsFile) -> Weights {
         uncertainty,
         curves,
         mode_shift: read.mode_shift.unwrap_or(MODE_SHIFT),
-        least_decay_per_s: read.least_decay_per_s.unwrap_or_default(),
+        least_decay_per_s: read.least_decay_per_s,
         tool_stiffness: read.tool_stiffness,
         open,
         tool: limits(&read.tool),

@@ -121,7 +121,9 @@ pub fn predict(machine: &Machine, controller: &Controller, speed_rpm: f64) -> Re
     let beside = lines_beside_band(machine, &poles.poles_rad_s);
     let lines = lines.chain(stated.map(|f| f * TAU)).chain(beside);
     let grid = FrequencyGrid::from_rad_s(lines.filter(|_| stable));
-    let at = |hz: f64| if stable { stiffness_at(&plant, controller, 0, hz) } else { f64::NAN };
+    let softer_axis =
+        |hz: f64| [0, 1].map(|axis| stiffness_at(&plant, controller, axis, hz)).into_iter().reduce(f64::min);
+    let at = |hz: f64| softer_axis(hz).filter(|_| stable).unwrap_or(f64::NAN);
     let (stiffness, sensitivity) = stiffness_and_sensitivity(&plant, &*controller.responder(), &grid, band_hz);
     let modes = match &controller.law {
         ControlLaw::Discrete(_) => modes_of_poles(&plant, &law, &poles.poles_rad_s)?,

@@ -133,9 +133,9 @@ impl Design {
     /// Slowest decay of the loop at the speeds of the verification, from rest to top speed, and the least that the
     /// weights ask for, 1/s; none where they ask for none.
     pub(crate) fn least_decay(&self) -> Option<[f64; 2]> {
-        let asked = self.problems.aim.least_decay_per_s;
+        let asked = self.problems.aim.least_decay_per_s?;
         let slowest = -self.delivery.verification.worst_growth_rate_per_s()?;
-        (asked > 0.0).then_some([slowest, asked])
+        Some([slowest, asked])
     }
 
     /// True when the specification is met at rest and at speed, the loop decays as fast as it asks, and every speed

@@ -110,6 +110,11 @@ impl Judged {
         Ok(self)
     }
 
+    /// Slowest decay of the loop at rest and at top speed, 1/s.
+    pub(super) fn decay_per_s(&self) -> f64 {
+        self.predictions.iter().map(|p| -p.growth_rate_per_s).fold(f64::INFINITY, f64::min)
+    }
+
     /// Stiffness where controllers are compared; none of an unstable loop.
     pub(super) fn tool_stiffness(&self) -> Option<ToolStiffness> {
         ToolStiffness::of(&self.predictions)

@@ -79,6 +79,7 @@ pub(crate) fn lowest_order(
             problems: &design.problems,
             floors,
             shifts: &[],
+            least_decay_per_s: weights.least_decay_per_s.unwrap_or_default(),
             asked_between: &[],
             speeds: settings.speeds,
             effort: settings.polish.unwrap_or_default(),

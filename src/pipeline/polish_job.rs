@@ -71,6 +71,7 @@ pub(super) struct Goal<'a> {
     /// Floors of the tool's stiffness beside it.
     floors: &'a [StiffnessFloor],
     shifts: &'a [Vec<f64>],
+    least_decay_per_s: f64,
     asked_between: &'a [f64],
     /// By what the limits are widened.
     pub widening: Widening,
@@ -82,14 +83,14 @@ const WITHIN_REACH: f64 = 2.0;
 
 impl<'a> Goal<'a> {
     pub(super) fn of(job: &PolishJob<'a>) -> Self {
-        let PolishJob { problems, floors, shifts, asked_between, .. } = *job;
+        let PolishJob { problems, floors, shifts, least_decay_per_s, asked_between, .. } = *job;
         let widening = problems.widening;
         if widening.tool.max(widening.current) <= WITHIN_REACH {
             let (weights, plant) = (job.weights, &problems.specification);
-            Self { weights, plant, floors, shifts, asked_between, widening: Widening::NONE }
+            Self { weights, plant, floors, shifts, least_decay_per_s, asked_between, widening: Widening::NONE }
         } else {
             let (weights, plant) = (&problems.aim, &problems.aimed);
-            Self { weights, plant, floors, shifts, asked_between, widening }
+            Self { weights, plant, floors, shifts, least_decay_per_s, asked_between, widening }
         }
     }
 }
@@ -253,6 +254,7 @@ fn descend(
         modes: &problems.written_modes,
         floors: goal.floors,
         shifts: goal.shifts,
+        least_decay_per_s: goal.least_decay_per_s,
         limits,
     };
     let mut polisher = Polisher::new(machine, task, plane, OVERSPEED)?;
@@ -343,6 +345,8 @@ pub(super) struct PolishJob<'a> {
     pub floors: &'a [StiffnessFloor],
     /// Factors on the natural frequencies with which the loop has to stay stable.
     pub shifts: &'a [Vec<f64>],
+    /// Least decay of the controller's own poles, 1/s; zero: none is asked.
+    pub least_decay_per_s: f64,
     /// Shares of the top speed, between rest and it, at which the specification is asked for from the beginning.
     pub asked_between: &'a [f64],
     pub speeds: usize,
@@ -364,6 +368,7 @@ impl<'a> PolishJob<'a> {
             problems,
             floors,
             shifts: &[],
+            least_decay_per_s: weights.least_decay_per_s.unwrap_or_default(),
             asked_between: &[],
             speeds: settings.speeds,
             effort: settings.polish?,

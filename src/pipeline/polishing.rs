@@ -20,6 +20,7 @@ use super::polish_job::{PolishJob, Polished, ZONE_A, ZONE_B, limits};
 use super::polish_outcome::{PolishAttempt, PolishOutcome, sentence};
 use super::settings::{EarlierDesign, PolishEffort};
 use super::starting_pid::{StartingPid, ToolStiffness, tune_starting_pid};
+use crate::augment::weights::{LEAST_DECAY_PER_S, StiffnessFloor};
 use crate::controller::polish::LoopLimits;
 use crate::controller::scaling::ScaledRealisation;
 use crate::controller::speed_proof::SpeedProof;
@@ -141,6 +142,7 @@ const SHIFT_HELD: f64 = 0.97;
 /// Ranges below this, a few times the width to which they are found, are none.
 const LEAST_SHIFT: f64 = 0.003;
 const HOLDING: &str = "best controller, with shifted natural frequencies,";
+const DECAYING: &str = "best controller, without slow poles,";
 const GROWN: &str = "best controller, with sections where µ peaks,";
 /// Strengths of a section that starts a polish: the next one where none lowers µ. A strong one gives the polish more to
 /// move, a weak one leaves the loop stable.
@@ -283,6 +285,41 @@ impl Contest<'_> {
 }
 
 impl Contest<'_> {
+    /// The floors of the specification, and the stiffness of the PID where the tool is stiffer.
+    fn floors_that_stay(&self, rival: Option<&ToolStiffness>) -> Vec<StiffnessFloor> {
+        let stiffer = |rival: &&ToolStiffness| {
+            self.judged.tool_stiffness().is_some_and(|own| own.least_ratio_to(rival) > FLOOR_MULTIPLES[1])
+        };
+        let held = rival.filter(stiffer).map(|rival| rival.floors(self.job.machine, FLOOR_MULTIPLES[1]));
+        [self.job.floors, held.as_ref().map_or(&[], |held| held.as_slice())].concat()
+    }
+
+    /// Where the loop of the best controller creeps to rest, polishes it again without slow poles of its own, and keeps
+    /// what decays faster and meets what the best one met. Integral action is such a pole.
+    fn raise_decay(&mut self, rival: Option<&ToolStiffness>) -> Result<(), PipelineError> {
+        let PolishJob { machine, weights, .. } = self.job;
+        let asks = weights.least_decay_per_s.is_none() && weights.integral_corner_hz.is_none();
+        let slowest = self.judged.decay_per_s();
+        if !asks || !self.survives() || slowest >= LEAST_DECAY_PER_S {
+            return Ok(());
+        }
+        let floors = self.floors_that_stay(rival);
+        let job = PolishJob { floors: &floors, least_decay_per_s: LEAST_DECAY_PER_S, ..self.job };
+        let plane = plane_of_law(machine, &self.judged.controller)?;
+        let done = polished_from(&job, self.limits_of_zone()?, &plane);
+        let objection = done.as_ref().ok().and_then(|(judged, ..)| {
+            if judged.decay_per_s() <= slowest {
+                return Some("the loop decays no faster");
+            }
+            let stays = judged.replaces(&self.judged, machine, rival);
+            (!stays).then_some("without slow poles it misses a goal")
+        });
+        if self.keep_unless(objection.into_iter().collect(), DECAYING, done) {
+            self.job.least_decay_per_s = LEAST_DECAY_PER_S;
+        }
+        Ok(())
+    }
+
     /// Where the loop of the best controller does not bear the shift of the natural frequencies that is asked, polishes
     /// it again with those that it bears nearly, further each time. What comes out is kept as long as it meets what the
     /// best one met and its tool stays stiffer than that of the PID.
@@ -294,11 +331,7 @@ impl Contest<'_> {
             return Ok(());
         }
         let mut found = find_shift_range(machine, &own)?;
-        let stiffer = |rival: &&ToolStiffness| {
-            self.judged.tool_stiffness().is_some_and(|own| own.least_ratio_to(rival) > FLOOR_MULTIPLES[1])
-        };
-        let held = rival.filter(stiffer).map(|rival| rival.floors(machine, FLOOR_MULTIPLES[1]));
-        let floors = [self.job.floors, held.as_ref().map_or(&[], |held| held.as_slice())].concat();
+        let floors = self.floors_that_stay(rival);
         for _ in 0..SHIFT_TRIES {
             // A loop that bears hardly any shift has no rotor beside it to hold on to.
             if found.largest >= asked || found.largest < LEAST_SHIFT {
@@ -414,7 +447,9 @@ pub(super) fn polish_law(
     if let Ok(StartingPid { stiffness: Some(rival), .. }) = &by_pid {
         contest.outdo(rival)?;
     }
-    contest.hold_shift(by_pid.as_ref().ok().and_then(|pid| pid.stiffness.as_ref()))?;
+    let rival = by_pid.as_ref().ok().and_then(|pid| pid.stiffness.as_ref());
+    contest.raise_decay(rival)?;
+    contest.hold_shift(rival)?;
     let mut outcome = contest.outcome;
     outcome.sentence = sentence(&outcome);
     let delivery = match (contest.delivery, contest.dk_proof) {

@@ -266,8 +266,8 @@ pub(crate) struct SampledShaft {
     voltages: [f64; AXES],
     /// Axis by axis.
     pub(crate) magnets: [Magnet; AXES],
-    /// Forces of the axes (x, y) to forces on the shaft.
-    pub(crate) force_matrices: [[[f64; 2]; 2]; 2],
+    /// Share of what the current of an axis makes that acts along the other axis, bearing by bearing.
+    pub(crate) coupling_ratios: [f64; 2],
     /// Both backup bearings.
     pub(crate) backup: BackupBearing,
     pub(crate) speed_rad_s: f64,
@@ -359,8 +359,7 @@ impl SampledShaft {
         let displacements = system.c.submatrix(AXES, 0, LOADS, n).to_owned();
         let magnet = |k: usize| {
             let (side, own) = ([Side::Front, Side::Rear][k / 2], &effective.bearings[k / 2]);
-            let magnet = Magnet::new(machine.spindle.bearing(side), own, settings.bus_voltage_v);
-            magnet.with_amplifier(own.axes[k % 2].amplifier)
+            Magnet::new(machine.spindle.bearing(side), own, k % 2, settings.bus_voltage_v)
         };
         Ok(Self {
             phi: part(0, n),
@@ -371,10 +370,7 @@ impl SampledShaft {
             currents: [0.0; AXES],
             voltages: [0.0; AXES],
             magnets: std::array::from_fn(magnet),
-            force_matrices: effective.bearings.each_ref().map(|b| {
-                let (cross, [x, y]) = (b.coupling_ratio, b.axes.map(|axis| axis.force_factor));
-                [[x, cross * y], [cross * x, y]]
-            }),
+            coupling_ratios: effective.bearings.each_ref().map(|b| b.coupling_ratio),
             backup: BackupBearing {
                 clearance_m: machine.spindle.backup_clearance_m,
                 stiffness_n_per_m: contact.stiffness_n_per_m,
@@ -406,10 +402,11 @@ impl SampledShaft {
             let at = [x[(AXES + 2 + first, 0)], x[(AXES + 3 + first, 0)]];
             let moving = [v[(2 + first, 0)], v[(3 + first, 0)]];
             if live {
-                let own = [0, 1].map(|axis| self.magnets[first + axis].force_n(self.currents[first + axis], at[axis]));
-                let matrix = &self.force_matrices[bearing];
-                for axis in 0..2 {
-                    magnetic[first + axis] = matrix[axis][0] * own[0] + matrix[axis][1] * own[1];
+                let axes = [0, 1].map(|axis| (&self.magnets[first + axis], self.currents[first + axis], at[axis]));
+                let across = axes.map(|(magnet, current, x)| magnet.current_force_n(current, x));
+                for (axis, (magnet, current, x)) in axes.into_iter().enumerate() {
+                    magnetic[first + axis] =
+                        magnet.force_n(current, x) + self.coupling_ratios[bearing] * across[1 - axis];
                 }
             }
             let touch = self.backup.force_n(at, moving, self.speed_rad_s);

@@ -12,7 +12,7 @@
 //! Current: i̇ = ω_a (u − i), held to what the bus voltage drives through the coil, |i̇| ≤ U/L, L = k_i s₀/(2 i₀ κ).
 //! Contact: beyond the clearance, normal force k_c·depth + c_c·approach (never pulling), Coulomb friction μ.
 
-use crate::spindle::{Amplifier, Bearing, EffectiveBearing, Machine, Side};
+use crate::spindle::{Bearing, EffectiveBearing, Machine, Side};
 use std::f64::consts::TAU;
 
 /// A gap this close to the pole face, as a part of it, is where the force law ends.
@@ -34,9 +34,12 @@ pub struct Magnet {
 }
 
 impl Magnet {
-    /// The magnet of a bearing after effects, with the amplifier of its x axis, fed from a bus of `bus_voltage_v`.
-    pub fn new(bearing: &Bearing, effective: &EffectiveBearing, bus_voltage_v: f64) -> Self {
-        let ki = effective.ki_n_per_a;
+    /// The magnet of an axis (0: x, 1: y) of a bearing after effects, with its amplifier, fed from a bus of
+    /// `bus_voltage_v`. Its force constant is its own; k_s is that of the bearing, and what the axes differ by is a
+    /// spring at the shaft.
+    pub fn new(bearing: &Bearing, effective: &EffectiveBearing, axis: usize, bus_voltage_v: f64) -> Self {
+        let own = &effective.axes[axis];
+        let ki = effective.ki_n_per_a * own.force_factor;
         let kappa = effective.ks_n_per_m * bearing.gap_m / (ki * bearing.bias_current_a);
         let inductance = ki * bearing.gap_m / (2.0 * bearing.bias_current_a * kappa.max(1e-3));
         Self {
@@ -45,19 +48,20 @@ impl Magnet {
             bias_a: bearing.bias_current_a,
             max_a: bearing.max_current_a,
             max_n: bearing.max_force_n,
-            corner_rad_s: TAU * effective.axes[0].amplifier.lag_bandwidth_hz(),
+            corner_rad_s: TAU * own.amplifier.lag_bandwidth_hz(),
             slew_a_per_s: bus_voltage_v / inductance,
             inductance_h: inductance,
         }
     }
 
-    /// The magnets of both bearings of a machine.
+    /// The magnets of both bearings of a machine: of the axis that bears less.
     pub fn both(machine: &Machine, bus_voltage_v: f64) -> [Self; 2] {
         let effective = machine.effective();
-        let own = |(side, bearing): (Side, &EffectiveBearing)| {
-            Self::new(machine.spindle.bearing(side), bearing, bus_voltage_v)
+        let weaker = |(side, bearing): (Side, &EffectiveBearing)| {
+            let [x, y] = [0, 1].map(|axis| Self::new(machine.spindle.bearing(side), bearing, axis, bus_voltage_v));
+            if y.static_capacity_n() < x.static_capacity_n() { y } else { x }
         };
-        [own((Side::Front, &effective.bearings[0])), own((Side::Rear, &effective.bearings[1]))]
+        [weaker((Side::Front, &effective.bearings[0])), weaker((Side::Rear, &effective.bearings[1]))]
     }
 
     /// Static load capacity (API 617, annex on magnetic bearings): the largest force on a rotor in the middle of its
@@ -71,12 +75,6 @@ impl Magnet {
         self.ki_n_per_a * self.slew_a_per_s
     }
 
-    /// The same with another amplifier: one of second order as that of first order with the same lag.
-    #[must_use]
-    pub(crate) fn with_amplifier(self, amplifier: Amplifier) -> Self {
-        Self { corner_rad_s: TAU * amplifier.lag_bandwidth_hz(), ..self }
-    }
-
     /// Force on the rotor, N, at control current `current_a` and displacement `displacement_m`.
     pub fn force_n(&self, current_a: f64, displacement_m: f64) -> f64 {
         let xi = (self.kappa_per_m * displacement_m).clamp(-LARGEST_XI, LARGEST_XI);
@@ -86,6 +84,11 @@ impl Magnet {
         let largest = self.max_n / (0.25 * self.ki_n_per_a * self.bias_a);
         let (pull, push) = ((plus / (1.0 - xi)).powi(2).min(largest), (minus / (1.0 + xi)).powi(2).min(largest));
         0.25 * self.ki_n_per_a * self.bias_a * (pull - push)
+    }
+
+    /// The part of [`Self::force_n`] that the current makes.
+    pub(crate) fn current_force_n(&self, current_a: f64, displacement_m: f64) -> f64 {
+        self.force_n(current_a, displacement_m) - self.force_n(0.0, displacement_m)
     }
 
     /// Voltage that drives the coil through a change of current in `step_s`, V: L·Δi/Δt; the resistance is left out.

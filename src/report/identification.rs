@@ -270,8 +270,7 @@ pub(crate) fn response_files(frfs: &[MeasuredFrf], hammers: &[Hammer]) -> Vec<(S
     for (k, hammer) in hammers.iter().enumerate() {
         let (frequency_hz, compliance) = (&hammer.frf.frequency_hz, &hammer.frf.compliance);
         let mut text = String::from("frequency_hz,h_re,h_im,sigma\n");
-        for (l, (f, h)) in frequency_hz.iter().zip(compliance).enumerate() {
-            let sigma = hammer.frf.sigma(l, 0.0);
+        for ((f, h), sigma) in frequency_hz.iter().zip(compliance).zip(hammer.frf.sigmas(0.0)) {
             let _ = writeln!(text, "{f},{:e},{:e},{sigma:e}", h.re, h.im);
         }
         files.push((format!("hammer-{k}.csv"), text));

@@ -25,6 +25,9 @@ pub struct PolishTask<'a> {
     pub floors: &'a [StiffnessFloor],
     /// Factors on the natural frequencies with which the loop has to stay stable, at rest and at top speed.
     pub shifts: &'a [Vec<f64>],
+    /// Least decay of the controller's own poles, 1/s: a slow pole of the loop, by which it creeps to rest after a
+    /// load, comes with one of the controller beside it. Zero: none is asked.
+    pub least_decay_per_s: f64,
     /// Limits.
     pub limits: LoopLimits,
 }
@@ -32,7 +35,7 @@ pub struct PolishTask<'a> {
 impl PolishTask<'_> {
     /// Largest radius of the controller's own poles in the z plane.
     pub(super) fn largest_radius(&self, period_s: f64) -> f64 {
-        (-self.weights.least_decay_per_s * period_s).exp()
+        (-self.least_decay_per_s * period_s).exp()
     }
 }
 

@@ -165,9 +165,9 @@ impl Evidence {
             let mean = pool_variances(&power);
             TapEvidence {
                 speed_rad_s: frf.speed_rpm * TAU / 60.0,
-                noise: (0..lines).map(|k| frf.sigma(k, 0.0).powi(2)).collect(),
+                noise: frf.sigmas(0.0).iter().map(|sigma| sigma.powi(2)).collect(),
                 size: (0..lines).map(|k| 0.5 * (power[k] + mean[k])).collect(),
-                gap_sigma: (0..lines).map(|k| frf.sigma(k, GAP_FLOOR)).collect(),
+                gap_sigma: frf.sigmas(GAP_FLOOR),
                 controller: held(tap.controller, &omega_rad_s),
                 axis: usize::from(tap.axis == ControlAxis::Y),
                 compliance: frf.compliance.clone(),

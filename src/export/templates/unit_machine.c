@@ -67,15 +67,16 @@ static void forces(const unit *u, const double *state, double *magnetic, double 
 {
     int b, axis;
     for (b = 0; b < 2; ++b) {
-        double x[2], v[2], own[2];
+        double x[2], v[2], own[2], by_current[2];
         for (axis = 0; axis < 2; ++axis) {
             const int at = 2 + 2 * b + axis;
             x[axis] = row(outputs[AXES + at], state, STATES);
             v[axis] = row(velocities[at], state, STATES);
             own[axis] = pull(&magnets[2 * b + axis], u->base.value[CURRENT + 2 * b + axis], x[axis]);
+            by_current[axis] = own[axis] - pull(&magnets[2 * b + axis], 0.0, x[axis]);
         }
         for (axis = 0; axis < 2; ++axis) {
-            magnetic[2 * b + axis] = force_matrices[b][axis][0] * own[0] + force_matrices[b][axis][1] * own[1];
+            magnetic[2 * b + axis] = own[axis] + coupling_ratios[b] * by_current[1 - axis];
         }
         touch(x, v, contact + 2 * b);
     }

@@ -30,7 +30,8 @@ pub fn hammer_plausibility(
 ) -> Result<Plausibility, IdentifyError> {
     let plant = Plant::new(machine, hammer.speed_rpm * TAU / 60.0, ModelDetail::Full)?;
     let lines = spread(&hammer.frequency_hz, LINES);
-    let entry = |l: &usize| vec![LogValue::of(hammer.compliance[*l], hammer.sigma(*l, 0.0))];
+    let noise = hammer.sigmas(0.0);
+    let entry = |l: &usize| vec![LogValue::of(hammer.compliance[*l], noise[*l])];
     let data = Spectrum {
         frequency_hz: lines.iter().map(|l| hammer.frequency_hz[*l]).collect(),
         entries: lines.iter().map(entry).collect(),

@@ -45,10 +45,13 @@ fn reference() -> (Machine, Weights, Vec<UncertainMode>) {
     (machine, load_weights("benchmark").unwrap(), modes)
 }
 
+/// Within the limits of the machine, and no more.
+fn task<'a>(machine: &Machine, weights: &'a Weights, modes: &'a [UncertainMode]) -> PolishTask<'a> {
+    PolishTask { weights, modes, floors: &[], shifts: &[], least_decay_per_s: 0.0, limits: limits(machine) }
+}
+
 fn polisher<'a>(machine: &Machine, weights: &'a Weights, modes: &'a [UncertainMode]) -> Polisher<'a> {
-    let limits = limits(machine);
-    let task = PolishTask { weights, modes, floors: &[], shifts: &[], limits };
-    Polisher::new(machine, task, &start(), 1.2).unwrap()
+    Polisher::new(machine, task(machine, weights, modes), &start(), 1.2).unwrap()
 }
 
 /// A quickly found PID of one plane of the reference machine; a slow real pole in place of each integrator is the
@@ -63,9 +66,7 @@ fn derivatives_of_every_limit_are_central_differences() {
     let (machine, weights, modes) = reference();
     let floors = [StiffnessFloor { from_hz: 800.0, to_hz: 860.0, at_least_n_per_m: 5e6 }];
     for least_decay_per_s in [0.0, 20.0] {
-        let weights = Weights { least_decay_per_s, ..weights.clone() };
-        let task =
-            PolishTask { weights: &weights, modes: &modes, floors: &floors, shifts: &[], limits: limits(&machine) };
+        let task = PolishTask { least_decay_per_s, floors: &floors, ..task(&machine, &weights, &modes) };
         let errors = derivative_errors(&machine, &task, &start()).unwrap();
         // A step of 1e-5 leaves 1e-10 of the third derivative and 1e-16/1e-5 of rounding, both magnified by sharp
         // resonances.
@@ -82,8 +83,8 @@ fn a_least_decay_holds_for_every_pole_of_the_controller() {
     // The integrators of the PID become poles of a decay of milliseconds to minutes.
     let free = polisher(&machine, &weights, &modes).plane().unwrap();
     assert!(slowest(&free) < 1.0, "{}", slowest(&free));
-    let weights = Weights { least_decay_per_s: 4.0, ..weights };
-    let mut held = polisher(&machine, &weights, &modes);
+    let task = PolishTask { least_decay_per_s: 4.0, ..task(&machine, &weights, &modes) };
+    let mut held = Polisher::new(&machine, task, &start(), 1.2).unwrap();
     for _ in 0..2 {
         assert!(slowest(&held.plane().unwrap()) >= 4.0 * (1.0 - 1e-9), "{}", slowest(&held.plane().unwrap()));
         held.run_round(6).unwrap();
@@ -96,7 +97,7 @@ fn rotors_with_shifted_modes_leave_the_specification_as_it_is() {
     let (machine, weights, modes) = reference();
     let shifts = [vec![0.985; 6], vec![1.015; 6], vec![0.985, 1.015]];
     let figures = |shifts: &[Vec<f64>]| {
-        let task = PolishTask { weights: &weights, modes: &modes, floors: &[], shifts, limits: limits(&machine) };
+        let task = PolishTask { shifts, ..task(&machine, &weights, &modes) };
         Polisher::new(&machine, task, &start(), 1.2).unwrap().figures()
     };
     let (without, with) = (figures(&[]), figures(&shifts));
@@ -111,13 +112,8 @@ fn rotors_with_shifted_modes_leave_the_specification_as_it_is() {
 fn a_limit_out_of_reach_is_moved_and_no_other() {
     let (machine, weights, modes) = reference();
     // With weak magnets as well |S| tends to one at high frequency: half of it is out of reach.
-    let task = PolishTask {
-        weights: &weights,
-        modes: &modes,
-        floors: &[],
-        shifts: &[],
-        limits: LoopLimits { weak_sensitivity: 0.5, ..limits(&machine) },
-    };
+    let limits_out_of_reach = LoopLimits { weak_sensitivity: 0.5, ..limits(&machine) };
+    let task = PolishTask { limits: limits_out_of_reach, ..task(&machine, &weights, &modes) };
     let mut polisher = Polisher::new(&machine, task, &start(), 1.2).unwrap();
     // A round of a single step that is refused would say that every limit is out of reach; a limit is given up by the
     // second of two rounds that bring it no nearer.
@@ -144,7 +140,7 @@ fn a_floor_of_the_tool_stiffness_is_held_in_its_band() {
     let (machine, weights, modes) = reference();
     let before = softest_round_the_top_speed(&machine, &start());
     let floors = [StiffnessFloor { from_hz: 800.0, to_hz: 866.0, at_least_n_per_m: 1.15 * before }];
-    let task = PolishTask { weights: &weights, modes: &modes, floors: &floors, shifts: &[], limits: limits(&machine) };
+    let task = PolishTask { floors: &floors, ..task(&machine, &weights, &modes) };
     let mut polisher = Polisher::new(&machine, task, &start(), 1.2).unwrap();
     // The machine at top speed is softer or stiffer by what the gyroscopics do to it.
     assert!(polisher.figures().over_limit[5] > 1.1, "{:?}", polisher.figures());

@@ -366,7 +366,8 @@ fn a_hammer_line_that_happens_to_be_small_is_not_believed() {
             coherence.push(if estimated { f64::from(blows) * mean.norm_sqr() / all } else { power / (power + 1.0) });
         }
         frf.coherence = Some(coherence);
-        let square = |k: usize| ((frf.compliance[k] - exact).norm() / frf.sigma(k, 0.0)).powi(2);
+        let sigma = frf.sigmas(0.0);
+        let square = |k: usize| ((frf.compliance[k] - exact).norm() / sigma[k]).powi(2);
         let squares: Vec<f64> = (0..lines as usize).map(square).collect();
         let largest = squares.iter().copied().fold(0.0, f64::max);
         // A mean of five variances: (1 + x/5)⁻⁵ is 3e-6 at 60. A variance of its own leaves hundreds.

@@ -50,7 +50,7 @@ fn program(law: &StateSpace<Discrete>) -> Float32Program {
 fn the_force_law_is_the_closed_form_with_the_gains_of_the_file() {
     let machine = machine();
     let bearing = machine.spindle.front;
-    let magnet = Magnet::new(&bearing, &machine.effective().bearings[0], 300.0);
+    let magnet = Magnet::new(&bearing, &machine.effective().bearings[0], 0, 300.0);
     let kappa = bearing.ks_n_per_m * bearing.gap_m / (bearing.ki_n_per_a * bearing.bias_current_a);
     for (i, x) in [(0.3, 2e-5), (-1.2, 1e-4), (2.9, -2e-4), (0.0, 0.0)] {
         let (eta, xi) = (i / bearing.bias_current_a, kappa * x / bearing.gap_m);
@@ -89,7 +89,7 @@ fn no_magnet_pulls_more_than_its_capacity() {
     let machine = machine();
     let effective = machine.effective();
     for (bearing, effective) in [machine.spindle.front, machine.spindle.rear].iter().zip(&effective.bearings) {
-        let magnet = Magnet::new(bearing, effective, 300.0);
+        let magnet = Magnet::new(bearing, effective, 0, 300.0);
         let mut reached = 0.0f64;
         for k in -40..=40 {
             for i in -30..=30 {
@@ -107,7 +107,7 @@ fn no_magnet_pulls_more_than_its_capacity() {
 fn voltage_limits_the_slew_of_the_current() {
     let machine = machine();
     let effective = machine.effective();
-    let magnet = Magnet::new(&machine.spindle.front, &effective.bearings[0], 300.0);
+    let magnet = Magnet::new(&machine.spindle.front, &effective.bearings[0], 0, 300.0);
     // L = 24.4 mH from the force constant; 300 V drive 12.3 A/ms.
     let (next, limited) = magnet.advance(0.0, 3.0, 1e-5);
     assert!(limited && (next / 1e-5 / 12_300.0 - 1.0).abs() < 0.1, "{}", next / 1e-5);
@@ -119,7 +119,7 @@ fn voltage_limits_the_slew_of_the_current() {
 fn the_voltage_of_a_current_ramp_is_inductance_times_slope() {
     let machine = machine();
     let bearing = machine.spindle.front;
-    let magnet = Magnet::new(&bearing, &machine.effective().bearings[0], 300.0);
+    let magnet = Magnet::new(&bearing, &machine.effective().bearings[0], 0, 300.0);
     // L = k_i s₀/(2 i₀ κ), κ = k_s s₀/(k_i i₀).
     let kappa = bearing.ks_n_per_m * bearing.gap_m / (bearing.ki_n_per_a * bearing.bias_current_a);
     let inductance = bearing.ki_n_per_a * bearing.gap_m / (2.0 * bearing.bias_current_a * kappa);
