@@ -13,7 +13,7 @@ use super::speeds::SpeedList;
 use super::timings::Timings;
 use crate::augment::weights::Weights;
 use crate::controller::Controller;
-use crate::input::{load_tagged_controller, load_weights};
+use crate::input::{Measurement, load_tagged_controller, load_weights};
 use crate::pipeline::compared::{Compared, Ground, KnownFigures, compare_controller, own_controllers};
 use crate::pipeline::loop_stability::unstable_words;
 use crate::predict::chatter::{CuttingMaterial, Engagement, USUAL_TEETH, USUAL_WIDTH};
@@ -22,6 +22,7 @@ use crate::report::compared::{HammerCurve, add_compared, add_own, all_acceptable
 use crate::report::plot::Role;
 use crate::report::whole::Report;
 use crate::spindle::Machine;
+use crate::workflow::plausibility::Records;
 use rayon::prelude::*;
 
 #[derive(clap::Args, Debug)]
@@ -77,13 +78,12 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd
         material: &material,
         cut: &cut,
     };
-    let hammers = match &arguments.measurement {
-        Some(source) => load_measurement(source, console)?.hammers,
-        None => vec![],
+    let taps = match &arguments.measurement {
+        Some(source) => at_the_tool(load_measurement(source, console)?),
+        None => Measurement::default(),
     };
-    for note in hammers.iter().flat_map(|h| &h.notes) {
-        eprintln!("note: {note}");
-    }
+    let records = Records::of(&taps, Some(&machine), &|| ())?;
+    records.lines().for_each(|line| eprintln!("{line}"));
     console.claim(&arguments.out, &REPORT, &[])?;
     let progress = Progress::start(console);
     let mut report = Report::of("compare", &machine);
@@ -98,8 +98,8 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd
         controllers = add_own(&mut report.summary, own);
     }
     let list = all_compared(&ground, &controllers, &progress, arguments.timings.are_asked())?;
-    let met = met && all_acceptable(&list);
-    let hammers = hammers.iter().map(|h| HammerCurve::of(&h.name, &h.frf)).collect();
+    let met = met && all_acceptable(&list) && records.plausible();
+    let hammers = HammerCurve::of_all(&taps.hammers);
     let sentence = add_compared(&mut report, &ground, &list, hammers, met)?;
     progress.start_stage("report");
     console.writing(|| report.write(&arguments.out, &arguments.pictures.formats))?;
@@ -111,6 +111,15 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd
     }
     drop(remarks);
     Ok(show_comparison(sentence, met, &list, &arguments.out).json(report.summary.to_json()))
+}
+
+/// The hammer tests at the tool plane alone; of the others it is said that they are left out.
+fn at_the_tool(measurement: Measurement) -> Measurement {
+    let (elsewhere, hammers): (Vec<_>, Vec<_>) = measurement.hammers.into_iter().partition(|h| h.places_m.is_some());
+    for hammer in elsewhere {
+        eprintln!("note: {}: not shown, as it was not taken at the tool plane (response_m, force_m)", hammer.name);
+    }
+    Measurement { hammers, ..Measurement::default() }
 }
 
 /// All controllers compared, in their order; one at a time where the time of each is asked for.

@@ -256,6 +256,7 @@ fn machine_data(shaft: &SampledShaft, period_s: f64, quantum_m: f64) -> String {
         ("gamma_0", gamma_0),
         ("gamma_1", gamma_1),
         ("outputs", &shaft.outputs),
+        ("direct", &shaft.direct),
         ("velocities", &shaft.velocities),
     ];
     for (name, matrix) in matrices {

@@ -16,7 +16,7 @@ use crate::linalg::c64;
 use crate::rotor::chain::{Chain, ChainPort};
 use crate::rotor::chain_assembly;
 use crate::rotor::spectrum::{ModalSpectrum, Query, lowest_hz, spectrum};
-use crate::spindle::Machine;
+use crate::spindle::{Machine, ModelDetail, Plant};
 use std::f64::consts::TAU;
 
 /// Entries are not believed beyond this relative standard deviation, however well the repeats agree.
@@ -70,8 +70,10 @@ impl Reading {
 pub struct Identification {
     /// Flexible resonances, ascending.
     pub resonances: Vec<Reading>,
-    /// Damping ratio of each resonance.
+    /// Damping ratio of each resonance, of the free-free rotor as the frequencies are.
     pub damping_ratio: Vec<f64>,
+    /// What the magnets' stiffness had changed it by, removed.
+    pub damping_shift: Vec<f64>,
     /// Standard deviation of each damping ratio.
     pub damping_standard_deviation: Vec<f64>,
     /// Antiresonances of front sensor over front actuator, ascending.
@@ -87,10 +89,11 @@ pub struct Identification {
 impl Identification {
     /// Poles of the measured rotor on its magnets, on the frequency axis, Hz.
     pub(super) fn measured_poles_hz(&self) -> Vec<c64> {
-        let each = self.resonances.iter().zip(&self.damping_ratio);
+        let damping = self.damping_ratio.iter().zip(&self.damping_shift).map(|(free, shift)| free - shift);
+        let each = self.resonances.iter().zip(damping);
         each.filter_map(|(reading, z)| match reading {
             Reading::Found { frequency_hz, magnet_shift_hz, .. } => {
-                Some(c64::new((1.0 - z * z).sqrt(), *z) * (frequency_hz - magnet_shift_hz))
+                Some(c64::new((1.0 - z * z).sqrt(), z) * (frequency_hz - magnet_shift_hz))
             }
             Reading::NotIdentified { .. } => None,
         })
@@ -128,10 +131,15 @@ pub fn identify(frf: &MeasuredFrf, machine: &Machine) -> Result<Identification, 
             })
             .collect()
     };
+    let damping_shift: Vec<f64> = poles.iter().map(|p| shift.of_damping(p)).collect();
+    let damping = |(p, shift): (&Resonance, &f64)| p.damping_ratio + shift;
+    let damping_sd =
+        |(p, shift): (&Resonance, &f64)| (p.standard_deviation_hz / p.frequency_hz).hypot(SHIFT_UNCERTAINTY * shift);
     Ok(Identification {
         resonances: poles.iter().map(|p| shift.apply(None, p.frequency_hz, p.standard_deviation_hz)).collect(),
-        damping_ratio: poles.iter().map(|p: &Resonance| p.damping_ratio).collect(),
-        damping_standard_deviation: poles.iter().map(|p| p.standard_deviation_hz / p.frequency_hz).collect(),
+        damping_ratio: poles.iter().zip(&damping_shift).map(damping).collect(),
+        damping_standard_deviation: poles.iter().zip(&damping_shift).map(damping_sd).collect(),
+        damping_shift,
         front: zeros([0, 4], 0),
         rear: zeros([3, 7], 1),
         front_over_rear: zeros([1, 5], 2),
@@ -216,12 +224,32 @@ fn merge(lists: &[Vec<Antiresonance>; 2]) -> Vec<Antiresonance> {
     all
 }
 
+/// The nearest of these frequencies within the range of a nominal model, and its place in the list.
+fn nearest(list: &[f64], f: f64) -> Option<(usize, f64)> {
+    (list.iter().copied().enumerate())
+        .min_by(|(_, a), (_, b)| (a / f).ln().abs().total_cmp(&(b / f).ln().abs()))
+        .filter(|(_, g)| (g / f).ln().abs() < SAME_PEAK.ln())
+}
+
+/// Poles of the machine at rest without controller, rad/s, with so much of its magnets' stiffness.
+fn poles_with_stiffness(machine: &Machine, share: f64, flexible: usize) -> Result<Vec<c64>, IdentifyError> {
+    let mut machine = machine.clone();
+    for bearing in [&mut machine.spindle.front, &mut machine.spindle.rear] {
+        bearing.ks_n_per_m *= share;
+    }
+    let plant = Plant::new(&machine, 0.0, ModelDetail::Modes { flexible, static_residual: false })?;
+    Ok(plant.state_space(0)?.poles()?)
+}
+
 /// Peaks of the model with and without the magnets' stiffness.
 struct Shift {
     /// Where they begin, Hz.
     from_hz: f64,
     free: ModalSpectrum,
     held: ModalSpectrum,
+    /// Poles of the machine without and with its magnets' stiffness, rad/s.
+    free_poles: Vec<c64>,
+    held_poles: Vec<c64>,
 }
 
 impl Shift {
@@ -242,22 +270,43 @@ impl Shift {
         let from_hz = lowest_hz(&rotor)?;
         let query = Query { frfs, from_hz, to_hz: 1.5 * to_hz.max(2.0 * from_hz) };
         let ones = vec![1.0; chain.regions.len()];
-        Ok(Self { from_hz, free: spectrum(&chain, &ones, &query), held: spectrum(&with_magnets, &ones, &query) })
+        let (free, held) = (spectrum(&chain, &ones, &query), spectrum(&with_magnets, &ones, &query));
+        let flexible = held.below + held.poles_hz.len();
+        Ok(Self {
+            from_hz,
+            free,
+            held,
+            // A file may not say that there is none.
+            free_poles: poles_with_stiffness(machine, f64::EPSILON, flexible)?,
+            held_poles: poles_with_stiffness(machine, 1.0, flexible)?,
+        })
+    }
+
+    /// Frequency of the mode that is measured at a frequency, with and without the magnets' stiffness.
+    fn mode(&self, measured_hz: f64) -> Option<[f64; 2]> {
+        let (k, held) = nearest(&self.held.poles_hz, measured_hz)?;
+        // Springs move every natural frequency of a symmetric pencil without changing their order.
+        let place = (k + self.held.below).checked_sub(self.free.below)?;
+        Some([held, *self.free.poles_hz.get(place)?])
+    }
+
+    /// What a damping ratio changes by without the magnets' stiffness: the ratio of the two is that of the model.
+    fn of_damping(&self, measured: &Resonance) -> f64 {
+        let damping = |poles: &[c64], hz: f64| {
+            let distance = |pole: &&c64| (**pole - c64::new(0.0, TAU * hz)).norm();
+            let own = poles.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
+            own.map(|pole| -pole.re / pole.norm()).filter(|ratio| *ratio > 0.0)
+        };
+        let ratio = self
+            .mode(measured.frequency_hz)
+            .and_then(|[held, free]| Some(damping(&self.free_poles, free)? / damping(&self.held_poles, held)?));
+        ratio.map_or(0.0, |ratio| (ratio - 1.0) * measured.damping_ratio)
     }
 
     /// Reading of the free-free rotor from a measured peak; `list` is the FRF of a zero.
     fn apply(&self, list: Option<usize>, measured_hz: f64, sd_hz: f64) -> Reading {
-        let nearest = |list: &[f64], f: f64| {
-            (list.iter().copied().enumerate())
-                .min_by(|(_, a), (_, b)| (a / f).ln().abs().total_cmp(&(b / f).ln().abs()))
-                .filter(|(_, g)| (g / f).ln().abs() < SAME_PEAK.ln())
-        };
         let ratio = match list {
-            // Springs move every natural frequency of a symmetric pencil without changing their order.
-            None => nearest(&self.held.poles_hz, measured_hz).and_then(|(k, held)| {
-                let place = (k + self.held.below).checked_sub(self.free.below)?;
-                Some(self.free.poles_hz.get(place)? / held)
-            }),
+            None => self.mode(measured_hz).map(|[held, free]| free / held),
             Some(list) => {
                 let zeros = |s: &ModalSpectrum| s.zeros_hz.get(list).cloned().unwrap_or_default();
                 nearest(&zeros(&self.held), measured_hz)

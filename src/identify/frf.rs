@@ -154,8 +154,8 @@ pub fn open_loop(record: &SweepRecord) -> Result<MeasuredFrf, IdentifyError> {
 /// not determined is zero and said in words.
 ///
 /// # Errors
-/// As [`open_loop`]; [`IdentifyError::Experiments`] for a record at speed without four injections, and when no column
-/// is determined.
+/// As [`open_loop`]; [`IdentifyError::Experiments`] for a record at speed without four injections;
+/// [`IdentifyError::Undetermined`] when no column is determined.
 pub fn open_loop_columns(record: &SweepRecord) -> Result<(MeasuredFrf, Vec<String>), IdentifyError> {
     record.check_shape()?;
     let taken = record.taken();
@@ -187,7 +187,10 @@ pub fn open_loop_columns(record: &SweepRecord) -> Result<(MeasuredFrf, Vec<Strin
             )),
         }
     }
-    if groups.is_empty() || record.speed_rpm != 0.0 {
+    if groups.is_empty() && record.speed_rpm == 0.0 {
+        return Err(IdentifyError::Undetermined { name: record.name.clone(), why: notes.join("; ") });
+    }
+    if record.speed_rpm != 0.0 {
         return Err(IdentifyError::Experiments { name: record.name.clone(), found: taken.len() });
     }
     Ok((columns(record, &groups)?, notes))

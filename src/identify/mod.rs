@@ -12,6 +12,7 @@ pub(crate) mod hammer;
 mod line_noise;
 mod local;
 mod lscf;
+mod odd_repeats;
 pub mod peaks;
 pub mod plausibility;
 pub mod polluted;
@@ -44,12 +45,20 @@ pub enum IdentifyError {
         name: String,
     },
     /// Not one experiment per axis, where that is needed.
-    #[error("{name}: {found} of 4 injections: G = Y U⁻¹ needs one per axis")]
+    #[error("{name}: {found} of 4 injections: here G = Y U⁻¹ needs one per axis")]
     Experiments {
         /// The record.
         name: String,
         /// Experiments found.
         found: usize,
+    },
+    /// No response is determined.
+    #[error("{name}: {why}")]
+    Undetermined {
+        /// The record.
+        name: String,
+        /// What is missing.
+        why: String,
     },
     /// Experiments that do not tell the axes apart.
     #[error(

@@ -93,7 +93,7 @@ fn read_sweep_from(file: &str, reader: impl BufRead, speed_rpm: f64) -> Result<S
         })
     };
     let (current, signal) = (take(0), take(2 * AXES));
-    Ok(SweepRecord {
+    let record = SweepRecord {
         name: file.to_owned(),
         speed_rpm,
         frequency_hz: used.iter().map(|rows| rows[0].frequency_hz).collect(),
@@ -101,7 +101,8 @@ fn read_sweep_from(file: &str, reader: impl BufRead, speed_rpm: f64) -> Result<S
         signal,
         run_out: false,
         left_out: at_zero.then(|| AT_ZERO.to_owned()).into_iter().chain(left_out(&groups, &counts, repeats)).collect(),
-    })
+    };
+    Ok(record.without_odd_repeats())
 }
 
 /// What is said of a line that has no frequency.

@@ -128,13 +128,18 @@ impl Judged {
         stiffer && self.meets_as_much_as(other, machine) && self.mu <= SAME_MU * other.mu.max(1.0)
     }
 
-    /// True when this controller, which gained something else, may take the place of `other`: it meets what the other
-    /// one meets, at no larger µ where that is above one, in no worse zones, and is not softer than `rival` where the
-    /// other one is not.
+    /// True when this controller, which gained something else, may take the place of `other`: it is as good in the rest
+    /// ([`Self::is_as_good_as`]), at no larger µ where that is above one.
     pub(super) fn replaces(&self, other: &Self, machine: &Machine, rival: Option<&ToolStiffness>) -> bool {
+        self.is_as_good_as(other, machine, rival) && self.mu <= other.mu.max(1.0)
+    }
+
+    /// True when this controller meets what the other one meets, at a µ that is no larger where that is above one but
+    /// for the width of lines, in no worse zones, and is not softer than `rival` where the other one is not.
+    pub(super) fn is_as_good_as(&self, other: &Self, machine: &Machine, rival: Option<&ToolStiffness>) -> bool {
         let stiffer = |judged: &Self, rival| judged.tool_stiffness().is_some_and(|own| own.least_ratio_to(rival) > 1.0);
         let keeps = rival.is_none_or(|rival| stiffer(self, rival) || !stiffer(other, rival));
-        keeps && self.meets_as_much_as(other, machine) && self.mu <= other.mu.max(1.0)
+        keeps && self.meets_as_much_as(other, machine) && self.mu <= SAME_MU * other.mu.max(1.0)
     }
 
     /// True when it meets what the other one meets, in no worse zones.

@@ -311,7 +311,7 @@ impl Contest<'_> {
             if judged.decay_per_s() <= slowest {
                 return Some("the loop decays no faster");
             }
-            let stays = judged.replaces(&self.judged, machine, rival);
+            let stays = judged.is_as_good_as(&self.judged, machine, rival);
             (!stays).then_some("without slow poles it misses a goal")
         });
         if self.keep_unless(objection.into_iter().collect(), DECAYING, done) {

@@ -166,7 +166,7 @@ pub fn simulate(
     for k in 0..before + after {
         let live = k >= before;
         let time = (k as f64 - before as f64) * period;
-        let sample = shaft.observe(time, live);
+        let sample = shaft.observe(time, live, &(scenario.load_n)(time));
         shaft.voltages = [0.0; AXES];
         if live {
             let start = *rest.get_or_insert(sample.sensors_m);
@@ -259,6 +259,8 @@ pub(crate) struct SampledShaft {
     pub(crate) gamma: [Mat<f64>; 2],
     /// State to four sensor signals and six displacements.
     pub(crate) outputs: Mat<f64>,
+    /// Forces to the same, by the modes that do not take part. Magnets and contact see the modes that do.
+    pub(crate) direct: Mat<f64>,
     /// State to the rates of the six displacements.
     pub(crate) velocities: Mat<f64>,
     state: Mat<f64>,
@@ -336,7 +338,7 @@ impl SampledShaft {
             Some(count) => count,
             None => modes_in_band(machine)?,
         };
-        let detail = ModelDetail::Modes { flexible, static_residual: false };
+        let detail = ModelDetail::Modes { flexible, static_residual: true };
         let plant = Plant::new(&free, speed_rad_s, detail)?;
         let loads: Vec<usize> = (AXES..AXES + LOADS).collect();
         let all: Vec<usize> = (0..AXES + LOADS).collect();
@@ -366,6 +368,7 @@ impl SampledShaft {
             gamma: [part(n, LOADS), part(n + LOADS, LOADS)],
             velocities: &displacements * &system.a,
             outputs: system.c,
+            direct: system.d,
             state: Mat::zeros(n, 1),
             currents: [0.0; AXES],
             voltages: [0.0; AXES],
@@ -451,9 +454,10 @@ impl SampledShaft {
         limited
     }
 
-    fn observe(&self, time_s: f64, live: bool) -> TimeSample {
-        let x = &self.outputs * &self.state;
+    fn observe(&self, time_s: f64, live: bool, load: &[f64; LOADS]) -> TimeSample {
         let (forces_n, contact_n) = self.forces(&self.state, live);
+        let (total, _) = self.total(&self.state, live, load);
+        let x = &self.outputs * &self.state + &self.direct * &total;
         TimeSample {
             time_s,
             sensors_m: std::array::from_fn(|k| x[(k, 0)]),

@@ -18,6 +18,7 @@ use crate::controller::Controller;
 use crate::controller::verification::Verification;
 use crate::identify::HammerFrf;
 use crate::identify::peaks::Resonance;
+use crate::input::measurement::Hammer;
 use crate::linalg::{Mat, c64};
 use crate::pipeline::compared::{Compared, Ground, KnownFigures, OwnControllers};
 use crate::pipeline::comparison::Prediction;
@@ -46,10 +47,19 @@ pub(crate) struct HammerCurve {
 }
 
 impl HammerCurve {
-    /// Of the record in a file.
-    pub(crate) fn of(file: &str, frf: &HammerFrf) -> Self {
-        let name = Path::new(file).file_stem().and_then(|s| s.to_str());
-        let name = name.unwrap_or(file);
+    /// Of records, each under the stem of its file; those of one stem get a number.
+    pub(crate) fn of_all(hammers: &[Hammer]) -> Vec<Self> {
+        let stem = |hammer: &Hammer| {
+            let stem = Path::new(&hammer.name).file_stem().and_then(|s| s.to_str());
+            stem.unwrap_or(&hammer.name).to_owned()
+        };
+        let stems: Vec<String> = hammers.iter().map(stem).collect();
+        let number = |k: usize| stems[..=k].iter().filter(|s| **s == stems[k]).count();
+        let name = |k: usize| if number(k) > 1 { format!("{} {}", stems[k], number(k)) } else { stems[k].clone() };
+        hammers.iter().enumerate().map(|(k, hammer)| Self::of(&name(k), &hammer.frf)).collect()
+    }
+
+    fn of(name: &str, frf: &HammerFrf) -> Self {
         let valid = frf.valid_lines();
         // A record without a line that tells is shown as it is.
         let all = !valid.contains(&true);

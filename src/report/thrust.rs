@@ -8,6 +8,7 @@ use crate::controller::MachineTag;
 use crate::export::c::c_identifier;
 use crate::export::error::FirmwareError;
 use crate::export::firmware::{Firmware, Format, write_all};
+use crate::pid::TuneSettings;
 use crate::pipeline::thrust::ThrustDesign;
 use crate::predict::sensitivity::Zone;
 use crate::predict::stiffness::stiffness_words;
@@ -33,15 +34,28 @@ pub(super) fn thrust_files(
     Ok(write_all(&firmware, formats)?.files)
 }
 
-/// A thrust axis in one sentence.
+/// The search holds the noise on fewer lines than the figures are of.
+const NOISE_TOLERANCE: f64 = 0.01;
+
+/// A thrust axis in a sentence, and what it misses.
 pub(crate) fn thrust_words(found: &ThrustDesign) -> String {
     let pid = &found.pid;
-    format!(
+    let zone = Zone::of_peak(pid.sensitivity_peak);
+    let mut words = format!(
         "Thrust axis: PID, smallest stiffness {} at {:.0} Hz, zone {}.",
         stiffness_words(pid.minimum.0),
         pid.minimum.1,
-        Zone::of_peak(pid.sensitivity_peak).letter()
-    )
+        zone.letter()
+    );
+    if zone != Zone::A {
+        words += " None within zone A was found.";
+    }
+    let most_a = TuneSettings::quick().noise_current_a;
+    if pid.noise_current_a > most_a * (1.0 + NOISE_TOLERANCE) {
+        words +=
+            &format!(" Sensor noise asks for {:.3} A, more than the {most_a} A of a tuned PID.", pid.noise_current_a);
+    }
+    words
 }
 
 /// `thrust` of the summary.

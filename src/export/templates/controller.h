@@ -16,8 +16,8 @@
  * One sample is output() and then update(); step() does both. Write the currents to the amplifiers between the two.
  *
  * Limits: inputs beyond +-{{ input_limit }} m and outputs beyond +-{{ output_limit }} A are clamped. States are scaled so that
- * inputs within the limit never drive them beyond +-1.{{ anti_windup }}
- * Within the limits no clamp acts and the controller is linear.
+ * inputs within the limit never drive them beyond +-1, but for slow real ones (integrators and poles below 10 Hz): each ends
+ * where it alone would make a whole output.{{ anti_windup }} While no clamp acts the controller is linear.
  *
  * float32: a displacement that is NaN or infinite is replaced by the last valid one of its channel and counted in
  * `status`. If an output is NaN, or so large that no plausible state gives it (memory that was not set, or was

@@ -94,10 +94,12 @@ static void total(const unit *u, const double *state, double *f)
 
 static void observe(unit *u)
 {
+    double f[LOADS];
     double *v = u->base.value;
     int k;
+    total(u, u->state, f);
     for (k = 0; k < AXES + LOADS; ++k) {
-        v[SENSOR + k] = row(outputs[k], u->state, STATES);
+        v[SENSOR + k] = row(outputs[k], u->state, STATES) + row(direct[k], f, LOADS);
     }
     for (k = 0; k < AXES && QUANTUM_M > 0.0; ++k) {
         v[SENSOR + k] = round(v[SENSOR + k] / QUANTUM_M) * QUANTUM_M;

@@ -340,6 +340,23 @@ fn experiments_that_do_not_differ_are_a_named_error() {
     assert!(error.to_string().contains("linearly dependent"), "{error}");
 }
 
+/// A universal file has a coherence function and no number of averages: the noise shows from line to line.
+#[test]
+fn the_noise_of_a_hammer_record_without_averages_is_that_of_its_lines() {
+    let mut rng = ChaCha8Rng::seed_from_u64(8);
+    let frf = |coherence| HammerFrf {
+        speed_rpm: 0.0,
+        frequency_hz: (1..=1000).map(f64::from).collect(),
+        compliance: (0..1000).map(|k| c64::new(1.0 / (1.0 + f64::from(k)), 0.0) + complex(&mut rng, 0.01)).collect(),
+        coherence,
+        averages: None,
+    };
+    for record in [frf(Some(vec![0.99; 1000])), frf(None)] {
+        let mean = record.sigmas(0.0).iter().sum::<f64>() / 1000.0;
+        assert!((mean / 0.01 - 1.0).abs() < 0.1, "{mean}");
+    }
+}
+
 /// Where noise dominates, some line measures next to nothing by chance; it is no better known than the lines beside it.
 #[test]
 fn a_hammer_line_that_happens_to_be_small_is_not_believed() {

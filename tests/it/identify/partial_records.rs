@@ -2,6 +2,7 @@
 
 use crate::cli::program::muspin;
 use crate::rotor::own_spectrum::own_spectrum;
+use crate::support::files::below_root;
 use muspin::identify::frf::{AXES, SweepRecord};
 use muspin::identify::{HammerFrf, IdentifyError, identify, open_loop, open_loop_columns};
 use muspin::input::hammer::{HammerKeys, read_tap};
@@ -20,11 +21,21 @@ use std::fmt::Write as _;
 
 /// One repeat of the injections `taken` into the plant at rest; `answer` is the current of each other axis per current.
 fn record(machine: &Machine, taken: &[usize], answer: impl Fn(usize, usize) -> f64, noise_m: f64) -> SweepRecord {
+    let frequency_hz = (0..480).map(|k| 50.0 * 80f64.powf(k as f64 / 479.0)).collect();
+    record_on(machine, frequency_hz, taken, answer, noise_m)
+}
+
+fn record_on(
+    machine: &Machine,
+    frequency_hz: Vec<f64>,
+    taken: &[usize],
+    answer: impl Fn(usize, usize) -> f64,
+    noise_m: f64,
+) -> SweepRecord {
     let plant = Plant::new(machine, 0.0, ModelDetail::Full).unwrap();
     let mut rng = ChaCha8Rng::seed_from_u64(11);
     let mut gauss = || -> f64 { StandardNormal.sample(&mut rng) };
-    let frequency_hz: Vec<f64> = (0..480).map(|k| 50.0 * 80f64.powf(k as f64 / 479.0)).collect();
-    let mut current = Array4::from_elem((480, AXES, 1, AXES), c64::new(0.0, 0.0));
+    let mut current = Array4::from_elem((frequency_hz.len(), AXES, 1, AXES), c64::new(0.0, 0.0));
     let mut signal = current.clone();
     for (l, f) in frequency_hz.iter().enumerate() {
         let g = plant.at(TAU * f);
@@ -203,4 +214,73 @@ fn lines_that_drift_or_are_incoherent_are_no_part_of_a_hammer_test() {
     let once = HammerFrf { coherence: Some(coherence), averages: averages(1.0), ..drifting };
     assert!(!once.valid_lines()[999] && once.valid_lines()[1300]);
     assert!(HammerFrf { averages: averages(100.0), ..once }.valid_lines()[999]);
+}
+
+/// Three repeats of one record with their own noise.
+fn three_repeats(machine: &Machine) -> SweepRecord {
+    let one = record(machine, &[0, 1, 2, 3], |_, _| 0.0, 0.0);
+    let mut rng = ChaCha8Rng::seed_from_u64(4);
+    let mut noise = || -> f64 { StandardNormal.sample(&mut rng) };
+    let three = |data: &Array4<c64>| ndarray::concatenate(ndarray::Axis(2), &[data.view(); 3]).unwrap();
+    let signal = three(&one.signal).mapv(|y| y + c64::new(noise(), noise()) * 1e-9);
+    SweepRecord { current: three(&one.current), signal, ..one }
+}
+
+#[test]
+fn repeats_that_are_none_are_left_out_and_said() {
+    let machine = load_machine("reference", "paper-tool").unwrap();
+    let healthy = three_repeats(&machine);
+    assert_eq!(healthy.clone().without_odd_repeats(), healthy);
+    let changed = |change: fn(&mut SweepRecord)| {
+        let mut record = healthy.clone();
+        change(&mut record);
+        record.without_odd_repeats()
+    };
+    let third = |data: &mut Array4<c64>, factor: f64, axes: std::ops::Range<usize>| {
+        data.slice_mut(ndarray::s![.., .., 2, axes]).mapv_inplace(|value| value * factor);
+    };
+    // A gain that levitation anew makes stays.
+    let mut anew = healthy.clone();
+    third(&mut anew.signal, 1.02, 1..2);
+    assert_eq!(anew.clone().without_odd_repeats(), anew);
+    let mut halved = healthy.clone();
+    third(&mut halved.signal, 0.5, 0..1);
+    let halved = halved.without_odd_repeats();
+    assert_eq!((halved.repeats(), halved.left_out.len()), (2, 1));
+    assert!(halved.left_out[0].contains("repeat 3") && halved.left_out[0].contains("0.50"), "{:?}", halved.left_out);
+    assert!(halved.left_out[0].contains("front_x"), "{:?}", halved.left_out);
+    let mut empty = healthy.clone();
+    third(&mut empty.signal, 0.0, 0..4);
+    assert_eq!(empty.without_odd_repeats().repeats(), 2);
+    let copies = changed(|record| {
+        for data in [&mut record.current, &mut record.signal] {
+            let first = data.slice(ndarray::s![.., .., 0..1, ..]).to_owned();
+            data.slice_mut(ndarray::s![.., .., 1.., ..]).assign(&first);
+        }
+    });
+    assert_eq!(copies.repeats(), 1);
+    assert!(copies.left_out.iter().any(|words| words.contains("repeat 3")), "{:?}", copies.left_out);
+}
+
+/// On its magnets the first bending of the laboratory rotor moves the undamped rigid body as well: 11 % less damping.
+#[test]
+fn damping_is_that_of_the_free_rotor() {
+    for (spindle, from_hz, to_hz) in [("s13-lab-rotor", 10.0, 60.0), ("s06-strong-ks", 400.0, 2500.0)] {
+        let path = below_root(&format!("tests/data/spindles/{spindle}.yaml"));
+        let machine = load_machine(&path.display().to_string(), "none").unwrap();
+        let step = (to_hz - from_hz) / 4000.0;
+        let lines = (0..4000).map(|k| from_hz + step * f64::from(k)).collect();
+        let frf = open_loop(&record_on(&machine, lines, &[0, 1, 2, 3], |_, _| 0.0, 1e-11)).unwrap();
+        let found = identify(&frf, &machine).unwrap();
+        assert!(!found.damping_ratio.is_empty());
+        for (k, ratio) in found.damping_ratio.iter().enumerate() {
+            let own = &machine.spindle.damping_ratio;
+            let stated = own.get(k).or(own.last()).copied().unwrap();
+            assert!(
+                (ratio / stated - 1.0).abs() < 5e-3,
+                "{spindle} {k}: {ratio} of {stated}, {:?}",
+                found.damping_shift
+            );
+        }
+    }
 }

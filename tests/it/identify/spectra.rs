@@ -2,7 +2,9 @@
 
 use crate::cli::program::muspin;
 use muspin::identify::decay::decay_modes;
-use muspin::identify::spectra::{Averaging, Estimator, Excitation, Leakage, SpectralWindow, averaged_frf};
+use muspin::identify::spectra::{
+    Averaging, Estimator, Excitation, Leakage, SpectralWindow, averaged_frf, clipped_samples,
+};
 use muspin::input::hammer::{HammerKeys, read_tap};
 use muspin::input::time_record::{load_time_record, read_time_record};
 use muspin::input::wav::read_wav;
@@ -69,6 +71,73 @@ fn a_record_is_the_same_in_every_format() {
         }
         assert!(record.signal("other").unwrap_err().to_string().contains("other"));
     }
+}
+
+/// Text in a universal file in the place of other text of the same length.
+fn replaced(bytes: &[u8], from: &str, to: &str, which: usize) -> Vec<u8> {
+    assert_eq!(from.len(), to.len());
+    let found: Vec<usize> = (0..bytes.len()).filter(|k| bytes[*k..].starts_with(from.as_bytes())).collect();
+    let mut bytes = bytes.to_vec();
+    bytes[found[which]..found[which] + to.len()].copy_from_slice(to.as_bytes());
+    bytes
+}
+
+#[test]
+fn a_universal_file_of_samples_is_read_as_it_says() {
+    let bytes = std::fs::read(fixture("record.uff")).unwrap();
+    let read = |bytes: &[u8]| read_time_record("record.uff", bytes).unwrap();
+    let plain = read(&bytes);
+    let axis = "        17    0    0    0 NONE                 s ";
+    // Milliseconds.
+    let slower =
+        read(&replaced(&replaced(&bytes, axis, &axis.replace("s ", "ms"), 0), axis, &axis.replace("s ", "ms"), 0));
+    assert!((slower.sample_rate_hz.unwrap() / (1e3 * plain.sample_rate_hz.unwrap()) - 1.0).abs() < 1e-9);
+    // Both signals at one point: numbered.
+    let same = read(&replaced(&bytes, "NONE         2   1", "NONE         1   1", 0));
+    assert!(same.signal("1:1").is_err());
+    assert_eq!(same.signal("1:1#2").unwrap().samples, plain.signal("2:1").unwrap().samples);
+    // The other way round.
+    let turned = read(&replaced(&bytes, "NONE         2   1", "NONE         2  -1", 0));
+    let pairs = turned.signal("2:-1").unwrap().samples.iter().zip(&plain.signal("2:1").unwrap().samples);
+    assert!(pairs.into_iter().all(|(a, b)| *a == -b));
+    assert_eq!(plain.signal("1:1").unwrap().dimensions, Some([0, 0, 1]));
+}
+
+#[test]
+fn times_that_are_printed_with_few_digits_are_even() {
+    let record = |times: &dyn Fn(usize) -> String| {
+        let rows: String =
+            (0..4096).map(|k| format!("{},{},{}\n", times(k), (k as f64).sin(), (k as f64).cos())).collect();
+        read_time_record("r.csv", format!("time_s,force_n,response_m\n{rows}").as_bytes())
+    };
+    for digits in [4, 5, 9] {
+        let rate = record(&|k| format!("{:.digits$}", k as f64 / 8192.0)).unwrap().sample_rate_hz.unwrap();
+        assert!((rate / 8192.0 - 1.0).abs() < 1e-3, "{digits} {rate}");
+    }
+    let single = |k: usize| format!("{:e}", f64::from((k as f64 / 51_200.0 + 20.0) as f32));
+    assert!((record(&single).unwrap().sample_rate_hz.unwrap() / 51_200.0 - 1.0).abs() < 1e-3);
+    // A sample is missing in the middle.
+    let missing = |k: usize| format!("{:.4}", (k + usize::from(k > 2000)) as f64 / 8192.0);
+    assert!(record(&missing).is_err());
+}
+
+#[test]
+fn samples_at_a_limit_are_counted() {
+    let sine = |limit: f64, step: f64| -> Vec<f64> {
+        let one = |k: usize| (TAU * k as f64 / 50.3).sin().clamp(-limit, limit);
+        (0..1000).map(|k| if step > 0.0 { (one(k) / step).round() * step } else { one(k) }).collect()
+    };
+    assert_eq!(clipped_samples(&sine(1.0, 0.0)), 0);
+    // Coarse steps rest at the peaks.
+    assert_eq!(clipped_samples(&sine(1.0, 0.02)), 0);
+    // Of a sine that is cut off at a half two thirds are flat.
+    let share = clipped_samples(&sine(0.5, 0.0)) as f64 / 1000.0;
+    assert!((share - 2.0 / 3.0).abs() < 0.05, "{share}");
+    assert!(clipped_samples(&sine(0.5, 1e-3)) > 600);
+    // A force that rests at zero between taps.
+    let taps: Vec<f64> = (0..1000).map(|k| if k % 100 == 7 { -3.0 } else { 0.0 }).collect();
+    assert_eq!(clipped_samples(&taps), 0);
+    assert_eq!(clipped_samples(&[]), 0);
 }
 
 /// A file of two channels of one format.

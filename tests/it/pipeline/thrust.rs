@@ -33,7 +33,7 @@ fn machine(spindle: &str, thrust: ThrustBearing) -> Machine {
 }
 
 /// Rigid and flexible discs, solid and laminated cores, on rotors of 0.7 to 8 kg at 10 to 25 kHz.
-fn machines() -> [Machine; 4] {
+fn machines() -> [Machine; 5] {
     let flexible = ThrustBearing {
         disc_mass_kg: Some(0.9),
         disc_mode_hz: Some(1900.0),
@@ -41,11 +41,20 @@ fn machines() -> [Machine; 4] {
         mass_kg: Some(7.5),
         ..RIGID
     };
+    let both = ThrustBearing {
+        ki_n_per_a: 250.0,
+        ks_n_per_m: 1.2e6,
+        mass_kg: Some(9.1),
+        disc_damping_ratio: Some(0.002),
+        eddy_corner_hz: Some(300.0),
+        ..flexible
+    };
     let small = ThrustBearing { ki_n_per_a: 90.0, ks_n_per_m: 3e5, ..RIGID };
     let solid = ThrustBearing { eddy_corner_hz: Some(400.0), ks_n_per_m: 4e5, ..RIGID };
     [
         machine("reference-updated", RIGID),
         machine("reference-updated", flexible),
+        machine("reference-updated", both),
         machine("s01-short-fast", small),
         machine("s04-noncollocated", solid),
     ]

@@ -19,7 +19,7 @@ use muspin::predict::time::TimeSettings;
 use muspin::predict::time_cases::{Quantisation, StandardCase, figures, run_case};
 use muspin::predict::time_force::{BackupBearing, Magnet};
 use muspin::rotor::PlanarModes;
-use muspin::spindle::{Effect, EffectKind, Location, Machine, ModelDetail, Plant};
+use muspin::spindle::{Effect, EffectKind, Location, Machine, ModelDetail, Plant, Side};
 use std::f64::consts::TAU;
 use std::sync::OnceLock;
 
@@ -169,9 +169,22 @@ fn contact_pushes_back_and_never_pulls() {
     assert_eq!(backup.force_n([2.55e-4, 0.0], [-1.0, 0.0], 0.0)[0].abs(), 0.0);
 }
 
+/// Force constants that differ from axis to axis, and currents that pull across: both act on the currents alone.
 #[test]
 fn small_signals_follow_the_linear_prediction() {
-    let machine = machine();
+    let with = |effects: &[(EffectKind, Location, f64)]| {
+        effects.iter().fold(machine(), |machine, (kind, place, value)| {
+            machine.with_effect(Effect::new(*kind, place.clone(), vec![*value]).unwrap())
+        })
+    };
+    let uneven = [0, 1, 2, 3].map(|axis| (EffectKind::ForceConstant, Location::Axis(axis), [1.2, 0.8][axis % 2]));
+    let across = [(EffectKind::BearingCoupling, Location::Bearing(Side::Front), 0.2)];
+    for machine in [machine(), with(&uneven), with(&across)] {
+        follows_the_linear_prediction(&machine);
+    }
+}
+
+fn follows_the_linear_prediction(machine: &Machine) {
     let (_, law) = pid();
     let force = 0.5;
     let flexible = 6;
@@ -180,10 +193,10 @@ fn small_signals_follow_the_linear_prediction() {
     // peak.
     let distance = |speed: f64, factor: f64| -> (f64, f64) {
         let case = StandardCase::Step { force_n: force };
-        let found = run_case(&machine, &program(&law), case, speed, 0.05, &settings).unwrap();
+        let found = run_case(machine, &program(&law), case, speed, 0.05, &settings).unwrap();
         let mut machine = machine.clone();
         machine.spindle.front.ki_n_per_a *= factor;
-        let detail = ModelDetail::Modes { flexible, static_residual: false };
+        let detail = ModelDetail::Modes { flexible, static_residual: true };
         let plant = Plant::new(&machine, speed, detail).unwrap().sample_plant().unwrap();
         let open = plant.select(&[4, 5, 0, 1, 2, 3], &[4, 0, 1, 2, 3]);
         let closed = lower_lft(&open, &law).unwrap();
