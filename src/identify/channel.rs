@@ -11,6 +11,16 @@ pub struct Channel {
     pub value: Vec<c64>,
     /// Standard deviation of the complex values.
     pub sigma: Vec<f64>,
+    /// Correlation E[δδ'*]/σσ' of its noise with that of the next channel, one a line; empty: none. What a sensor adds
+    /// is in all responses of its row, once the loop has fed it into the currents.
+    pub with_next: Vec<c64>,
+}
+
+impl Channel {
+    /// A channel whose noise is its own.
+    pub fn new(name: impl Into<String>, value: Vec<c64>, sigma: Vec<f64>) -> Self {
+        Self { name: name.into(), value, sigma, with_next: vec![] }
+    }
 }
 
 /// An identified resonance.

@@ -18,7 +18,8 @@ pub fn decay_modes(signals: &[&[f64]], sample_rate_hz: f64, from_sample: usize) 
     let channel = |signal: &&[f64]| {
         let own: Vec<c64> = signal[from_sample..from_sample + samples].iter().map(|x| c64::new(*x, 0.0)).collect();
         let value = fourier(&own)[lines.clone()].to_vec();
-        Channel { name: String::new(), sigma: noise_of_lines(&frequency_hz, &value), value }
+        let sigma = noise_of_lines(&frequency_hz, &value);
+        Channel::new("", value, sigma)
     };
     if frequency_hz.is_empty() {
         return vec![];

@@ -9,10 +9,10 @@
 //! The two control axes of a plane see the same rotor at rest: poles are fitted to both together, zeros averaged.
 
 use super::IdentifyError;
-use super::frf::MeasuredFrf;
+use super::frf::{AXES, MeasuredFrf};
 use super::line_noise::noise_of_lines;
 use super::peaks::{Antiresonance, Channel, Resonance, antiresonances, poly_reference};
-use crate::linalg::c64;
+use crate::linalg::{Mat, c64, solve_complex};
 use crate::rotor::chain::{Chain, ChainPort};
 use crate::rotor::chain_assembly;
 use crate::rotor::spectrum::{ModalSpectrum, Query, lowest_hz, spectrum};
@@ -150,7 +150,39 @@ pub fn identify(frf: &MeasuredFrf, machine: &Machine) -> Result<Identification, 
 /// The entries within each plane of motion, rows of [`INPUTS`]: both planes are rows of the same poles.
 pub(super) fn channels_of(frf: &MeasuredFrf, machine: &Machine) -> Vec<Channel> {
     let entries = [(0, 0), (0, 2), (2, 0), (2, 2), (1, 1), (1, 3), (3, 1), (3, 3)];
-    entries.iter().map(|(i, j)| channel(frf, machine, *i, *j)).collect()
+    let mut channels: Vec<Channel> = entries.iter().map(|(i, j)| channel(frf, machine, *i, *j)).collect();
+    for (row, pair) in entries.chunks_exact(INPUTS).enumerate() {
+        let at = INPUTS * row;
+        channels[at].with_next = correlation(frf, [pair[0], pair[1]], [&channels[at], &channels[at + 1]]);
+    }
+    channels
+}
+
+/// Correlation of the noise of two entries of a row, one a line: the noise v of one sensor makes δG = v U⁻¹ of all of
+/// them. None where not every column is determined.
+fn correlation(frf: &MeasuredFrf, entries: [(usize, usize); 2], channels: [&Channel; 2]) -> Vec<c64> {
+    let one = c64::new(1.0, 0.0);
+    if frf.determined.contains(&false) {
+        return vec![];
+    }
+    let of_line = |l: usize| {
+        let u = Mat::from_fn(AXES, AXES, |i, e| frf.current[(l, i, e)]);
+        let inverse = solve_complex(&u, &Mat::from_fn(AXES, AXES, |i, j| if i == j { one } else { 0.0 * one }));
+        let [(row, a), (_, b)] = entries;
+        let product = |a: usize, b: usize| (0..AXES).map(|e| inverse[(e, a)] * inverse[(e, b)].conj()).sum::<c64>();
+        let own = product(a, b) / (product(a, a).re * product(b, b).re).sqrt();
+        // The electronics that were divided out, and what of σ is no noise of the sensor.
+        let [of_a, of_b] = [(a, channels[0]), (b, channels[1])].map(|(column, channel)| {
+            let measured = frf.response[(l, row, column)];
+            let divided = channel.value[l] / measured;
+            let floor = ENTRY_FLOOR * channel.value[l].norm();
+            let noise = (1.0 - (floor / channel.sigma[l]).powi(2)).max(0.0).sqrt();
+            divided / divided.norm() * noise
+        });
+        let found = own * of_a * of_b.conj();
+        if found.is_finite() { found } else { 0.0 * one }
+    };
+    (0..frf.len()).map(of_line).collect()
 }
 
 /// One entry with the known electronics divided out.
@@ -176,7 +208,7 @@ fn channel(frf: &MeasuredFrf, machine: &Machine, output: usize, input: usize) ->
         let noise = noise_of_lines(&frf.frequency_hz, &value);
         noise.iter().zip(&value).map(|(noise, g)| noise.hypot(ENTRY_FLOOR * g.norm())).collect()
     };
-    Channel { name: format!("g_{}{}", output + 1, input + 1), value, sigma }
+    Channel::new(format!("g_{}{}", output + 1, input + 1), value, sigma)
 }
 
 /// One list from those of the two control axes of a plane.

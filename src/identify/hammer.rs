@@ -72,11 +72,8 @@ impl HammerFrf {
         // What repeated tests differ by is as smooth as the response itself: lines that are alike share one error.
         let floor = |k: usize| REPEATABILITY * self.lines_alike(k).sqrt() * self.compliance[k].norm();
         let noise = self.noise();
-        Channel {
-            name: "h".to_owned(),
-            value: self.compliance.clone(),
-            sigma: noise.iter().enumerate().map(|(k, noise)| noise.hypot(floor(k))).collect(),
-        }
+        let sigma = noise.iter().enumerate().map(|(k, noise)| noise.hypot(floor(k))).collect();
+        Channel::new("h", self.compliance.clone(), sigma)
     }
 
     /// Lines over which the compliance changes by its own size, next to a peak those of its half bandwidth; 1 at least.

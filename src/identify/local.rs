@@ -6,7 +6,7 @@
 //! complex noise of known shape: residues and polynomial are solved exactly for given poles (variable projection:
 //! Golub and Pereyra, Inverse Problems 19, 2003), the poles, frequency and damping at once, move by Levenberg–Marquardt
 //! in complex parameters, in which the model is holomorphic. The inverse of the projected curvature is their
-//! covariance.
+//! covariance, H⁻¹ E[ggᴴ] H⁻¹ with the gradient g where the noise of one channel is in the next as well.
 //! Symbols: r residues, a coefficients, T_d Chebyshev polynomials, σ standard deviation of a complex entry.
 
 use crate::linalg::{Mat, c64, solve_complex};
@@ -18,6 +18,8 @@ pub(super) struct LocalChannel {
     pub(super) value: Vec<c64>,
     /// Standard deviation of the complex value.
     pub(super) sigma: Vec<f64>,
+    /// Correlation with the next channel, one a line; empty: none.
+    pub(super) with_next: Vec<c64>,
 }
 
 #[derive(Clone, Debug)]
@@ -79,6 +81,8 @@ struct Projection {
     /// JᴴJ and Jᴴ(residual) of the free poles, with what the coefficients can follow projected out.
     curvature: Mat<c64>,
     gradient: Mat<c64>,
+    /// J of every channel.
+    slopes: Vec<Mat<c64>>,
 }
 
 /// Fits the window; `None` when there are too few lines, the equations are singular or a free pole runs away.
@@ -136,6 +140,7 @@ impl Projection {
             misfit: 0.0,
             curvature: Mat::zeros(free.len(), free.len()),
             gradient: Mat::zeros(free.len(), 1),
+            slopes: vec![],
         };
         for channel in &data.channels {
             let w: Vec<f64> = channel.sigma.iter().map(|s| s.recip()).collect();
@@ -165,6 +170,7 @@ impl Projection {
             sum.misfit += residual.squared_norm_l2();
             sum.coefficients.push(coefficients);
             sum.root_covariance.push(root);
+            sum.slopes.push(j);
         }
         sum.misfit.is_finite().then_some(sum)
     }
@@ -178,10 +184,28 @@ impl Projection {
         step.is_all_finite().then(|| (0..n).map(|k| limited(step[(k, 0)])).collect())
     }
 
+    /// E[ggᴴ] of the gradient g = Σ Jᴴe for noise e of the given size and correlation: the curvature, where every
+    /// channel has a noise of its own.
+    fn gradient_covariance(&self, data: &LocalData) -> Mat<c64> {
+        let mut sum = self.curvature.clone();
+        for (channel, pair) in data.channels.iter().zip(self.slopes.windows(2)) {
+            let correlation = &channel.with_next;
+            if correlation.len() != data.x.len() {
+                continue;
+            }
+            let (own, next) = (&pair[0], &pair[1]);
+            let turned = Mat::from_fn(next.nrows(), next.ncols(), |l, k| correlation[l] * next[(l, k)]);
+            let cross = own.adjoint() * &turned;
+            sum += &cross + cross.adjoint();
+        }
+        sum
+    }
+
     fn finish(self, data: &LocalData, poles: Vec<c64>, fixed: &[c64], degree: usize) -> Option<LocalFit> {
         let n = poles.len();
         let identity = Mat::from_fn(n, n, |i, j| c64::new(if i == j { 1.0 } else { 0.0 }, 0.0));
-        let covariance = solve_complex(&self.curvature, &identity);
+        let inverse = solve_complex(&self.curvature, &identity);
+        let covariance = &inverse * self.gradient_covariance(data) * &inverse;
         let pole_sd: Vec<f64> = (0..n).map(|k| (0.5 * covariance[(k, k)].re).sqrt()).collect();
         let all: Vec<c64> = poles.iter().chain(fixed).copied().collect();
         let used = data.channels.len() * (all.len() + degree + 1) + n;

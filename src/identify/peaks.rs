@@ -33,7 +33,14 @@ pub fn poly_reference(frequency_hz: &[f64], channels: &[Channel], inputs: usize)
     let rows: Vec<Channel> = rows.map(|c| all[c].clone()).collect();
     let telling = (0..inputs).filter(|i| has_input(*i)).count();
     let diagram = stabilisation_diagram(&Responses { frequency_hz, channels: &rows, inputs: telling });
-    let survey = Survey::of(frequency_hz, told.iter().map(|c| &all[*c]).collect());
+    let mut own: Vec<Channel> = told.iter().map(|c| all[*c].clone()).collect();
+    for (k, channel) in own.iter_mut().enumerate() {
+        // The next channel may be one that tells nothing.
+        if told.get(k + 1) != Some(&(told[k] + 1)) {
+            channel.with_next.clear();
+        }
+    }
+    let survey = Survey::of(frequency_hz, own.iter().collect());
     let modes = survey.modes(&pole_clusters(&diagram));
     let found = modes.iter().map(|m| resonance(m, &told, channels.len())).collect();
     (found, diagram)

@@ -48,6 +48,7 @@ impl Window {
         let cut = |c: &&Channel| LocalChannel {
             value: c.value[self.lines.clone()].to_vec(),
             sigma: c.sigma[self.lines.clone()].to_vec(),
+            with_next: c.with_next.get(self.lines.clone()).map_or(vec![], <[c64]>::to_vec),
         };
         LocalData {
             x: frequency_hz[self.lines.clone()].iter().map(|f| (f - self.centre_hz) / self.half_hz).collect(),

@@ -8,7 +8,7 @@ use crate::controller::MachineTag;
 use crate::export::c::c_identifier;
 use crate::export::error::FirmwareError;
 use crate::export::firmware::{Firmware, Format, write_all};
-use crate::pid::TuneSettings;
+use crate::pid::settings::TuneSettings;
 use crate::pipeline::thrust::ThrustDesign;
 use crate::predict::sensitivity::Zone;
 use crate::predict::stiffness::stiffness_words;

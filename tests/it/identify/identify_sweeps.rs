@@ -145,7 +145,7 @@ fn channel(lines: &[f64], modes: &[(f64, f64)], noise: f64, seed: u64) -> Channe
             sum - 3.0 / (f * f) + complex(&mut rng, noise)
         })
         .collect();
-    Channel { name: "synthetic".into(), value, sigma: vec![noise; lines.len()] }
+    Channel::new("synthetic", value, vec![noise; lines.len()])
 }
 
 #[test]
@@ -203,7 +203,7 @@ fn an_antiresonance_that_noise_hides_is_null_with_the_reason() {
 fn a_channel_of_zeros_has_no_antiresonance_and_says_why() {
     let lines: Vec<f64> = (0..500).map(|k| 500.0 * 4f64.powf(k as f64 / 499.0)).collect();
     let clear = channel(&lines, &[(800.0, 1.0), (1400.0, 1.0)], 1e-9, 4);
-    let zero = Channel { name: "g_13".into(), value: vec![c64::new(0.0, 0.0); 500], sigma: vec![0.0; 500] };
+    let zero = Channel::new("g_13", vec![c64::new(0.0, 0.0); 500], vec![0.0; 500]);
     let poles = resonances(&lines, &[clear, zero.clone()]);
     assert_eq!(poles.len(), 2, "{poles:?}");
     let found = antiresonances(&lines, &zero, 1, &poles, 100.0);
@@ -344,7 +344,7 @@ fn experiments_that_do_not_differ_are_a_named_error() {
 #[test]
 fn the_noise_of_a_hammer_record_without_averages_is_that_of_its_lines() {
     let mut rng = ChaCha8Rng::seed_from_u64(8);
-    let frf = |coherence| HammerFrf {
+    let mut frf = |coherence| HammerFrf {
         speed_rpm: 0.0,
         frequency_hz: (1..=1000).map(f64::from).collect(),
         compliance: (0..1000).map(|k| c64::new(1.0 / (1.0 + f64::from(k)), 0.0) + complex(&mut rng, 0.01)).collect(),

@@ -87,7 +87,7 @@ impl Case {
                     .map(|g| level * if proportional { g.norm() } else { even } / f64::from(repeats).sqrt())
                     .collect();
                 let value = exact.iter().zip(&sigma).map(|(g, s)| g + draw.noise(*s)).collect();
-                channels.push(Channel { name: format!("g_{o}{i}"), value, sigma });
+                channels.push(Channel::new(format!("g_{o}{i}"), value, sigma));
             }
         }
         Self { modes, lines, channels, inputs, shapes }
@@ -263,7 +263,7 @@ fn modes_whose_poles_drift_from_entry_to_entry_are_one_each() {
             .map(|g| g + draw.noise(1e-3 * g.norm()))
             .collect();
         let sigma = value.iter().map(|g| 1e-3 * g.norm()).collect();
-        channels.push(Channel { name: String::new(), value, sigma });
+        channels.push(Channel::new("", value, sigma));
     }
     let (found, _) = poly_reference(&lines, &channels, 2);
     assert_eq!(found.len(), 4, "{found:?}");
@@ -295,7 +295,7 @@ fn lightly_damped_modes_on_uniform_lines_are_all_found() {
                     })
                     .collect();
                 let sigma = value.iter().map(|g| g.norm() * f64::max(level, 5e-4)).collect();
-                channels.push(Channel { name: String::new(), value, sigma });
+                channels.push(Channel::new("", value, sigma));
             }
         }
         let (found, diagram) = poly_reference(&lines, &channels, 2);
@@ -329,7 +329,7 @@ fn a_damped_mode_between_high_peaks_is_found() {
             each.sum::<c64>()
         };
         let value = lines.iter().map(|f| exact(f) + draw.noise(sigma)).collect();
-        Channel { name: String::new(), value, sigma: vec![sigma; lines.len()] }
+        Channel::new("", value, vec![sigma; lines.len()])
     });
     let (found, _) = poly_reference(&lines, &channels, 1);
     assert_eq!(found.len(), modes.len(), "{found:?}");
@@ -349,10 +349,9 @@ fn poles_agree_with_an_independent_least_squares() {
     let rows: Vec<Vec<f64>> =
         text.lines().skip(1).map(|line| line.split(',').map(|x| x.parse().unwrap()).collect()).collect();
     let lines: Vec<f64> = rows.iter().map(|r| r[0]).collect();
-    let channel = |c: usize| Channel {
-        name: String::new(),
-        value: rows.iter().map(|r| c64::new(r[1 + 2 * c], r[2 + 2 * c])).collect(),
-        sigma: rows.iter().map(|r| r[9 + c]).collect(),
+    let channel = |c: usize| {
+        let value = rows.iter().map(|r| c64::new(r[1 + 2 * c], r[2 + 2 * c])).collect();
+        Channel::new("", value, rows.iter().map(|r| r[9 + c]).collect())
     };
     let (found, _) = poly_reference(&lines, &[0, 1, 2, 3].map(channel), 2);
     let text = std::fs::read_to_string(format!("{folder}/least-squares.json")).unwrap();

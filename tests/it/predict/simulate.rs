@@ -19,7 +19,7 @@ use muspin::predict::time::TimeSettings;
 use muspin::predict::time_cases::{Quantisation, StandardCase, figures, run_case};
 use muspin::predict::time_force::{BackupBearing, Magnet};
 use muspin::rotor::PlanarModes;
-use muspin::spindle::{Effect, EffectKind, Location, Machine, ModelDetail, Plant, Side};
+use muspin::spindle::{Bearings, Effect, EffectKind, Location, Machine, ModelDetail, Plant};
 use std::f64::consts::TAU;
 use std::sync::OnceLock;
 
@@ -178,7 +178,7 @@ fn small_signals_follow_the_linear_prediction() {
         })
     };
     let uneven = [0, 1, 2, 3].map(|axis| (EffectKind::ForceConstant, Location::Axis(axis), [1.2, 0.8][axis % 2]));
-    let across = [(EffectKind::BearingCoupling, Location::Bearing(Side::Front), 0.2)];
+    let across = [(EffectKind::BearingCoupling, Location::Bearing(Bearings::Front), 0.2)];
     for machine in [machine(), with(&uneven), with(&across)] {
         follows_the_linear_prediction(&machine);
     }
