@@ -24,7 +24,12 @@ pub struct HammerKeys {
     pub axis: Option<usize>,
     /// Function of a universal file, from 1; none: the only FRF, or the only one at the driving point.
     pub function: Option<usize>,
+    /// Where response and force are, if the list says it; none: at the tool plane.
+    pub places_m: Option<[f64; 2]>,
 }
+
+/// A coherence is printed in single precision by most recorders.
+const COHERENCE_ROUNDING: f64 = 1e-6;
 
 /// A hammer record.
 #[derive(Clone, Debug)]
@@ -101,13 +106,14 @@ fn from_table(file: &str, reader: impl BufRead, keys: &HammerKeys) -> Result<Tap
             return Ok(());
         }
         if let [_, _, _, coherence, averages] = *row {
-            if !(coherence > 0.0 && coherence <= 1.0) {
-                return rule(format!("coherence: {coherence} must be above 0 and at most 1"));
+            if !(0.0..=1.0 + COHERENCE_ROUNDING).contains(&coherence) {
+                return rule(format!("coherence: {coherence} must be from 0 to 1"));
             }
             if averages < 1.0 {
                 return rule(format!("averages: {averages} must be at least 1"));
             }
-            keep(file, line, &mut coherences, coherence)?;
+            // A line that tells nothing has next to none.
+            keep(file, line, &mut coherences, coherence.clamp(f64::MIN_POSITIVE, 1.0))?;
             keep(file, line, &mut all_averages, averages)?;
         }
         keep(file, line, &mut frequency_hz, f)?;
@@ -137,7 +143,7 @@ fn from_universal(file: &str, functions: &[UffFunction], keys: &HammerKeys) -> R
         )
     })?;
     notes.extend(found.notes.iter().cloned());
-    if found.response.0 != found.reference.0 {
+    if found.response.0 != found.reference.0 && keys.places_m.is_none() {
         let (response, force) = (found.response.0, found.reference.0);
         notes.push(format!("response at node {response}, force at node {force}: both are taken as the tool plane"));
     }

@@ -358,7 +358,8 @@ fn read_record(
                     return Err(broken("axis", format!("{other:?} is neither x nor y")));
                 }
             };
-            let keys = HammerKeys { speed_rpm: speed()?, axis, function: record.function };
+            let places_m = places(record, broken)?;
+            let keys = HammerKeys { speed_rpm: speed()?, axis, function: record.function, places_m };
             let mut tap = load_hammer(&path, &keys, watch)?;
             if let Some(unit) = response_unit(record, broken)? {
                 unit.to_compliance(&mut tap.frf);
@@ -368,7 +369,7 @@ fn read_record(
                 name,
                 axis: tap.axis,
                 controller: controller()?,
-                places_m: places(record, broken)?,
+                places_m,
                 notes: tap.notes,
             });
         }
