@@ -143,10 +143,17 @@ fn of_signals(file: &str, mut signals: Vec<TimeSignal>) -> Result<TimeRecord, In
 
 /// Samples a second of even times.
 fn rate_of(file: &str, times: &[f64]) -> Result<f64, InputError> {
-    let (first, last) = (times.first().copied().unwrap_or(0.0), times.last().copied().unwrap_or(0.0));
-    let step = (last - first) / times.len().saturating_sub(1).max(1) as f64;
+    // The straight line through all of them: a single one is rounded.
+    let middle = 0.5 * times.len().saturating_sub(1) as f64;
+    let mean = times.iter().sum::<f64>() / times.len().max(1) as f64;
+    let (mut along, mut squares) = (0.0, 0.0);
+    for (k, t) in times.iter().enumerate() {
+        along += (k as f64 - middle) * (t - mean);
+        squares += (k as f64 - middle).powi(2);
+    }
+    let step = along / squares;
     let tolerance = (UNEVEN * step + resolution(times)).min(MOST_UNEVEN * step);
-    let off = |(k, t): (usize, &f64)| (t - first - k as f64 * step).abs() > tolerance;
+    let off = |(k, t): (usize, &f64)| (t - mean - (k as f64 - middle) * step).abs() > tolerance;
     if step > 0.0 && !times.iter().enumerate().any(off) {
         return Ok(step.recip());
     }

@@ -1,8 +1,8 @@
 //! A PID for the thrust axis: one loop, tuned for the largest minimum of the dynamic stiffness of the shaft along its
 //! axis, subject to stability of the sampled loop, a sensitivity peak within zone A of ISO 14839-3 and a limit on the
 //! current from sensor noise. PI + D, roll-off and one biquad, sampled by Tustin's rule as in [`super::parameters`].
-//! Search: descents of a simplex from gains of a rigid mass, then random steps, on fixed lines; the figures that are
-//! reported come from lines set round the poles of the loop that was found.
+//! Search: descents of a simplex from gains of a rigid mass, then random steps on lines that follow the poles of
+//! the loop; the figures that are reported come from lines set round those of the loop that was found.
 
 use super::parameters::{AxisParameters, Biquad};
 use super::settings::TuneSettings;
@@ -43,9 +43,12 @@ const DESCENTS: usize = 2;
 const STEPS: usize = 400;
 /// Side of the first simplex, in the logarithms of the numbers; each later one has half of it.
 const FIRST_SIDE: f64 = 0.3;
-/// Random steps from the best end, their first length in the logarithms, how it changes with a step that is kept and
-/// one that is not, and below what it begins anew: from an end that missed zone A by a half, five hundred led into it.
-const RANDOM_STEPS: usize = 2000;
+/// Rounds of random steps from the best end, each on lines round the poles of the loop so far, and steps of a round:
+/// from an end that missed zone A by a half, five hundred led into it.
+const ROUNDS: usize = 3;
+const RANDOM_STEPS: usize = 700;
+/// First length of a step in the logarithms, how it changes with a step that is kept and one that is not, and below
+/// what it begins anew.
 const FIRST_STEP: f64 = 0.1;
 const LONGER: f64 = 1.5;
 const SHORTER: f64 = 0.95;
@@ -94,7 +97,7 @@ pub struct ThrustPid {
 /// # Errors
 /// [`ControllerError::Infeasible`] where no start leads to a stable loop, and failures of plant and eigenvalues.
 pub fn tune_thrust(axis: &ThrustAxis, band_hz: (f64, f64)) -> Result<ThrustPid, VerificationError> {
-    let search = ThrustSearch::new(axis, band_hz)?;
+    let mut search = ThrustSearch::new(axis, band_hz)?;
     let mut best: Option<(f64, Vec<f64>)> = None;
     for ratio in START_STIFFNESS {
         let mut at = search.start(ratio);
@@ -113,8 +116,14 @@ pub fn tune_thrust(axis: &ThrustAxis, band_hz: (f64, f64)) -> Result<ThrustPid, 
             best = Some((value, at));
         }
     }
-    let found = best.and_then(|(loss, x)| search.parameters(&search.step_randomly(loss, x)));
-    let found = found.ok_or_else(|| infeasible("no start has gains that are numbers".to_owned()))?;
+    let no_numbers = || infeasible("no start has gains that are numbers".to_owned());
+    let (_, mut at) = best.ok_or_else(no_numbers)?;
+    for _ in 0..ROUNDS {
+        let found = search.parameters(&at).ok_or_else(no_numbers)?;
+        search.lines = search.lines_round_poles(&found, SEARCH_LINES)?.1;
+        at = search.step_randomly(at);
+    }
+    let found = search.parameters(&at).ok_or_else(no_numbers)?;
     search.judge(found)
 }
 
@@ -151,7 +160,8 @@ impl<'a> ThrustSearch<'a> {
 
     /// Steps along about half of the axes at a time, kept where the loss falls: a simplex comes to rest where two limits
     /// meet, which these pass (the (1+1) evolution strategy of Rechenberg, 1973).
-    fn step_randomly(&self, mut least: f64, mut at: Vec<f64>) -> Vec<f64> {
+    fn step_randomly(&self, mut at: Vec<f64>) -> Vec<f64> {
+        let mut least = self.loss(&at);
         let mut random = ChaCha8Rng::seed_from_u64(SEED);
         let mut length = FIRST_STEP;
         for _ in 0..RANDOM_STEPS {
@@ -281,12 +291,23 @@ impl<'a> ThrustSearch<'a> {
         }
     }
 
+    /// Growth rate of the sampled loop, 1/s, and so many lines with others round its poles.
+    fn lines_round_poles(
+        &self,
+        parameters: &AxisParameters,
+        lines: usize,
+    ) -> Result<(f64, Vec<PlantLine>), ControllerError> {
+        let closed = self.close_loop(&self.law(parameters)?)?;
+        let poles = closed.poles().map_err(in_step("poles of the thrust axis"))?;
+        let growth_rate_per_s = closed.time.largest_growth_rate(&poles);
+        let grid = self.grid(lines).refine_round_poles(&closed.time.continuous_poles(poles), LINES_A_SIDE);
+        Ok((growth_rate_per_s, self.plant_lines(grid.omega_rad_s())))
+    }
+
     /// The PID with the figures of its loop on lines round its poles.
     fn judge(&self, parameters: AxisParameters) -> Result<ThrustPid, VerificationError> {
         let law = self.law(&parameters)?;
-        let closed = self.close_loop(&law)?;
-        let poles = closed.poles().map_err(in_step("poles of the thrust axis"))?;
-        let growth_rate_per_s = closed.time.largest_growth_rate(&poles);
+        let (growth_rate_per_s, lines) = self.lines_round_poles(&parameters, FIGURE_LINES)?;
         if growth_rate_per_s.is_nan() || growth_rate_per_s >= 0.0 {
             let words = growth_words(growth_rate_per_s, 0.0);
             return Err(infeasible(format!(
@@ -295,8 +316,7 @@ impl<'a> ThrustSearch<'a> {
             ))
             .into());
         }
-        let grid = self.grid(FIGURE_LINES).refine_round_poles(&closed.time.continuous_poles(poles), LINES_A_SIDE);
-        let figures = self.figures(&parameters, &self.plant_lines(grid.omega_rad_s()));
+        let figures = self.figures(&parameters, &lines);
         Ok(ThrustPid {
             parameters,
             controller: Controller { name: "thrust PID".to_owned(), law: ControlLaw::Discrete(law) },

@@ -96,7 +96,7 @@ fn columns_that_the_injections_determine_are_those_of_the_plant() {
 fn a_current_that_answers_the_only_injection_determines_nothing() {
     let machine = load_machine("reference", "paper-tool").unwrap();
     let record = record(&machine, &[0], |_, j| if j == 2 { 0.3 } else { 0.0 }, 0.0);
-    assert!(matches!(open_loop_columns(&record), Err(IdentifyError::Experiments { found: 1, .. })));
+    assert!(matches!(open_loop_columns(&record), Err(IdentifyError::Undetermined { .. })));
     let turning = SweepRecord { speed_rpm: 1000.0, ..record };
     assert!(open_loop_columns(&turning).is_err());
 }

@@ -232,7 +232,7 @@ fn a_file_of_several_functions_is_read_by_number_or_by_axis() {
     let y = y.times(|_| 1e3.into());
     let across = Function { response: 2, ..Function::new(8, "mm", "N") };
     let file = [&across, &x, &y].map(Function::text).concat();
-    let read = |axis, function| tap(&file, &HammerKeys { axis, function, speed_rpm: 0.0 });
+    let read = |axis, function| tap(&file, &HammerKeys { axis, function, ..HammerKeys::default() });
     // Two drive points: the axis tells, else the number.
     assert_eq!(read(Some(1), None).unwrap().axis, 1);
     assert_eq!(read(None, Some(3)).unwrap().axis, 1);
