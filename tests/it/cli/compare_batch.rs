@@ -121,6 +121,57 @@ fn a_hammer_record_stands_beside_the_prediction_of_its_loop() {
     assert!((0.2..5.0).contains(&(depth(true) / depth(false))), "{chatter:?}");
 }
 
+/// One record in mm/N, one of the same name in another folder, and one that was not taken at the tool.
+#[test]
+fn hammer_records_are_checked_before_they_are_compared() {
+    let temporary = tempfile::tempdir().unwrap();
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/diagnosis/c01");
+    let folder = temporary.path().join("measurement");
+    std::fs::create_dir_all(folder.join("other")).unwrap();
+    for file in ["spindle.yaml", "tool.yaml", "pid.json", "hammer-0.csv"] {
+        std::fs::copy(data.join(file), folder.join(file)).unwrap();
+    }
+    let text = std::fs::read_to_string(data.join("hammer-0.csv")).unwrap();
+    let scaled = |line: &str| -> String {
+        let number = |(k, cell): (usize, &str)| match (k, cell.parse::<f64>()) {
+            (1 | 2, Ok(x)) => format!("{:e}", 1e3 * x),
+            _ => cell.to_owned(),
+        };
+        line.split(',').enumerate().map(number).collect::<Vec<_>>().join(",")
+    };
+    let millimetres: Vec<String> = text.lines().map(scaled).collect();
+    std::fs::write(folder.join("other/hammer-0.csv"), millimetres.join("\n")).unwrap();
+    let record = |file: &str, more: &str| format!("- {{kind: hammer, file: {file}, speed_rpm: 0, axis: x, {more}}}\n");
+    let list = [
+        record("hammer-0.csv", "controller: pid.json"),
+        record("other/hammer-0.csv", "controller: pid.json"),
+        record("hammer-0.csv", "response_m: 0.1, force_m: 0.3"),
+    ];
+    let head = "spindle: spindle.yaml\ntool: tool.yaml\nrecords:\n";
+    std::fs::write(folder.join("measurement.yaml"), format!("{head}{}", list.concat())).unwrap();
+    let output = muspin()
+        .args(["compare", "--speeds", "0", "--spindle"])
+        .arg(data.join("spindle.yaml"))
+        .arg("--tool")
+        .arg(data.join("tool.yaml"))
+        .arg("--controller")
+        .arg(data.join("pid.json"))
+        .arg("--measurement")
+        .arg(&folder)
+        .arg("--out")
+        .arg(temporary.path().join("compare"))
+        .output()
+        .unwrap();
+    let errors = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(1), "{errors}");
+    assert!(errors.contains("other/hammer-0.csv: the record is implausible") && errors.contains("mm/N"), "{errors}");
+    assert!(errors.contains("not taken at the tool plane"), "{errors}");
+    let found: Value = serde_json::from_slice(&output.stdout).expect(&errors);
+    let keys: Vec<&String> =
+        found["tool_plane"].as_object().unwrap().keys().filter(|k| k.contains("measured")).collect();
+    assert_eq!(keys, ["measured_hammer-0", "measured_hammer-0_2"], "{errors}");
+}
+
 #[test]
 fn a_controller_that_does_not_levitate_is_a_missed_target() {
     let temporary = tempfile::tempdir().unwrap();

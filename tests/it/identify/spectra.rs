@@ -133,7 +133,7 @@ fn samples_at_a_limit_are_counted() {
     // Of a sine that is cut off at a half two thirds are flat; rows that a small step leads into do not count.
     let share = clipped_samples(&sine(0.5, 0.0)) as f64 / 1000.0;
     assert!((0.5..0.68).contains(&share), "{share}");
-    assert!(clipped_samples(&sine(0.5, 1e-3)) > 600);
+    assert!(clipped_samples(&sine(0.5, 1e-3)) > 500);
     // A force that rests at zero between taps.
     let taps: Vec<f64> = (0..1000).map(|k| if k % 100 == 7 { -3.0 } else { 0.0 }).collect();
     assert_eq!(clipped_samples(&taps), 0);
