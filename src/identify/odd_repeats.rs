@@ -1,8 +1,8 @@
 //! Repeats of a sweep that are none: copies of another one, one without numbers, and one that contradicts the others.
 //!
 //! A rotor that is levitated anew changes the gains of its sensor axes by some per cent from repeat to repeat
-//! ([`super::repeat_scatter`]). A repeat with a gain further off is no repeat of the same experiment: in a mean it would
-//! be hidden, as the scatter that it causes makes the record look noisy.
+//! ([`super::repeat_scatter`]). A repeat with a gain further off is no repeat of the same experiment: in a mean it
+//! would be hidden, as the scatter that it causes makes the record look noisy.
 
 use super::frf::{AXES, AXIS_NAMES, SweepRecord, open_loop_columns};
 use super::repeat_scatter::RepeatScatter;

@@ -193,8 +193,8 @@ const FLAT: usize = 3;
 /// coarsely comes to rest at its peaks by single steps.
 const ABRUPT: f64 = 10.0;
 
-/// Samples of a signal in rows at its largest or smallest value that begin or end abruptly: a limit cuts it off. Zero of
-/// one that is not cut off.
+/// Samples of a signal in rows at its largest or smallest value that begin or end abruptly: a limit cuts it off. Zero
+/// of one that is not cut off.
 pub fn clipped_samples(samples: &[f64]) -> usize {
     let extreme = |larger: fn(f64, f64) -> f64| samples.iter().copied().fold(f64::NAN, larger);
     let (high, low) = (extreme(f64::max), extreme(f64::min));

@@ -158,8 +158,8 @@ impl<'a> ThrustSearch<'a> {
         Ok(search)
     }
 
-    /// Steps along about half of the axes at a time, kept where the loss falls: a simplex comes to rest where two limits
-    /// meet, which these pass (the (1+1) evolution strategy of Rechenberg, 1973).
+    /// Steps along about half of the axes at a time, kept where the loss falls: a simplex comes to rest where two
+    /// limits meet, which these pass (the (1+1) evolution strategy of Rechenberg, 1973).
     fn step_randomly(&self, mut at: Vec<f64>) -> Vec<f64> {
         let mut least = self.loss(&at);
         let mut random = ChaCha8Rng::seed_from_u64(SEED);
