@@ -76,7 +76,8 @@ fn show_identification(arguments: &Arguments, found: &IdentifiedRecords) -> Comm
     }
     for hammer in hammers {
         if hammer.resonances_hz.is_empty() {
-            shown = shown.row([format!("{}: no resonance stands out of the noise", hammer.record)]);
+            let remedy = hammer.remedy.map_or(String::new(), |remedy| format!("; {remedy}"));
+            shown = shown.row([format!("{}: no resonance stands out of the noise{remedy}", hammer.record)]);
         }
         for (k, hz) in hammer.resonances_hz.iter().enumerate() {
             let digits = |x: f64, digits: usize| format!("{x:.digits$}");

@@ -63,6 +63,12 @@ impl HammerFrf {
         (0..f.len()).find(|k| !falls(*k)).unwrap_or(0)
     }
 
+    /// The record with the other sign of time.
+    #[must_use]
+    pub(crate) fn conjugate(&self) -> Self {
+        Self { compliance: self.compliance.iter().map(|h| h.conj()).collect(), ..self.clone() }
+    }
+
     /// Resonances of the record.
     pub fn resonances(&self) -> Vec<Resonance> {
         shared_resonances(&[self])

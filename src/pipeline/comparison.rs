@@ -38,9 +38,9 @@ pub struct Prediction {
     pub stiffness: [DynamicStiffness; 2],
     /// Smallest tool stiffness over both axes, N/m, and its frequency, Hz.
     pub minimum: (f64, f64),
-    /// At 10 Hz, axis x, N/m.
+    /// At 10 Hz, of the softer axis, N/m.
     pub at_10_hz_n_per_m: f64,
-    /// At the frequency of the top speed, axis x, N/m.
+    /// At the frequency of the top speed, of the softer axis, N/m.
     pub at_max_speed_n_per_m: f64,
     /// Sensitivity of the four axes.
     pub sensitivity: AxisSensitivity,

@@ -146,6 +146,9 @@ pub(crate) struct HammerSummary {
     #[serde(skip_serializing_if = "Vec::is_empty")]
     mode_shapes: Vec<ShapeSummary>,
     refers_to: String,
+    /// What is to be done about a record without resonances whose conjugate has some.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) remedy: Option<&'static str>,
 }
 
 /// Amplitudes of a mode at the points of a roving hammer, the largest one.
@@ -161,6 +164,10 @@ impl HammerSummary {
     pub(crate) fn of(taps: &[&Hammer]) -> Self {
         let frfs: Vec<&HammerFrf> = taps.iter().map(|tap| &tap.frf).collect();
         let found = shared_resonances(&frfs);
+        let is_conjugate = found.is_empty() && {
+            let turned: Vec<HammerFrf> = frfs.iter().map(|frf| frf.conjugate()).collect();
+            !shared_resonances(&turned.iter().collect::<Vec<_>>()).is_empty()
+        };
         let list = |of: fn(&Resonance) -> f64| found.iter().map(of).collect();
         let names: Vec<&str> = taps.iter().map(|tap| file_name(&tap.name)).collect();
         let held = match taps.first().and_then(|tap| tap.controller.as_ref()) {
@@ -180,6 +187,7 @@ impl HammerSummary {
             damping_ratio_standard_deviation: list(|r| r.standard_deviation_hz / r.frequency_hz),
             mode_shapes: found.iter().enumerate().filter_map(shape).collect(),
             refers_to: format!("{held}, at {} rpm", frfs.first().map_or(0.0, |frf| frf.speed_rpm)),
+            remedy: is_conjugate.then_some("its conjugate has resonances: multiply the column h_im by -1"),
         }
     }
 

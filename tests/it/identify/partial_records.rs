@@ -174,7 +174,30 @@ fn identify_gives_the_resonances_of_a_hammer_test_alone() {
         let zeta = list("damping_ratio")[k];
         assert!((zeta - z).abs() < 4.0 * list("damping_ratio_standard_deviation")[k], "{zeta} {z}");
     }
-    assert!(hammer["refers_to"].as_str().unwrap().contains("as it was held"));
+    assert!(hammer["refers_to"].as_str().unwrap().contains("as it was held") && hammer["remedy"].is_null());
+}
+
+/// Recorders that turn the other way write the conjugate.
+#[test]
+fn a_hammer_test_whose_conjugate_has_resonances_says_so() {
+    let turned: String = taps(&[(112.0, 2e-3), (307.0, 5e-3)], 1e-2)
+        .lines()
+        .map(|line| match line.rsplit_once(',') {
+            Some((head, imaginary)) if !imaginary.contains('h') => match imaginary.strip_prefix('-') {
+                Some(positive) => format!("{head},{positive}\n"),
+                None => format!("{head},-{imaginary}\n"),
+            },
+            _ => format!("{line}\n"),
+        })
+        .collect();
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("tap.csv"), turned).unwrap();
+    let list = "spindle: reference\ntool: paper-tool\nrecords:\n  - {kind: hammer, file: tap.csv, speed_rpm: 0}\n";
+    std::fs::write(folder.path().join("measurement.yaml"), list).unwrap();
+    let (_, out, err) = muspin(&["identify", "--measurement", ".", "--json"], folder.path());
+    let answer: Value = serde_json::from_str(&out).expect(&err);
+    assert!(answer["hammers"][0]["resonances_hz"].as_array().unwrap().is_empty(), "{out}");
+    assert!(answer["hammers"][0]["remedy"].as_str().unwrap().contains("h_im"), "{out}");
 }
 
 #[test]
