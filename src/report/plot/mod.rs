@@ -66,6 +66,12 @@ pub enum PlotError {
     Drawing(String),
 }
 
+impl PlotError {
+    fn drawing(error: impl std::fmt::Display) -> Self {
+        Self::Drawing(error.to_string())
+    }
+}
+
 /// A drawn figure and the table of what it shows.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Picture {
@@ -133,9 +139,9 @@ pub fn picture(figure: &Figure) -> Result<Picture, PlotError> {
     Ok(Picture { svg: svg::svg(&drawing)?, csv: table::csv(figure), drawing: Some(drawing) })
 }
 
-/// One named curve as builders take it.
+/// One named curve as builders take it, of numbers or of a complex response.
 #[derive(Clone, Copy, Debug)]
-pub struct Curve<'a> {
+pub struct Curve<'a, T = f64> {
     /// Name in the legend and in the CSV.
     pub name: &'a str,
     /// What it stands for, hence how it looks.
@@ -143,7 +149,7 @@ pub struct Curve<'a> {
     /// Abscissae.
     pub x: &'a [f64],
     /// Ordinates, as many.
-    pub y: &'a [f64],
+    pub y: &'a [T],
 }
 
 impl Curve<'_> {
