@@ -63,7 +63,7 @@ fn localisation(d: &Diagnosis) -> Vec<Named> {
     scores.extend(ports.iter().map(|p| decades(&p.line_after)));
     let map = (
         Picture::Localisation.into(),
-        plot::localisation_left(
+        plot::localisation(
             "Where model and measurement disagree: what a free law at each place leaves unexplained",
             &names,
             &hz,
@@ -204,25 +204,19 @@ fn overview(d: &Diagnosis) -> Named {
         })
         .take(14)
         .collect();
-    let data: Vec<(String, Vec<f64>, Vec<f64>, Vec<f64>)> = shown
+    let data: Vec<(Vec<f64>, (Vec<f64>, Vec<f64>))> =
+        shown.iter().map(|c| (c.omega_rad_s.iter().map(|w| w / TAU).collect(), c.residual())).collect();
+    let panels: Vec<(String, Vec<Curve>)> = shown
         .iter()
-        .map(|c| {
-            let (before, after) = c.residual();
+        .zip(&data)
+        .map(|(c, (hz, (before, after)))| {
             let held = if c.held_out { ", held out" } else { "" };
             let name = match c.record {
                 Record::Sweep(i, j) => format!("{} from {}{held}", AXES[i], AXES[j]),
                 Record::Hammer(axis) => format!("hammer {}{held}", ["x", "y"][axis.min(1)]),
             };
-            let hz = c.omega_rad_s.iter().map(|w| w / TAU).collect();
-            (name, hz, before, after)
-        })
-        .collect();
-    let panels: Vec<(&str, Vec<Curve>)> = data
-        .iter()
-        .map(|(name, hz, before, after)| {
             let curve = |name, role, y| Curve { name, role, x: hz, y };
-            let curves = vec![curve("before", Role::Nominal, before), curve("after", Role::Updated, after)];
-            (name.as_str(), curves)
+            (name, vec![curve("before", Role::Nominal, before), curve("after", Role::Updated, after)])
         })
         .collect();
     (Picture::Residual.into(), plot::residual("Residual in standard deviations, before and after", &panels))

@@ -4,10 +4,11 @@
 use super::cascade::cascade_figure;
 use super::pictures::Picture;
 use super::plot::figure::{Axis, Figure, Mark, Panel, Series};
-use super::plot::loops::{ResponseCurve, bode, dynamic_stiffness, nyquist};
+use super::plot::loops::{bode, dynamic_stiffness, nyquist};
 use super::plot::shaft::campbell;
 use super::plot::whirl::whirl_shapes;
 use super::plot::{Color, Curve, Dash, Look, Marker, Role};
+use crate::linalg::c64;
 use crate::pipeline::comparison::Prediction;
 use crate::pipeline::loop_curves::{DrawnPlants, LoopCurves, ModesAtSpeed, UnbalanceCurve};
 use crate::predict::loop_gain::LoopGain;
@@ -49,14 +50,8 @@ pub(crate) fn loop_figures(curves: &LoopCurves, runs: [&Prediction; 2], top_rpm:
 fn controller_bode(shape: &LoopShape) -> Figure {
     let names = ["front to front", "rear to rear", "rear to front"];
     let roles = [Role::Mu, Role::Pid, Role::Other(0)];
-    let curves: Vec<ResponseCurve> = (0..3)
-        .map(|k| ResponseCurve {
-            name: names[k],
-            role: roles[k],
-            frequency_hz: &shape.frequency_hz,
-            response: &shape.controller[k],
-        })
-        .collect();
+    let x = shape.frequency_hz.as_slice();
+    let curves = [0, 1, 2].map(|k| Curve { name: names[k], role: roles[k], x, y: shape.controller[k].as_slice() });
     bode("Controller with its hold", "|current / displacement|", "A/m", &curves, &[])
 }
 
@@ -93,12 +88,7 @@ fn loop_sigma(sigma: &LoopSigma) -> Figure {
 
 fn loop_gain(gain: &LoopGain) -> Figure {
     let bearings = [(0, "front", Role::Mu), (2, "rear", Role::Pid)];
-    let curves = bearings.map(|(channel, name, role)| ResponseCurve {
-        name,
-        role,
-        frequency_hz: &gain.frequency_hz,
-        response: &gain.channels[channel],
-    });
+    let curves = bearings.map(|(k, name, role)| Curve { name, role, x: &gain.frequency_hz, y: &gain.channels[k] });
     let mut figure = bode("Loop gain at rest, one channel opened", "|L|", "", &curves, &[]);
     if let Some(magnitude) = figure.panels.first_mut() {
         magnitude.level(1.0, "1");
@@ -118,17 +108,9 @@ fn loop_gain(gain: &LoopGain) -> Figure {
 
 fn loci(shape: &LoopShape) -> Figure {
     let names: Vec<String> = (1..=shape.loci.len()).map(|k| format!("locus {k}")).collect();
-    let loci: Vec<ResponseCurve> = names
-        .iter()
-        .zip(&shape.loci)
-        .enumerate()
-        .map(|(k, (name, locus))| ResponseCurve {
-            name,
-            role: Role::Other(k),
-            frequency_hz: &shape.frequency_hz,
-            response: locus,
-        })
-        .collect();
+    let numbered = names.iter().zip(&shape.loci).enumerate();
+    let loci: Vec<Curve<c64>> =
+        numbered.map(|(k, (name, y))| Curve { name, role: Role::Other(k), x: &shape.frequency_hz, y }).collect();
     nyquist("Characteristic loci of the loop at rest", &loci)
 }
 
@@ -249,13 +231,8 @@ fn poles(runs: [&Prediction; 2]) -> Figure {
     panel.height_px = 320;
     let looks = [Look::points(Color::Blue, Marker::Circle), Look::points(Color::Vermillion, Marker::Triangle)];
     for (run, look) in runs.into_iter().zip(looks).filter(|(r, _)| r.is_stable()) {
-        let found: Vec<(f64, f64)> = run
-            .poles_rad_s
-            .iter()
-            .filter(|s| s.im > 0.0 && s.norm() > TAU)
-            .map(|s| (s.norm() / TAU, -s.re / s.norm()))
-            .collect();
-        let (x, y): (Vec<f64>, Vec<f64>) = found.into_iter().unzip();
+        let oscillating = run.poles_rad_s.iter().filter(|s| s.im > 0.0 && s.norm() > TAU);
+        let (x, y): (Vec<f64>, Vec<f64>) = oscillating.map(|s| (s.norm() / TAU, -s.re / s.norm())).unzip();
         let name = format!("{:.0} rpm", run.speed_rpm);
         panel.series.push(Series::curve(&name, &x, &y, look));
     }

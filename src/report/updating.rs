@@ -1,9 +1,9 @@
 //! The outcome of model updating as topic of the summary, tables and figures.
 
 use super::pictures::Picture;
-use super::plot::shaft::{OutlinePiece, ShapeCurve, Station, StationKind, mode_shapes};
+use super::plot::shaft::{OutlinePiece, Station, StationKind, mode_shapes};
 use super::plot::updating::{determinability, frequency_errors, modulus_factors};
-use super::plot::{Figure, Role};
+use super::plot::{Curve, Figure, Role};
 use super::tables::Table;
 use crate::spindle::Machine;
 use crate::update::{PeakError, PeakKind, ShapeComparison, Updated};
@@ -215,14 +215,14 @@ fn shapes_figure(machine: Option<&Machine>, name: &str, fit: &Updated) -> Figure
             Some(s.points.iter().map(|(z, a, _)| (*z, *a)).unzip())
         })
         .collect();
-    let modes: Vec<(String, Vec<ShapeCurve<'_>>)> = (0..shown)
+    let modes: Vec<(String, Vec<Curve<'_>>)> = (0..shown)
         .map(|k| {
-            let mut curves = vec![ShapeCurve { name, role: Role::Updated, position_m: z, amplitude: &after[k] }];
+            let mut curves = vec![Curve { name, role: Role::Updated, x: z, y: &after[k] }];
             if let Some(b) = before.get(k) {
-                curves.push(ShapeCurve { name: "before", role: Role::Nominal, position_m: z, amplitude: b });
+                curves.push(Curve { name: "before", role: Role::Nominal, x: z, y: b });
             }
             if let Some((z, a)) = &measured[k] {
-                curves.push(ShapeCurve { name: "measured", role: Role::Measured, position_m: z, amplitude: a });
+                curves.push(Curve { name: "measured", role: Role::Measured, x: z, y: a });
             }
             (format!("mode {}: {:.0} Hz", k + 1, fit.after.poles_hz[k]), curves)
         })
