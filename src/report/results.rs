@@ -22,11 +22,8 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, thiserror::Error)]
 pub enum ResultsError {
     /// A path inside the folder is absolute, climbs out of it, or is empty.
-    #[error("'{path}' is not a path inside a results folder")]
-    Path {
-        /// The path.
-        path: String,
-    },
+    #[error("'{0}' is not a path inside a results folder")]
+    Path(String),
     /// A picture could not be drawn.
     #[error("picture '{stem}': {source}")]
     Picture {
@@ -36,41 +33,23 @@ pub enum ResultsError {
         source: PlotError,
     },
     /// The target exists and is no folder.
-    #[error("'{}' exists and is not a folder", .path.display())]
-    NotAFolder {
-        /// The target.
-        path: PathBuf,
-    },
+    #[error("'{}' exists and is not a folder", .0.display())]
+    NotAFolder(PathBuf),
     /// The target is a link that leads nowhere.
-    #[error("'{}' is a link to a folder that does not exist", .path.display())]
-    BrokenLink {
-        /// The target.
-        path: PathBuf,
-    },
+    #[error("'{}' is a link to a folder that does not exist", .0.display())]
+    BrokenLink(PathBuf),
     /// The target holds a measurement.
-    #[error("'{}' is a measurement folder (it holds measurement.yaml); nothing is written into it", .path.display())]
-    Measurement {
-        /// The target.
-        path: PathBuf,
-    },
+    #[error("'{}' is a measurement folder (it holds measurement.yaml); nothing is written into it", .0.display())]
+    Measurement(PathBuf),
     /// A file stands where one would be written, and muspin did not write it.
-    #[error("'{}' exists and is not a file that muspin wrote there", .path.display())]
-    Foreign {
-        /// The file.
-        path: PathBuf,
-    },
+    #[error("'{}' exists and is not a file that muspin wrote there", .0.display())]
+    Foreign(PathBuf),
     /// A file that muspin wrote was changed since.
-    #[error("'{}' was changed since muspin wrote it", .path.display())]
-    Edited {
-        /// The file.
-        path: PathBuf,
-    },
+    #[error("'{}' was changed since muspin wrote it", .0.display())]
+    Edited(PathBuf),
     /// A file that the run reads would be replaced or removed.
-    #[error("'{}' is read by this run and would be replaced by it", .path.display())]
-    Input {
-        /// The file.
-        path: PathBuf,
-    },
+    #[error("'{}' is read by this run and would be replaced by it", .0.display())]
+    Input(PathBuf),
     /// The manifest of the folder cannot be read.
     #[error("'{}' is not a manifest of muspin: {source}", .path.display())]
     Manifest {
@@ -109,7 +88,7 @@ impl ResultsFolder {
     /// [`ResultsError::Path`] for a path that would leave the folder.
     pub fn add(&mut self, path: &str, bytes: impl Into<Vec<u8>>) -> Result<(), ResultsError> {
         if !is_inside(path) || path == MANIFEST {
-            return Err(ResultsError::Path { path: path.to_owned() });
+            return Err(ResultsError::Path(path.to_owned()));
         }
         self.files.insert(path.to_owned(), bytes.into());
         Ok(())
@@ -219,7 +198,7 @@ impl ResultsFolder {
         for (path, bytes) in &self.files {
             let file = target.join(path);
             if earlier.lists(path) && file.exists() && !is_unchanged(&file, path, &earlier)? {
-                return Err(ResultsError::Edited { path: file });
+                return Err(ResultsError::Edited(file));
             }
             is_free(&target, &earlier, path, Some(bytes))?;
         }
@@ -265,7 +244,7 @@ pub fn claim(target: &Path, names: &[&str], inputs: &[&str]) -> Result<(), Resul
         };
         let hit = written.iter().filter_map(|w| w.canonicalize().ok()).find(is_read);
         if let Some(path) = hit {
-            return Err(ResultsError::Input { path });
+            return Err(ResultsError::Input(path));
         }
     }
     for name in names {
@@ -290,13 +269,13 @@ fn lock_target(target: &Path) -> Result<Lock, ResultsError> {
 fn resolve_target(target: &Path) -> Result<PathBuf, ResultsError> {
     let path = target.to_owned();
     let Ok(found) = absolute(target) else {
-        return Err(ResultsError::BrokenLink { path });
+        return Err(ResultsError::BrokenLink(path));
     };
     if let Some(file) = found.ancestors().find(|part| part.exists()).filter(|part| !part.is_dir()) {
-        return Err(ResultsError::NotAFolder { path: file.to_owned() });
+        return Err(ResultsError::NotAFolder(file.to_owned()));
     }
     if found.join("measurement.yaml").exists() {
-        return Err(ResultsError::Measurement { path });
+        return Err(ResultsError::Measurement(path));
     }
     Ok(found)
 }
@@ -314,7 +293,7 @@ fn list_unchanged<'a>(target: &Path, earlier: &'a Manifest) -> Result<Vec<&'a st
             continue;
         }
         if !is_unchanged(&file, path, earlier)? {
-            return Err(ResultsError::Edited { path: file });
+            return Err(ResultsError::Edited(file));
         }
         found.push(path);
     }
@@ -337,7 +316,7 @@ fn is_free(target: &Path, earlier: &Manifest, path: &str, bytes: Option<&[u8]>) 
         let taken = std::fs::symlink_metadata(&folder).is_ok_and(|m| !m.is_dir());
         // A file of the run before gives way to a folder of the same name only by hand.
         if taken {
-            return Err(ResultsError::Foreign { path: folder });
+            return Err(ResultsError::Foreign(folder));
         }
     }
     let place = target.join(path);
@@ -348,5 +327,5 @@ fn is_free(target: &Path, earlier: &Manifest, path: &str, bytes: Option<&[u8]>) 
     if found.is_file() && (earlier.lists(path) || same()) {
         return Ok(());
     }
-    Err(ResultsError::Foreign { path: place })
+    Err(ResultsError::Foreign(place))
 }
