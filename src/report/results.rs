@@ -25,13 +25,8 @@ pub enum ResultsError {
     #[error("'{0}' is not a path inside a results folder")]
     Path(String),
     /// A picture could not be drawn.
-    #[error("picture '{stem}': {source}")]
-    Picture {
-        /// Stem of the files.
-        stem: String,
-        /// Reason.
-        source: PlotError,
-    },
+    #[error("picture '{0}': {1}")]
+    Picture(String, #[source] PlotError),
     /// The target exists and is no folder.
     #[error("'{}' exists and is not a folder", .0.display())]
     NotAFolder(PathBuf),
@@ -51,21 +46,11 @@ pub enum ResultsError {
     #[error("'{}' is read by this run and would be replaced by it", .0.display())]
     Input(PathBuf),
     /// The manifest of the folder cannot be read.
-    #[error("'{}' is not a manifest of muspin: {source}", .path.display())]
-    Manifest {
-        /// The manifest.
-        path: PathBuf,
-        /// Reason.
-        source: io::Error,
-    },
+    #[error("'{}' is not a manifest of muspin: {}", .0.display(), .1)]
+    Manifest(PathBuf, #[source] io::Error),
     /// The file system refused.
-    #[error("'{}': {source}", .path.display())]
-    Io {
-        /// The file or folder.
-        path: PathBuf,
-        /// Reason.
-        source: io::Error,
-    },
+    #[error("'{}': {}", .0.display(), .1)]
+    Io(PathBuf, #[source] io::Error),
 }
 
 /// Files of a run: relative path with `/` → bytes.
@@ -109,7 +94,7 @@ impl ResultsFolder {
     }
 
     fn add_drawn(&mut self, name: PictureName, drawn: Result<Picture, PlotError>) -> Result<(), ResultsError> {
-        let drawn = drawn.map_err(|source| ResultsError::Picture { stem: name.stem(), source })?;
+        let drawn = drawn.map_err(|source| ResultsError::Picture(name.stem(), source))?;
         self.add_picture(name, drawn)
     }
 
@@ -142,8 +127,8 @@ impl ResultsFolder {
         let further = [PictureFormat::Png, PictureFormat::Pdf].into_iter().filter(|format| formats.contains(format));
         let wanted: Vec<_> = further.flat_map(|format| self.drawings.iter().map(move |one| (format, one))).collect();
         let drawn = wanted.into_par_iter().map(|(format, (stem, drawing))| {
-            let file = drawing.file(format).map_err(|source| ResultsError::Picture { stem: stem.clone(), source })?;
-            Ok((format!("plots/{stem}.{}", format.ending()), file))
+            let file = drawing.file(format).map_err(|source| ResultsError::Picture(stem.clone(), source))?;
+            Ok((format!("plots/{stem}.{}", format.name()), file))
         });
         let drawn: Vec<(String, Vec<u8>)> = drawn.collect::<Result<_, ResultsError>>()?;
         drawn.into_iter().try_for_each(|(path, file)| self.add(&path, file))
@@ -255,7 +240,7 @@ pub fn claim(target: &Path, names: &[&str], inputs: &[&str]) -> Result<(), Resul
 
 /// An error of the file system.
 fn name_refusal((path, source): (PathBuf, io::Error)) -> ResultsError {
-    ResultsError::Io { path, source }
+    ResultsError::Io(path, source)
 }
 
 /// Keeps other runs out of the folder from before it is looked at until it is written.
@@ -281,7 +266,7 @@ fn resolve_target(target: &Path) -> Result<PathBuf, ResultsError> {
 }
 
 fn manifest(target: &Path) -> Result<Manifest, ResultsError> {
-    Manifest::read(target).map_err(|source| ResultsError::Manifest { path: target.join(MANIFEST), source })
+    Manifest::read(target).map_err(|source| ResultsError::Manifest(target.join(MANIFEST), source))
 }
 
 /// Listed files that exist; all of them must be as muspin wrote them.
@@ -303,7 +288,7 @@ fn list_unchanged<'a>(target: &Path, earlier: &'a Manifest) -> Result<Vec<&'a st
 fn is_unchanged(place: &Path, path: &str, earlier: &Manifest) -> Result<bool, ResultsError> {
     match file::read_unlinked(place, file::WRITTEN) {
         Ok(bytes) => Ok(earlier.wrote(path, &bytes)),
-        Err(FileError::System(source)) => Err(ResultsError::Io { path: place.to_owned(), source }),
+        Err(FileError::System(source)) => Err(ResultsError::Io(place.to_owned(), source)),
         Err(_) => Ok(false),
     }
 }

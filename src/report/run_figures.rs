@@ -50,14 +50,8 @@ pub(crate) fn shapes(name: &str, role: Role, machine: &Machine, free: &FreeRotor
         station("rear sensor", rear.sensor_m, StationKind::Sensor),
         station("rear actuator", rear.actuator_m, StationKind::Actuator),
     ];
-    let amplitude = |k: usize| -> Vec<f64> {
-        let shown = RIGID + k < modes.len();
-        let at = |i: usize| {
-            if shown { modes.shapes[(2 * i, RIGID + k)] } else { 0.0 }
-        };
-        (0..nodes.len()).map(at).collect()
-    };
-    let amplitudes: Vec<Vec<f64>> = (0..3).map(amplitude).collect();
+    let at = |k: usize, i: usize| if RIGID + k < modes.len() { modes.shapes[(2 * i, RIGID + k)] } else { 0.0 };
+    let amplitudes = [0, 1, 2].map(|k| (0..nodes.len()).map(|i| at(k, i)).collect::<Vec<f64>>());
     let hz = modes.flexible_hz();
     let panels: Vec<(String, Vec<Curve>)> = amplitudes
         .iter()
@@ -103,17 +97,10 @@ fn iteration(problems: &Problems, dk: &DkDesign) -> Vec<(Picture, Figure)> {
         modes.map(|mode| format!("mode {}", mode.number + 1)).chain(channel_names(&problems.aim)).collect();
     let scales = d_fits("D-scales of the uncertainty", &names, &dk.d_scales);
     let scales = (!dk.d_scales.is_empty()).then_some((Picture::DScales, scales));
+    let title = "µ of the synthesis problem against the order of the controller";
     let others = [
         (Picture::MuIterations, mu_per_iteration("D-K iteration", &gamma, &peak)),
-        (
-            Picture::MuOrder,
-            mu_against_order(
-                "µ of the synthesis problem against the order of the controller",
-                &[tried],
-                dk.reduction_limit,
-                chosen,
-            ),
-        ),
+        (Picture::MuOrder, mu_against_order(title, &[tried], dk.reduction_limit, chosen)),
     ];
     scales.into_iter().chain(others).collect()
 }
@@ -123,17 +110,10 @@ fn over_speed(design: &Design) -> [(Picture, Figure); 2] {
     let proof = &design.delivery.speed_proof;
     let speeds: Vec<f64> = design.delivery.speed_mu.iter().map(|s| s.speed_rpm).collect();
     let at_speed: Vec<f64> = design.delivery.speed_mu.iter().map(|s| s.mu).collect();
-    [
-        (
-            Picture::SpeedStability,
-            stability_over_speed(
-                "Stability over speed, proven between the computed speeds",
-                &proof.intervals,
-                proof.to_rpm / OVERSPEED,
-            ),
-        ),
-        (Picture::MuSpeed, mu_over_speed("µ of the specification over speed", &speeds, &at_speed)),
-    ]
+    let title = "Stability over speed, proven between the computed speeds";
+    let stability = stability_over_speed(title, &proof.intervals, proof.to_rpm / OVERSPEED);
+    let mu = mu_over_speed("µ of the specification over speed", &speeds, &at_speed);
+    [(Picture::SpeedStability, stability), (Picture::MuSpeed, mu)]
 }
 
 /// A dynamic stiffness that is no prediction of a loop: measured, or a limit.

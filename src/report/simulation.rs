@@ -135,8 +135,7 @@ pub(crate) fn push_figure(
 
 /// A quantity of a response over time in ms.
 pub(super) fn over_time(name: &str, role: Role, response: &TimeResponse, of: &dyn Fn(&TimeSample) -> f64) -> Series {
-    let (ms, values): (Vec<f64>, Vec<f64>) = response.samples.iter().map(|s| (1e3 * s.time_s, of(s))).unzip();
-    Series::curve(name, &ms, &values, role.look())
+    Series::of_points(name, response.samples.iter().map(|s| (1e3 * s.time_s, of(s))), role.look())
 }
 
 /// Zone of ISO 14839-2 by the displacement in parts of the clearance: A and B end at 0.3 and 0.4, C at 0.5.
@@ -169,8 +168,7 @@ pub(crate) fn motion(
         name: name.to_owned(),
         position_m,
         in_bearing,
-        x_m: at.iter().map(|d| d[2 * k]).collect(),
-        y_m: at.iter().map(|d| d[2 * k + 1]).collect(),
+        path_m: at.iter().map(|d| [d[2 * k], d[2 * k + 1]]).collect(),
     };
     Ok(AnimatedMotion {
         title: title.to_owned(),

@@ -16,10 +16,8 @@ pub(crate) struct OrbitPlane {
     pub position_m: f64,
     /// Whether the circle of the backup bearing is drawn round it.
     pub in_bearing: bool,
-    /// Displacement in x, frame by frame, m.
-    pub x_m: Vec<f64>,
-    /// Displacement in y, m.
-    pub y_m: Vec<f64>,
+    /// Displacements in x and y, frame by frame, m.
+    pub path_m: Vec<[f64; 2]>,
 }
 
 /// What moves.
@@ -93,7 +91,7 @@ fn svg(m: &AnimatedMotion) -> String {
     let along = |z: f64| SIDE.0 + (SIDE.1 - SIDE.0) * (z - from) / (to - from).max(1e-9);
     let point = |z: f64, x: f64, y: f64| (along(z) + gain * y * OBLIQUE.0, SIDE.2 - gain * (x + y * OBLIQUE.1));
     let orbit = |plane: &OrbitPlane| -> Vec<(f64, f64)> {
-        plane.x_m.iter().zip(&plane.y_m).map(|(x, y)| point(plane.position_m, *x, *y)).collect()
+        plane.path_m.iter().map(|[x, y]| point(plane.position_m, *x, *y)).collect()
     };
     let mut out = header(m);
     let w = &mut out;
@@ -148,7 +146,7 @@ fn svg(m: &AnimatedMotion) -> String {
 fn end_view(w: &mut String, m: &AnimatedMotion, plane: &OrbitPlane, k: usize) {
     let color = COLORS[k % COLORS.len()];
     let centre = (COLUMN, 78.0 + 122.0 * k as f64);
-    let own = plane.x_m.iter().zip(&plane.y_m).map(|(x, y)| x.hypot(*y)).fold(0.0, f64::max);
+    let own = plane.path_m.iter().map(|[x, y]| x.hypot(*y)).fold(0.0, f64::max);
     let radius_m =
         if plane.in_bearing && own > 0.2 * m.clearance_m { m.clearance_m.max(own) } else { round_up(own.max(1e-12)) };
     let gain = ORBIT / radius_m;
@@ -164,8 +162,7 @@ fn end_view(w: &mut String, m: &AnimatedMotion, plane: &OrbitPlane, k: usize) {
     text(w, (centre.0 + ORBIT + 12.0, centre.1 - 8.0), Style::start(12.0, color).bold(), &plane.name);
     text(w, (centre.0 + ORBIT + 12.0, centre.1 + 9.0), Style::start(11.0, SOFT), circle);
     text(w, (centre.0 + ORBIT + 12.0, centre.1 + 24.0), Style::start(11.0, SOFT), &length(radius_m));
-    let at: Vec<(f64, f64)> =
-        plane.x_m.iter().zip(&plane.y_m).map(|(x, y)| (centre.0 + gain * y, centre.1 - gain * x)).collect();
+    let at: Vec<(f64, f64)> = plane.path_m.iter().map(|[x, y]| (centre.0 + gain * y, centre.1 - gain * x)).collect();
     polyline(w, &at, color, 1.0, "stroke-opacity=\"0.6\"");
     moving_dot(w, &at, color, m.seconds);
 }
@@ -298,8 +295,7 @@ fn csv(m: &AnimatedMotion) -> String {
     }
     let mut table = crate::report::tables::Table::new(header);
     for (k, time) in m.time_s.iter().enumerate() {
-        let values = m.planes.iter().flat_map(|p| [p.x_m.get(k), p.y_m.get(k)].map(|v| v.copied().unwrap_or(f64::NAN)));
-        let row: Vec<f64> = std::iter::once(*time).chain(values).collect();
+        let row: Vec<f64> = std::iter::once(*time).chain(m.planes.iter().flat_map(|p| p.path_m[k])).collect();
         table.push_numbers(&row);
     }
     table.to_csv()

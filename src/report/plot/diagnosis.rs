@@ -112,13 +112,11 @@ fn data_look(points: usize) -> Look {
 /// Ranking of hypotheses: the larger the score the better. Best first; drawn from the top.
 pub fn ranking(title: &str, names: &[String], scores: &[f64], label: &str) -> Figure {
     let reversed: Vec<String> = names.iter().rev().cloned().collect();
-    let x: Vec<f64> = scores.iter().rev().copied().collect();
-    let y: Vec<f64> = (0..x.len()).map(|k| k as f64).collect();
+    let points = scores.iter().rev().enumerate().map(|(k, score)| (*score, k as f64));
     let mut panel = Panel::new("", Axis::linear(label, ""), Axis::categories("", reversed));
     let look = Look::line(Color::Sky, Dash::Solid);
-    panel
-        .series
-        .push(Series::curve(label, &x, &y, look).with_shape(SeriesShape::LyingBars { height: 0.6 }).without_entry());
+    let bars = Series::of_points(label, points, look).with_shape(SeriesShape::LyingBars { height: 0.6 });
+    panel.series.push(bars.without_entry());
     panel.height_px = 60 + 22 * names.len().clamp(3, 40) as u32;
     Figure::new(title, "Hypotheses in order of how well they explain the difference.", vec![panel])
 }

@@ -136,6 +136,12 @@ impl Series {
         }
     }
 
+    /// The same of points.
+    pub(crate) fn of_points(name: &str, points: impl IntoIterator<Item = (f64, f64)>, look: Look) -> Self {
+        let (x, y): (Vec<f64>, Vec<f64>) = points.into_iter().unzip();
+        Self::curve(name, &x, &y, look)
+    }
+
     /// Bars at 0, 1, 2, …: those of group member `number` of `members`, which share that part of a unit.
     pub(super) fn grouped_bars(name: &str, y: &[f64], look: Look, [number, members]: [usize; 2], share: f64) -> Self {
         let width = share / members.max(1) as f64;

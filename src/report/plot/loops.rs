@@ -63,10 +63,9 @@ fn marks(marked: &[MarkedFrequency], labelled: bool) -> Vec<Mark> {
 /// Dynamic stiffness at the tool, one panel an axis. Curves are in N/m over Hz; the picture is in N/µm.
 /// `marked_hz` are frequencies of interest (the spindle frequency) with their labels.
 pub fn dynamic_stiffness(title: &str, panels: &[(impl AsRef<str>, Vec<Curve>)], marked_hz: &[(f64, &str)]) -> Figure {
-    const MICRO: f64 = 1e-6;
     let drawn = panels.iter().enumerate().map(|(k, (name, curves))| {
         let mut panel = Panel::new(name.as_ref(), Axis::log("Frequency", "Hz"), Axis::log("Dynamic stiffness", "N/µm"));
-        panel.series = curves.iter().map(|c| c.scale_curve(MICRO)).collect();
+        panel.series = curves.iter().map(|c| c.map_values(|y| 1e-6 * y)).collect();
         panel.marks =
             marked_hz.iter().map(|(value, label)| Mark::dotted(*value, if k == 0 { label } else { "" })).collect();
         panel.height_px = if panels.len() > 1 { 280 } else { 380 };
@@ -95,13 +94,7 @@ pub fn sensitivity(title: &str, panels: &[(impl AsRef<str>, Vec<Curve>)]) -> Fig
     let drawn = panels.iter().map(|(name, curves)| {
         let y = Axis::linear("|S|", "dB").with_range(low, high.max(20.0));
         let mut panel = Panel::new(name.as_ref(), Axis::log("Frequency", "Hz"), y);
-        panel.series = curves
-            .iter()
-            .map(|c| {
-                let db: Vec<f64> = c.y.iter().map(|s| 20.0 * s.log10()).collect();
-                Series::curve(c.name, c.x, &db, c.role.look())
-            })
-            .collect();
+        panel.series = curves.iter().map(|c| c.map_values(|s| 20.0 * s.log10())).collect();
         add_zone_limits(&mut panel);
         panel.height_px = 290;
         panel
@@ -128,9 +121,7 @@ pub fn nyquist(title: &str, loops: &[Curve<c64>]) -> Figure {
     panel.height_px = 520;
     panel.series.push(Series::curve("critical point", &[-1.0], &[0.0], Look::points(Color::Black, Marker::Cross)));
     for l in loops {
-        let re: Vec<f64> = l.y.iter().map(|h| h.re).collect();
-        let im: Vec<f64> = l.y.iter().map(|h| h.im).collect();
-        panel.series.push(Series::curve(l.name, &re, &im, l.role.look()));
+        panel.series.push(Series::of_points(l.name, l.y.iter().map(|h| (h.re, h.im)), l.role.look()));
     }
     Figure::new(title, "Open loops in the complex plane near the critical point.", vec![panel])
 }

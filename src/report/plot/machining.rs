@@ -7,7 +7,7 @@ use super::style::{Color, Dash, Look};
 /// Stability lobes: limiting depth of cut (m) over spindle speed (rpm), drawn in mm; below a curve cutting is stable.
 pub fn chatter_lobes(title: &str, curves: &[Curve], max_rpm: f64) -> Figure {
     let mut panel = Panel::new("", Axis::linear("Spindle speed", "rpm"), Axis::linear("Depth of cut", "mm"));
-    panel.series = curves.iter().map(|c| c.scale_curve(1e3)).collect();
+    panel.series = curves.iter().map(|c| c.map_values(|y| 1e3 * y)).collect();
     panel.height_px = 380;
     let mut depths: Vec<f64> =
         panel.series.iter().flat_map(|s| s.y.iter().copied()).filter(|y| y.is_finite()).collect();
@@ -49,8 +49,7 @@ pub fn tools(title: &str, tools: &[String], quantities: &[ToolQuantity]) -> Figu
         panel.y.range = outlier_free(q);
         for (k, (name, values)) in q.bars.iter().enumerate() {
             let place = names.iter().position(|n| n == name).unwrap_or(0) % COLORS.len();
-            let color = COLORS.get(place).copied().unwrap_or(Color::Blue);
-            let look = Look::line(color, Dash::Solid);
+            let look = Look::line(COLORS[place], Dash::Solid);
             panel.series.push(Series::grouped_bars(name, values, look, [k, q.bars.len()], 0.76));
         }
         q.references.iter().for_each(|(value, name)| panel.level(*value, *name));
@@ -95,7 +94,7 @@ pub(crate) fn tool_stiffness(title: &str, panels: &[(&str, Vec<Curve>)], marked_
         let y = Axis::log("Dynamic stiffness", "N/µm");
         let y = range.map_or(y.clone(), |(low, high)| y.with_range(low, high));
         let mut panel = Panel::new(name, Axis::log("Frequency", "Hz"), y);
-        panel.series = curves.iter().map(|c| c.scale_curve(1e-6)).collect();
+        panel.series = curves.iter().map(|c| c.map_values(|y| 1e-6 * y)).collect();
         panel.marks = vec![super::figure::Mark::top_speed(marked_hz)];
         panel.height_px = 330;
         panel

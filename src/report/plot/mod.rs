@@ -83,25 +83,15 @@ pub struct Picture {
     pub drawing: Option<Drawing>,
 }
 
-/// A format of pictures beside the SVG that pages are made of.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum PictureFormat {
-    /// Scalable vector graphics.
-    Svg,
-    /// Pixels, three for each one of the report.
-    Png,
-    /// A page of the size of the picture: curves as vectors, texts as text in an embedded font.
-    Pdf,
-}
-
-impl PictureFormat {
-    /// Ending of the file.
-    pub(crate) fn ending(self) -> &'static str {
-        match self {
-            Self::Svg => "svg",
-            Self::Png => "png",
-            Self::Pdf => "pdf",
-        }
+named! {
+    /// A format of pictures beside the SVG that pages are made of, by the ending of its files.
+    pub enum PictureFormat {
+        /// Scalable vector graphics.
+        Svg = "svg",
+        /// Pixels, three for each one of the report.
+        Png = "png",
+        /// A page of the size of the picture: curves as vectors, texts as text in an embedded font.
+        Pdf = "pdf",
     }
 }
 
@@ -157,8 +147,9 @@ impl Curve<'_> {
         Series::curve(self.name, self.x, self.y, self.role.look())
     }
 
-    fn scale_curve(&self, factor: f64) -> Series {
-        let y: Vec<f64> = self.y.iter().map(|y| factor * y).collect();
+    /// The same with other ordinates.
+    fn map_values(&self, to: impl Fn(f64) -> f64) -> Series {
+        let y: Vec<f64> = self.y.iter().map(|y| to(*y)).collect();
         Series::curve(self.name, self.x, &y, self.role.look())
     }
 }

@@ -22,19 +22,17 @@ pub fn time_responses(title: &str, mut panels: Vec<Panel>) -> Figure {
 /// Orbits, one panel a plane: name, x and y in m; drawn in µm within the backup clearance (m).
 pub fn orbits(title: &str, planes: &[(&str, &[f64], &[f64])], clearance_m: f64) -> Figure {
     const MICRO: f64 = 1e6;
-    let circle = |radius: f64, f: fn(f64) -> f64| -> Vec<f64> {
-        (0..=120).map(|k| radius * MICRO * f(f64::from(k) * 3f64.to_radians())).collect()
-    };
+    let circle = (0..=120).map(|k| f64::from(k) * 3f64.to_radians());
+    let circle = circle.map(|a| (clearance_m * MICRO * a.cos(), clearance_m * MICRO * a.sin()));
     let panels = planes.iter().map(|(name, x, y)| {
         let axis = |label: &str| Axis::linear(label, "µm");
         let mut panel = Panel::new(name, axis("x"), axis("y"));
         panel.equal_aspect = true;
         panel.height_px = 380;
-        let micro = |v: &[f64]| v.iter().map(|m| MICRO * m).collect::<Vec<f64>>();
-        let clearance = (circle(clearance_m, f64::cos), circle(clearance_m, f64::sin));
+        let orbit = x.iter().zip(*y).map(|(x, y)| (MICRO * x, MICRO * y));
         panel.series = vec![
-            Series::curve("backup bearing", &clearance.0, &clearance.1, Role::Limit.look()),
-            Series::curve("orbit", &micro(x), &micro(y), Look::line(Color::Blue, Dash::Solid).with_width(1.2)),
+            Series::of_points("backup bearing", circle.clone(), Role::Limit.look()),
+            Series::of_points("orbit", orbit, Look::line(Color::Blue, Dash::Solid).with_width(1.2)),
         ];
         panel
     });

@@ -139,14 +139,10 @@ fn station_marks(stations: &[Station], labelled: bool) -> Vec<Mark> {
 fn agreement(reference: &Curve, curve: &Curve) -> f64 {
     let mut points: Vec<(f64, f64)> = reference.x.iter().copied().zip(reference.y.iter().copied()).collect();
     points.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let interpolated = |z: f64| {
-        let segment =
-            points.windows(2).find(|w| w.first().is_some_and(|a| a.0 <= z) && w.last().is_some_and(|b| z <= b.0));
-        match segment {
-            Some([a, b]) if b.0 > a.0 => a.1 + (b.1 - a.1) * (z - a.0) / (b.0 - a.0),
-            Some([a, ..]) => a.1,
-            _ => 0.0,
-        }
+    let interpolated = |z: f64| match points.windows(2).find(|w| w[0].0 <= z && z <= w[1].0) {
+        Some([a, b]) if b.0 > a.0 => a.1 + (b.1 - a.1) * (z - a.0) / (b.0 - a.0),
+        Some([a, ..]) => a.1,
+        _ => 0.0,
     };
     let product: f64 = curve.x.iter().zip(curve.y).map(|(z, a)| a * interpolated(*z)).sum();
     if product < 0.0 { -1.0 } else { 1.0 }
