@@ -256,7 +256,6 @@ impl From<&PoleDrift> for DriftSummary {
 }
 
 impl DriftSummary {
-    /// A sentence.
     pub(crate) fn words(&self) -> &str {
         &self.words
     }

@@ -87,10 +87,9 @@ fn table(response: &TimeResponse) -> Table {
     let mut header = vec!["time_s".to_owned()];
     header.extend(AXES.map(|a| format!("sensor_{a}_m")));
     header.extend(PLACES.map(|p| format!("displacement_{p}_m")));
-    header.extend(AXES.map(|a| format!("current_{a}_a")));
-    header.extend(AXES.map(|a| format!("voltage_{a}_v")));
-    header.extend(AXES.map(|a| format!("force_{a}_n")));
-    header.extend(AXES.map(|a| format!("contact_{a}_n")));
+    for (quantity, unit) in [("current", "a"), ("voltage", "v"), ("force", "n"), ("contact", "n")] {
+        header.extend(AXES.map(|a| format!("{quantity}_{a}_{unit}")));
+    }
     let mut table = Table::new(header);
     for s in &response.samples {
         let row: Vec<f64> = std::iter::once(s.time_s)

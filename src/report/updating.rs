@@ -98,13 +98,7 @@ fn label(e: &PeakError) -> String {
 
 /// The table of errors in Hz and %, models side by side as in Table 1 of the reference method.
 pub(crate) fn error_table(models: &[(&str, &[PeakError])]) -> Table {
-    let mut header = vec![
-        "kind".to_owned(),
-        "frf".to_owned(),
-        "number".to_owned(),
-        "measured_hz".to_owned(),
-        "before_hz".to_owned(),
-    ];
+    let mut header = ["kind", "frf", "number", "measured_hz", "before_hz"].map(str::to_owned).to_vec();
     for (name, _) in models {
         for unit in ["hz", "error_hz", "error_percent"] {
             header.push(format!("{name}_{unit}"));
@@ -149,8 +143,7 @@ pub(crate) fn shape_table(shapes: &[ShapeComparison]) -> Table {
 }
 
 /// Pictures of an updating: factors, determinability, errors, mode shapes; a rotor without magnets has no machine.
-/// `models` names the fits, the
-/// delivered one first.
+/// `models` names the fits, the delivered one first.
 pub(crate) fn figures(machine: Option<&Machine>, models: &[(&str, &Updated)]) -> Vec<(Picture, Figure)> {
     let Some((name, fit)) = models.first() else {
         return vec![];
@@ -161,23 +154,17 @@ pub(crate) fn figures(machine: Option<&Machine>, models: &[(&str, &Updated)]) ->
     // Share of a region's prior variance that the data have removed.
     let prior: Vec<f64> =
         (0..regions.len()).map(|i| fit.determined.prior_standard_deviation_ln.get(i).copied().unwrap_or(1.0)).collect();
-    let share: Vec<f64> = fit
-        .determined
-        .standard_deviation_ln
-        .iter()
-        .zip(&prior)
-        .map(|(after, before)| 1.0 - (after / before).powi(2))
-        .collect();
+    let after = fit.determined.standard_deviation_ln.iter();
+    let share: Vec<f64> = after.zip(&prior).map(|(after, before)| 1.0 - (after / before).powi(2)).collect();
     // Combinations that the data say nothing about have no place on a logarithmic axis.
     let singular: Vec<f64> =
         fit.determined.combinations.iter().map(|c| c.singular_value).filter(|s| *s > 1e-3).collect();
-    let mut list = vec![
+    vec![
         (Picture::ModulusFactors, modulus_factors("Modulus factors", &regions, &factor, &deviation)),
         (Picture::Determinability, determinability("What the data determine", &singular, &regions, &share)),
         (Picture::FrequencyErrors, errors_figure(&errors_of(models))),
-    ];
-    list.push((Picture::ModeShapes, shapes_figure(machine, name, fit)));
-    list
+        (Picture::ModeShapes, shapes_figure(machine, name, fit)),
+    ]
 }
 
 /// The tables of errors of fits.
