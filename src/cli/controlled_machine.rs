@@ -6,7 +6,6 @@ use super::machine::{Remarks, load_machine, load_with_remarks};
 use crate::controller::{Controller, MachineTag};
 use crate::input::correction::CORRECTION_FILE;
 use crate::input::{Warning, load_tagged_controller, usual_tool, with_correction};
-use crate::report::summary::Summary;
 use crate::report::whole::machine_tag;
 use crate::spindle::Machine;
 use serde_json::{Value, json};
@@ -80,12 +79,6 @@ impl MachineArguments {
 }
 
 impl ControlledMachine {
-    /// True when the controller names another machine than the one that is used.
-    pub(super) fn differs(&self) -> bool {
-        let other = |tag: &MachineTag| tag.hash != self.used.hash;
-        self.designed_for.as_ref().is_some_and(other)
-    }
-
     /// Files and hash of the machine that is used.
     pub(super) fn used_machine(&self) -> Value {
         json!({
@@ -93,13 +86,8 @@ impl ControlledMachine {
             "tool": self.used.tool,
             "hash": self.used.hash,
             // Absent where the controller names no machine.
-            "is_that_of_the_design": self.designed_for.as_ref().map(|_| !self.differs()),
+            "is_that_of_the_design": self.designed_for.as_ref().map(|tag| tag.hash == self.used.hash),
         })
-    }
-
-    /// The same as the key `machine` of a summary.
-    pub(super) fn add_to(&self, summary: &mut Summary) {
-        summary.set("machine", self.used_machine());
     }
 }
 

@@ -197,10 +197,7 @@ pub fn verdict(rows: &[BatchRow]) -> String {
     let met = rows.iter().filter(|r| r.met()).count();
     let failed = rows.iter().filter(|r| r.failure.is_some()).count();
     let words = format!("{met} of {} tools meet the specification", rows.len());
-    let words = match failed {
-        0 => words,
-        _ => format!("{words}; {failed} failed"),
-    };
+    let words = if failed == 0 { words } else { format!("{words}; {failed} failed") };
     let unstable: Vec<&str> = rows.iter().filter(|r| r.instability.is_some()).map(|r| r.tool.as_str()).collect();
     let missed = rows.iter().filter(|r| r.instability.is_none()).filter_map(|r| {
         let why = r.figures.as_ref()?.missed.as_ref()?;
@@ -219,10 +216,8 @@ pub(crate) fn tools_words(rows: &[BatchRow]) -> String {
 }
 
 pub(crate) fn sentences(rows: &[BatchRow]) -> Vec<String> {
-    let mut words = vec![];
-    for row in rows {
-        words.extend(row.instability.iter().map(|why| format!("{}: {why}", row.tool)));
-    }
+    let unstable = rows.iter().filter_map(|r| Some(format!("{}: {}", r.tool, r.instability.as_ref()?)));
+    let mut words: Vec<String> = unstable.collect();
     let missed: Vec<String> = rows
         .iter()
         .filter(|r| r.figures.is_some() && r.instability.is_none() && !r.met())
@@ -235,11 +230,7 @@ pub(crate) fn sentences(rows: &[BatchRow]) -> Vec<String> {
     if !missed.is_empty() {
         words.push(format!("Specification missed by {}.", missed.join(", ")));
     }
-    for row in rows {
-        if let Some(failure) = &row.failure {
-            words.push(format!("{} failed: {failure}", row.tool));
-        }
-    }
+    words.extend(rows.iter().filter_map(|r| Some(format!("{} failed: {}", r.tool, r.failure.as_ref()?))));
     let range = |k: usize| {
         let all = rows.iter().map(|r| r.minimum(k)).filter(|x| x.is_finite());
         let (low, high) = all.fold((f64::INFINITY, 0.0f64), |(a, b), x| (a.min(x), b.max(x)));
@@ -327,10 +318,7 @@ pub fn figures(rows: &[BatchRow], top_speed_hz: f64) -> Vec<(Picture, Figure)> {
     let curves = |k: usize| -> Vec<Curve> {
         let each = rows.iter().enumerate();
         each.filter_map(|(n, r)| {
-            let found = r.loop_of(k)?;
-            if found.frequency_hz.is_empty() {
-                return None;
-            }
+            let found = r.loop_of(k).filter(|found| !found.frequency_hz.is_empty())?;
             Some(Curve { name: &r.tool, role: Role::Other(n), x: &found.frequency_hz, y: &found.stiffness_n_per_m })
         })
         .collect()

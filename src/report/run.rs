@@ -115,14 +115,11 @@ fn add_loops(report: &mut Report, run: &Run) {
         report.summary.set(&format!("damping_ratio.{name}"), damping);
     }
     if let Some(rivals) = &run.rivals {
-        match &rivals.tuned {
-            Ok((found, _)) => {
-                report.summary.set("pid", pid_topic(found, &rivals.effort, OF_DELIVERED));
-            }
-            Err(reason) => {
-                report.summary.set("pid", no_pid_topic(&not_found_words(reason)));
-            }
-        }
+        let pid = match &rivals.tuned {
+            Ok((found, _)) => pid_topic(found, &rivals.effort, OF_DELIVERED),
+            Err(reason) => no_pid_topic(&not_found_words(reason)),
+        };
+        report.summary.set("pid", pid);
         if let Ok((plain, _)) = &rivals.textbook {
             let stable = plain.certificate.nominal.is_stable();
             report.summary.set("pid.textbook_stable", stable);
@@ -153,10 +150,8 @@ fn add_model_pictures(report: &mut Report, run: &Run, curves: &Curves) -> Result
 fn add_pictures(report: &mut Report, run: &Run, curves: &Curves) -> Result<(), ReportError> {
     add_model_pictures(report, run, curves)?;
     let loops = loops(run);
-    let mut shown: Vec<(Role, &Prediction)> = vec![];
-    for k in 0..2 {
-        shown.extend(loops.iter().map(|(_, role, both)| (*role, &both[k])));
-    }
+    let ends = [0, 1].into_iter().flat_map(|k| loops.iter().map(move |(_, role, both)| (*role, &both[k])));
+    let shown: Vec<(Role, &Prediction)> = ends.collect();
     let top_hz = run.machine.spindle.max_rpm / 60.0;
     let drawn = robustness(&run.design).into_iter();
     report.figures(drawn.chain(predictions(&shown, &[], top_hz)))?;

@@ -92,15 +92,9 @@ fn table(response: &TimeResponse) -> Table {
     }
     let mut table = Table::new(header);
     for s in &response.samples {
-        let row: Vec<f64> = std::iter::once(s.time_s)
-            .chain(s.sensors_m)
-            .chain(s.displacements_m)
-            .chain(s.currents_a)
-            .chain(s.voltages_v)
-            .chain(s.forces_n)
-            .chain(s.contact_n)
-            .collect();
-        table.push_numbers(&row);
+        let at_sensors = [&[s.time_s][..], &s.sensors_m, &s.displacements_m];
+        let at_magnets = [s.currents_a, s.voltages_v, s.forces_n, s.contact_n];
+        table.push_numbers(&[at_sensors.concat(), at_magnets.concat()].concat());
     }
     table
 }

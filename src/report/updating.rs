@@ -88,7 +88,7 @@ fn held_out(fit: &Updated) -> Vec<String> {
     names
 }
 
-/// Name of a peak in tables and pictures: `resonance 1`, `antiresonance front 2`.
+/// Name of a peak in pictures: `r 1` is a resonance, `a front 2` an antiresonance.
 fn label(e: &PeakError) -> String {
     match e.kind {
         PeakKind::Resonance => format!("r {}", e.number),
@@ -100,9 +100,7 @@ fn label(e: &PeakError) -> String {
 pub(crate) fn error_table(models: &[(&str, &[PeakError])]) -> Table {
     let mut header = ["kind", "frf", "number", "measured_hz", "before_hz"].map(str::to_owned).to_vec();
     for (name, _) in models {
-        for unit in ["hz", "error_hz", "error_percent"] {
-            header.push(format!("{name}_{unit}"));
-        }
+        header.extend(["hz", "error_hz", "error_percent"].map(|unit| format!("{name}_{unit}")));
     }
     let mut table = Table::new(header);
     let Some((_, first)) = models.first() else {

@@ -133,11 +133,7 @@ impl Report {
         design: &Design,
         pid: Option<&Controller>,
     ) -> Result<(), ReportError> {
-        let [spindle, tool] = match place {
-            "" => ["spindle.yaml", "tool.yaml"],
-            _ => ["../spindle.yaml", "../tool.yaml"],
-        };
-        let tag = machine_tag(machine, spindle, tool);
+        let tag = tag_from_below(machine, place.matches('/').count());
         for (file, bytes) in controller_files(machine, design, &tag)? {
             self.folder.add(&format!("{place}{file}"), bytes)?;
         }
@@ -160,8 +156,7 @@ impl Report {
     ) -> Result<(), ReportError> {
         self.summary.set("thrust", thrust_topic(found));
         self.figures([(Picture::Thrust, thrust_figure(found))])?;
-        let up = "../".repeat(1 + place.matches('/').count());
-        let tag = machine_tag(machine, &format!("{up}spindle.yaml"), &format!("{up}tool.yaml"));
+        let tag = tag_from_below(machine, 1 + place.matches('/').count());
         for (file, bytes) in thrust_files(machine, found, &tag, formats)? {
             self.folder.add(&format!("{place}thrust/{file}"), bytes)?;
         }
@@ -170,7 +165,7 @@ impl Report {
 
     /// Adds the machine's files and `controller/discrete.json` of a controller without a design.
     pub(crate) fn controller_alone(&mut self, machine: &Machine, controller: &Controller) -> Result<(), ReportError> {
-        let tag = machine_tag(machine, "../spindle.yaml", "../tool.yaml");
+        let tag = tag_from_below(machine, 1);
         self.folder.add("controller/discrete.json", controller_json(controller, Some(&tag)))?;
         self.machine_files(machine)
     }
@@ -237,6 +232,12 @@ fn controller_files(
         controller_formats(design),
     )?;
     Ok(written.files)
+}
+
+/// The tag of a machine whose files lie so many folders above.
+fn tag_from_below(machine: &Machine, folders: usize) -> MachineTag {
+    let up = "../".repeat(folders);
+    machine_tag(machine, &format!("{up}spindle.yaml"), &format!("{up}tool.yaml"))
 }
 
 /// The tag of a machine whose files are found under these paths.
