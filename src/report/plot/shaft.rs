@@ -48,9 +48,9 @@ pub struct Station<'a> {
     pub kind: StationKind,
 }
 
-/// Outline of the rotor on top, below it one panel a mode: heading (`mode 1: 1069 Hz`) and its curves, amplitudes of any
-/// scale over positions in m. Every curve is scaled to a largest amplitude of one, and its sign is turned to agree with
-/// the first of its mode; what is measured is drawn as points.
+/// Outline of the rotor on top, below it one panel a mode: heading (`mode 1: 1069 Hz`) and its curves over positions in
+/// m. Every curve is scaled to a largest amplitude of one, and its sign is turned to agree with the first of its mode;
+/// what is measured is drawn as points.
 pub fn mode_shapes(
     title: &str,
     outline: &[OutlinePiece],
