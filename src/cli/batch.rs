@@ -9,7 +9,7 @@ use super::batch_plan::{collect_rows, plan, read_row};
 use super::batch_variants::{Variant, variants};
 use super::console::{CommandEnd, Console, REPORT};
 use super::design_progress::{told, told_of};
-use super::progress::Progress;
+use super::progress::{Progress, lock};
 use crate::augment::weights::Weights;
 use crate::export::firmware::sha256_hex;
 use crate::input::load_weights;
@@ -20,8 +20,8 @@ use crate::report::batch::{BatchRow, ROW_FILE, figures, overview, sentences, sho
 use crate::report::tool::tool_report;
 use crate::report::whole::{Report, ReportError, machine_tag};
 use std::path::Path;
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Mutex, PoisonError};
 
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd, Failure> {
     if let Some(folder) = &arguments.collect {
@@ -67,7 +67,6 @@ fn all(
 ) -> Result<Vec<BatchRow>, Failure> {
     let next = AtomicUsize::new(0);
     let found = Mutex::new(vec![]);
-    let found_so_far = || found.lock().unwrap_or_else(PoisonError::into_inner);
     progress.share(0, variants.len());
     let in_turn = || {
         while let Some((number, variant)) = take_next(variants, &next) {
@@ -76,7 +75,7 @@ fn all(
                 // What cannot be written ends the batch.
                 next.store(variants.len(), Ordering::Relaxed);
             }
-            let mut found = found_so_far();
+            let mut found = lock(&found);
             found.push((number, row));
             progress.share(found.len(), variants.len());
         }
@@ -87,7 +86,7 @@ fn all(
         // A closure for each thread: one that could be stolen would run inside another tool.
         rayon::broadcast(|_| in_turn());
     }
-    let mut found = std::mem::take(&mut *found_so_far());
+    let mut found = std::mem::take(&mut *lock(&found));
     found.sort_by_key(|(number, _)| *number);
     found.into_iter().map(|(_, row)| row).collect()
 }

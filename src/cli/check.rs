@@ -87,13 +87,9 @@ fn one(file: &str, kind: FileKind, with_tool: bool, partner: Partner<'_>, watch:
     let path = Path::new(file);
     match kind {
         // Its effects may name regions of the tool: with a tool among the files both are checked together.
-        FileKind::Spindle if with_tool => {
-            load_spindle(file)?;
-        }
+        FileKind::Spindle if with_tool => drop(load_spindle(file)?),
         FileKind::Spindle => check_alone(file)?,
-        FileKind::Rotor => {
-            load_rotor(file, None)?;
-        }
+        FileKind::Rotor => drop(load_rotor(file, None)?),
         FileKind::Tool => {
             let (name, spindle) = partner;
             let spindle = spindle.clone()?;
@@ -101,32 +97,14 @@ fn one(file: &str, kind: FileKind, with_tool: bool, partner: Partner<'_>, watch:
             let machine = join_machine(file, spindle, tool)?;
             model_warnings(&machine, name, file)?.iter().for_each(say);
         }
-        FileKind::Weights => {
-            load_weights(file)?;
-        }
-        FileKind::Controller => {
-            load_controller(file)?;
-        }
+        FileKind::Weights => drop(load_weights(file)?),
+        FileKind::Controller | FileKind::Mat => drop(load_controller(file)?),
         FileKind::Measurement => return check_measurement(file, watch),
-        FileKind::Sweep => {
-            load_sweep(path, 0.0, watch)?;
-        }
-        FileKind::Hammer => {
-            load_hammer(path, &HammerKeys::default(), watch)?;
-        }
-        FileKind::ModeShapes => {
-            load_mode_shapes(path, watch)?;
-        }
-        FileKind::Universal => {
-            let functions = uff::load(file)?;
-            uff_frf::frfs(file, &functions)?;
-        }
-        FileKind::Mat => {
-            load_controller(file)?;
-        }
-        FileKind::Pid => {
-            load_pid(file, partner.1.clone()?.electronics.sample_rate_hz)?;
-        }
+        FileKind::Sweep => drop(load_sweep(path, 0.0, watch)?),
+        FileKind::Hammer => drop(load_hammer(path, &HammerKeys::default(), watch)?),
+        FileKind::ModeShapes => drop(load_mode_shapes(path, watch)?),
+        FileKind::Universal => drop(uff_frf::frfs(file, &uff::load(file)?)?),
+        FileKind::Pid => drop(load_pid(file, partner.1.clone()?.electronics.sample_rate_hz)?),
     }
     Ok(true)
 }

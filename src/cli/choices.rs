@@ -7,6 +7,7 @@ use crate::export::firmware::Format;
 use crate::identify::spectra::{Estimator, Motion, SpectralWindow};
 use crate::pipeline::simulation::SimulationCase;
 use crate::report::plot::PictureFormat;
+use crate::update::Method;
 use clap::ValueEnum;
 use clap::builder::PossibleValue;
 
@@ -34,7 +35,7 @@ impl PictureArguments {
     /// The option as it is written on a command line, with a space before it; empty without formats beside SVG.
     pub(super) fn further(&self) -> String {
         let further = self.formats.iter().filter(|format| **format != PictureFormat::Svg);
-        let endings: Vec<&str> = further.map(|format| format.ending()).collect();
+        let endings: Vec<&str> = further.map(|format| format.name()).collect();
         if endings.is_empty() { String::new() } else { format!(" --format {}", endings.join(",")) }
     }
 }
@@ -61,6 +62,10 @@ choices! { Format: C "c"; Csv "csv"; Mat "mat"; Json "json"; }
 choices! { Form:
     Modal "modal" "Real modal form";
     SecondOrderSections "sections" "Second-order sections, for decentralised controllers";
+}
+choices! { Method:
+    GaussNewton "gauss-newton" "Sensitivities, prior, noise";
+    NelderMead "nelder-mead" "The search of the reference method, Eq. (7)";
 }
 choices! { SimulationCase:
     Impulse "impulse" "Half-sine push at the tool";

@@ -3,7 +3,7 @@
 use super::Failure;
 use super::choices::PictureArguments;
 use super::console::{CommandEnd, Console, REPORT};
-use super::controlled_machine::{UsedMachine, other_machine};
+use super::controlled_machine::other_machine;
 use super::design_arguments::{DesignArguments, PidArguments};
 use super::design_progress::told;
 use super::machine::Remarks;
@@ -24,6 +24,7 @@ use crate::report::whole::Report;
 use crate::spindle::Machine;
 use crate::workflow::plausibility::Records;
 use rayon::prelude::*;
+use serde_json::Value;
 
 #[derive(clap::Args, Debug)]
 pub(super) struct Arguments {
@@ -144,7 +145,7 @@ fn all_compared(
     keys.par_iter().zip(controllers).map(one).collect()
 }
 
-type Given = (Machine, Vec<(Role, Controller, KnownFigures)>, Option<UsedMachine>, Remarks);
+type Given = (Machine, Vec<(Role, Controller, KnownFigures)>, Option<Value>, Remarks);
 
 /// The machine, the controllers of the command line, which machine was used for them, and what looks wrong in its
 /// files.

@@ -165,6 +165,7 @@ enum AnswerText {
 
 /// The end of a command: its answer to a program, and for a person verdict, figures, where the files are, what to do
 /// next.
+#[must_use]
 #[derive(Clone, Debug, Default)]
 pub(crate) struct CommandEnd {
     answer: AnswerText,
@@ -199,52 +200,44 @@ impl CommandEnd {
     }
 
     /// The same with an answer in JSON.
-    #[must_use]
     pub(crate) fn answer(self, value: &Value) -> Self {
         self.json(format!("{value:#}\n"))
     }
 
     /// The same with the text of an answer in JSON.
-    #[must_use]
     pub(crate) fn json(self, text: String) -> Self {
         Self { answer: AnswerText::Json(text), ..self }
     }
 
     /// The same with an answer that is no JSON: `data` for a pipe, `value` for `--json`.
-    #[must_use]
     pub(crate) fn data(self, data: String, value: Value) -> Self {
         Self { answer: AnswerText::Data { data, value }, ..self }
     }
 
     /// Adds a sentence on standard error behind the answer.
-    #[must_use]
     pub(crate) fn say(mut self, line: impl Into<String>) -> Self {
         self.said.push(line.into());
         self
     }
 
     /// Adds a row of the table; the first column is left-aligned, the others right-aligned.
-    #[must_use]
     pub(crate) fn row<const N: usize>(mut self, cells: [impl Into<String>; N]) -> Self {
         self.table.push(cells.into_iter().map(Into::into).collect());
         self
     }
 
     /// Adds rows of the table.
-    #[must_use]
     pub(crate) fn rows(mut self, rows: impl IntoIterator<Item = Vec<String>>) -> Self {
         self.table.extend(rows);
         self
     }
 
     /// Names a file or folder that was written.
-    #[must_use]
     pub(crate) fn file(mut self, path: impl Into<String>) -> Self {
         self.files.push(path.into());
         self
     }
 
-    #[must_use]
     pub(crate) fn next(mut self, command: impl Into<String>) -> Self {
         self.next.push(command.into());
         self

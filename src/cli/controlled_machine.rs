@@ -6,10 +6,9 @@ use super::machine::{Remarks, load_machine, load_with_remarks};
 use crate::controller::{Controller, MachineTag};
 use crate::input::correction::CORRECTION_FILE;
 use crate::input::{Warning, load_tagged_controller, usual_tool, with_correction};
-use crate::report::summary::Summary;
 use crate::report::whole::machine_tag;
 use crate::spindle::Machine;
-use serde::Serialize;
+use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
 pub(super) struct ControlledMachine {
@@ -19,16 +18,6 @@ pub(super) struct ControlledMachine {
     pub used: MachineTag,
     /// What the controller was designed for, when its file says so.
     pub designed_for: Option<MachineTag>,
-}
-
-/// `machine`: files and hash of the machine that is used.
-#[derive(Clone, Debug, Serialize)]
-pub(super) struct UsedMachine {
-    spindle: String,
-    tool: String,
-    hash: String,
-    /// Absent where the controller names no machine.
-    is_that_of_the_design: Option<bool>,
 }
 
 /// Spindle and tool of the command line: a path or a shipped name each.
@@ -90,25 +79,15 @@ impl MachineArguments {
 }
 
 impl ControlledMachine {
-    /// True when the controller names another machine than the one that is used.
-    pub(super) fn differs(&self) -> bool {
-        let other = |tag: &MachineTag| tag.hash != self.used.hash;
-        self.designed_for.as_ref().is_some_and(other)
-    }
-
-    /// What is used and whether it is the machine of the design.
-    pub(super) fn used_machine(&self) -> UsedMachine {
-        UsedMachine {
-            spindle: self.used.spindle.clone(),
-            tool: self.used.tool.clone(),
-            hash: self.used.hash.clone(),
-            is_that_of_the_design: self.designed_for.as_ref().map(|_| !self.differs()),
-        }
-    }
-
-    /// The same as the key `machine` of a summary.
-    pub(super) fn add_to(&self, summary: &mut Summary) {
-        summary.set("machine", self.used_machine());
+    /// Files and hash of the machine that is used.
+    pub(super) fn used_machine(&self) -> Value {
+        json!({
+            "spindle": self.used.spindle,
+            "tool": self.used.tool,
+            "hash": self.used.hash,
+            // Absent where the controller names no machine.
+            "is_that_of_the_design": self.designed_for.as_ref().map(|tag| tag.hash == self.used.hash),
+        })
     }
 }
 

@@ -20,12 +20,6 @@ pub(super) struct DesignArguments {
     pub weights: String,
 }
 
-impl Default for DesignArguments {
-    fn default() -> Self {
-        Self { machine: MachineArguments::default(), weights: "benchmark".into() }
-    }
-}
-
 impl DesignArguments {
     /// Reads and validates all three files.
     pub(super) fn load(&self) -> Result<(Machine, Weights), Failure> {

@@ -119,7 +119,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd
     let prefixes = prefixes(&arguments.prefix, &prepared)?;
     let firmware: Vec<Firmware<'_>> =
         prepared.iter().zip(&prefixes).map(|(one, prefix)| one.firmware(prefix)).collect();
-    let mut files: Vec<(String, Vec<u8>)> = Vec::new();
+    let mut staged = ResultsFolder::new();
     let (mut answers, mut notes) = (Vec::new(), Vec::new());
     for (one, firmware) in prepared.iter().zip(&firmware) {
         let folder = if prepared.len() == 1 { String::new() } else { format!("{}/", firmware.prefix) };
@@ -133,26 +133,24 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd
             written.files.extend(units);
             written.notes.extend(notes);
         }
-        let own: Vec<(String, Vec<u8>)> =
-            written.files.into_iter().map(|(name, bytes)| (format!("{folder}{name}"), bytes)).collect();
-        let names: Vec<String> = own.iter().map(|f| f.0.clone()).collect();
+        let names: Vec<String> = written.files.iter().map(|(name, _)| format!("{folder}{name}")).collect();
+        for (name, (_, bytes)) in names.iter().zip(written.files) {
+            staged.add(name, bytes)?;
+        }
         let own_notes = one.rows.rows.notes.iter().chain(&one.notes).chain(&written.notes);
         let own_notes: Vec<String> = own_notes.cloned().collect();
         answers.push(one.answer(firmware.prefix, &names, &own_notes));
         notes.extend(own_notes);
-        files.extend(own);
     }
     if prepared.len() > 1 && arguments.format.contains(&Format::C) {
-        files.extend(controller_table(&firmware)?);
-    }
-    let mut folder = ResultsFolder::new();
-    for (name, bytes) in &files {
-        folder.add(name, bytes.as_slice())?;
+        for (name, bytes) in controller_table(&firmware)? {
+            staged.add(&name, bytes)?;
+        }
     }
     for note in &notes {
         eprintln!("note: {note}");
     }
-    console.writing(|| folder.write(Path::new(&arguments.out)))?;
+    console.writing(|| staged.write(Path::new(&arguments.out)))?;
     let mut answer = match <[Value; 1]>::try_from(answers) {
         Ok([only]) => only,
         Err(controllers) => json!({ "controllers": controllers }),

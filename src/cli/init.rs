@@ -70,21 +70,7 @@ impl Example {
                 folder.add("main.c", include_str!("examples/main.c"))?;
             }
             Self::Solve => {
-                let problems = [
-                    ("hinfsyn.json", include_str!("examples/hinfsyn.json")),
-                    ("mu.json", include_str!("examples/mu.json")),
-                    ("hinfnorm.json", include_str!("examples/hinfnorm.json")),
-                    ("care.json", include_str!("examples/care.json")),
-                    ("dare.json", include_str!("examples/dare.json")),
-                    ("h2norm.json", include_str!("examples/h2norm.json")),
-                    ("h2syn.json", include_str!("examples/h2syn.json")),
-                    ("lqg.json", include_str!("examples/lqg.json")),
-                    ("ncfsyn.json", include_str!("examples/ncfsyn.json")),
-                    ("diskmargin.json", include_str!("examples/diskmargin.json")),
-                    ("augw.json", include_str!("examples/augw.json")),
-                    ("mixsyn.json", include_str!("examples/mixsyn.json")),
-                ];
-                for (name, text) in problems {
+                for (name, text) in PROBLEMS {
                     folder.add(name, text)?;
                 }
             }
@@ -92,6 +78,16 @@ impl Example {
         Ok(())
     }
 }
+
+/// Shipped examples: name and text.
+macro_rules! examples {
+    ($($name:literal)*) => { [$(($name, include_str!(concat!("examples/", $name)))),*] };
+}
+
+const PROBLEMS: [(&str, &str); 12] = examples! {
+    "hinfsyn.json" "mu.json" "hinfnorm.json" "care.json" "dare.json" "h2norm.json"
+    "h2syn.json" "lqg.json" "ncfsyn.json" "diskmargin.json" "augw.json" "mixsyn.json"
+};
 
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd, Failure> {
     write(Example::OwnRotor, &arguments.folder, console)

@@ -57,7 +57,6 @@ pub(super) struct MeasuredMachine {
 }
 
 impl MeasuredMachine {
-    /// Both files.
     pub(super) fn files<'a>(&'a self, measurement: &'a Measurement) -> (&'a str, &'a str) {
         let Self { spindle, tool } = self;
         (spindle.as_ref().unwrap_or(&measurement.spindle), tool.as_ref().unwrap_or(&measurement.tool))

@@ -44,11 +44,6 @@ impl Progress {
         }
     }
 
-    /// Times of the stages.
-    fn watch(&self) -> MutexGuard<'_, Stopwatch> {
-        self.watch.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
     /// What is being done now.
     pub(crate) fn stage(&self, what: impl Into<String>) {
         self.bar.set_message(printable(&what.into()).into_owned());
@@ -58,40 +53,40 @@ impl Progress {
     pub(crate) fn start_stage(&self, what: impl Into<String>) {
         self.end_timed();
         let what = what.into();
-        self.watch().skip();
+        lock(&self.watch).skip();
         self.stage(what.clone());
-        *self.timed.lock().unwrap_or_else(PoisonError::into_inner) = Some(what);
+        *lock(&self.timed) = Some(what);
     }
 
     /// A stage of a part has ended: the time counts for it, and not for the part that [`Progress::timed`] began.
     pub(crate) fn end_stage(&self, stage: &str) {
-        *self.timed.lock().unwrap_or_else(PoisonError::into_inner) = None;
-        self.watch().lap(stage);
+        *lock(&self.timed) = None;
+        lock(&self.watch).lap(stage);
     }
 
     /// Ends the stage that [`Progress::timed`] began, if one runs.
     fn end_timed(&self) {
-        let running = self.timed.lock().unwrap_or_else(PoisonError::into_inner).take();
+        let running = lock(&self.timed).take();
         if let Some(stage) = running {
-            self.watch().lap(&stage);
+            lock(&self.watch).lap(&stage);
         }
     }
 
     /// Ends the last stage and the progress; the times of all stages are told where they are asked for.
     pub(super) fn end(self, timings: Timings) {
         self.end_timed();
-        timings.print(&self.watch());
+        timings.print(&lock(&self.watch));
     }
 
     /// A part of the command begins, such as a design; it is timed, as a whole or by the stages that it ends.
     pub(crate) fn part(&self, what: &str) {
-        *self.part.lock().unwrap_or_else(PoisonError::into_inner) = Instant::now();
+        *lock(&self.part) = Instant::now();
         self.start_stage(what);
     }
 
     /// Time that the part will take in all when the share `done` of it has taken what it has.
     pub(crate) fn in_all(&self, done: f64) -> String {
-        let begun = *self.part.lock().unwrap_or_else(PoisonError::into_inner);
+        let begun = *lock(&self.part);
         minutes(begun.elapsed().as_secs_f64() / done)
     }
 
@@ -111,6 +106,11 @@ impl Progress {
     pub(crate) fn line(&self, text: impl AsRef<str>) {
         self.bar.println(printable_lines(text.as_ref()));
     }
+}
+
+/// What a lock guards, also where a thread has panicked with it.
+pub(super) fn lock<T>(guarded: &Mutex<T>) -> MutexGuard<'_, T> {
+    guarded.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// A time in minutes and seconds.

@@ -84,7 +84,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd
     }
     drop(remarks);
     let mut report = simulation_report(machine, &sampled.controller.name, name, &simulated)?;
-    given.add_to(&mut report.summary);
+    report.summary.set("machine", given.used_machine());
     console.writing(|| report.write(&arguments.out, &arguments.pictures.formats))?;
     let (found, out) = (&simulated.found, arguments.out.as_str());
     let words = place_words(machine, format!("{name} at {speed_rpm:.0} rpm: {}", found.end));

@@ -15,22 +15,12 @@ use crate::report::updating::updating_topic;
 use crate::report::whole::Report;
 use crate::spindle::Machine;
 use crate::update::{
-    Targets, UpdateSettings, Updated, gauss_newton, gauss_newton_rotor, nelder_mead, nelder_mead_rotor, tool_error_db,
+    Method, Targets, UpdateSettings, Updated, gauss_newton, gauss_newton_rotor, nelder_mead, nelder_mead_rotor,
+    tool_error_db,
 };
 use crate::workflow::plausibility::Records;
 use crate::workflow::update::{MachineUpdate, read_off, taps_of, targets, updated_rotor_report};
-use clap::ValueEnum;
 use serde_json::{Value, json};
-
-/// How the factors are found.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-enum MethodArgument {
-    /// Sensitivities, prior, noise
-    #[default]
-    GaussNewton,
-    /// The search of the reference method, Eq. (7)
-    NelderMead,
-}
 
 #[derive(clap::Args, Debug)]
 pub(super) struct Arguments {
@@ -40,8 +30,8 @@ pub(super) struct Arguments {
     #[command(flatten)]
     machine: MeasuredMachine,
     /// Method
-    #[arg(long, value_enum, default_value_t)]
-    method: MethodArgument,
+    #[arg(long, value_enum, default_value = "gauss-newton")]
+    method: Method,
     /// FRFs of a sweep whose antiresonances are fitted; what is left of 11, 33, 13, 31 is compared only
     #[arg(long, value_delimiter = ',', default_value = "11,33")]
     frfs: Vec<String>,
@@ -88,8 +78,8 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<CommandEnd
         frf.held_out = !arguments.frfs.iter().any(|f| f == code);
     }
     let fit = |settings: &UpdateSettings| match arguments.method {
-        MethodArgument::GaussNewton => gauss_newton(&machine, &targets, settings),
-        MethodArgument::NelderMead => nelder_mead(&machine, &targets, settings),
+        Method::GaussNewton => gauss_newton(&machine, &targets, settings),
+        Method::NelderMead => nelder_mead(&machine, &targets, settings),
     };
     progress.start_stage("fit");
     let full = fit(&settings)?;
@@ -222,8 +212,8 @@ fn update_rotor(
     progress.start_stage("fit");
     let settings = UpdateSettings { use_antiresonances: !arguments.resonances_only, ..settings.clone() };
     let fit = match arguments.method {
-        MethodArgument::GaussNewton => gauss_newton_rotor(&shaft, &targets, &settings)?,
-        MethodArgument::NelderMead => nelder_mead_rotor(&shaft, &targets, &settings)?,
+        Method::GaussNewton => gauss_newton_rotor(&shaft, &targets, &settings)?,
+        Method::NelderMead => nelder_mead_rotor(&shaft, &targets, &settings)?,
     };
     if !fit.explanation.explained {
         let (file, tool) = arguments.machine.files(measurement);

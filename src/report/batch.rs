@@ -23,7 +23,7 @@ fn finite(figure: f64) -> Option<f64> {
 }
 
 /// One line of the table.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BatchRow {
     /// Tool, with what a variant differs in; the name of its folder.
@@ -67,7 +67,7 @@ pub struct ToolFigures {
 }
 
 /// Figures of one controller's loop at rest.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LoopFigures {
     /// Smallest tool stiffness, N/m; absent for an unstable loop.
@@ -110,7 +110,7 @@ impl BatchRow {
                 largest_tool_tightening: found.tightening,
                 mu: match &instability {
                     None => LoopFigures::of(&found.run.delivered[0], found.worst.first()),
-                    Some(_) => LoopFigures::none(),
+                    Some(_) => LoopFigures { zone: "-".to_owned(), ..LoopFigures::default() },
                 },
                 pid: pid.map(|(_, [rest, _])| LoopFigures::of(rest, found.worst.get(1))),
             }),
@@ -124,8 +124,7 @@ impl BatchRow {
             tool: tool.to_owned(),
             inputs_sha256: inputs_sha256.to_owned(),
             failure: Some(failure),
-            figures: None,
-            instability: None,
+            ..Self::default()
         }
     }
 
@@ -178,18 +177,6 @@ impl BatchRow {
 }
 
 impl LoopFigures {
-    /// Of an unstable loop.
-    fn none() -> Self {
-        Self {
-            minimum_stiffness_n_per_m: None,
-            worst_stiffness_n_per_m: None,
-            sensitivity_db: None,
-            zone: "-".to_owned(),
-            frequency_hz: vec![],
-            stiffness_n_per_m: vec![],
-        }
-    }
-
     fn of(rest: &Prediction, worst: Option<&Vec<WorstPrediction>>) -> Self {
         let peaks = (0..4).map(|axis| rest.sensitivity.peak(axis).0);
         let db = 20.0 * peaks.fold(0.0, f64::max).log10();
@@ -210,10 +197,7 @@ pub fn verdict(rows: &[BatchRow]) -> String {
     let met = rows.iter().filter(|r| r.met()).count();
     let failed = rows.iter().filter(|r| r.failure.is_some()).count();
     let words = format!("{met} of {} tools meet the specification", rows.len());
-    let words = match failed {
-        0 => words,
-        _ => format!("{words}; {failed} failed"),
-    };
+    let words = if failed == 0 { words } else { format!("{words}; {failed} failed") };
     let unstable: Vec<&str> = rows.iter().filter(|r| r.instability.is_some()).map(|r| r.tool.as_str()).collect();
     let missed = rows.iter().filter(|r| r.instability.is_none()).filter_map(|r| {
         let why = r.figures.as_ref()?.missed.as_ref()?;
@@ -232,10 +216,8 @@ pub(crate) fn tools_words(rows: &[BatchRow]) -> String {
 }
 
 pub(crate) fn sentences(rows: &[BatchRow]) -> Vec<String> {
-    let mut words = vec![];
-    for row in rows {
-        words.extend(row.instability.iter().map(|why| format!("{}: {why}", row.tool)));
-    }
+    let unstable = rows.iter().filter_map(|r| Some(format!("{}: {}", r.tool, r.instability.as_ref()?)));
+    let mut words: Vec<String> = unstable.collect();
     let missed: Vec<String> = rows
         .iter()
         .filter(|r| r.figures.is_some() && r.instability.is_none() && !r.met())
@@ -248,11 +230,7 @@ pub(crate) fn sentences(rows: &[BatchRow]) -> Vec<String> {
     if !missed.is_empty() {
         words.push(format!("Specification missed by {}.", missed.join(", ")));
     }
-    for row in rows {
-        if let Some(failure) = &row.failure {
-            words.push(format!("{} failed: {failure}", row.tool));
-        }
-    }
+    words.extend(rows.iter().filter_map(|r| Some(format!("{} failed: {}", r.tool, r.failure.as_ref()?))));
     let range = |k: usize| {
         let all = rows.iter().map(|r| r.minimum(k)).filter(|x| x.is_finite());
         let (low, high) = all.fold((f64::INFINITY, 0.0f64), |(a, b), x| (a.min(x), b.max(x)));
@@ -340,10 +318,7 @@ pub fn figures(rows: &[BatchRow], top_speed_hz: f64) -> Vec<(Picture, Figure)> {
     let curves = |k: usize| -> Vec<Curve> {
         let each = rows.iter().enumerate();
         each.filter_map(|(n, r)| {
-            let found = r.loop_of(k)?;
-            if found.frequency_hz.is_empty() {
-                return None;
-            }
+            let found = r.loop_of(k).filter(|found| !found.frequency_hz.is_empty())?;
             Some(Curve { name: &r.tool, role: Role::Other(n), x: &found.frequency_hz, y: &found.stiffness_n_per_m })
         })
         .collect()
@@ -368,45 +343,26 @@ fn quantities(rows: &[&BatchRow]) -> Vec<ToolQuantity<'static>> {
         }
         bars
     };
+    let own = |f: &dyn Fn(&BatchRow) -> f64| vec![("µ controller", column(f))];
+    let order = |r: &BatchRow| r.figures.as_ref().map_or(f64::NAN, |f| f.order as f64);
+    let zones = vec![(9.5, "A | B"), (12.0, "B | C"), (14.0, "C | D")];
+    let worst = "The same in the worst case over uncertain modes, at rest, top speed and between";
+    let quantity = |label, unit, references, bars| ToolQuantity { label, unit, references, bars };
     let mut quantities = vec![
-        ToolQuantity {
-            label: "µ of the specification as written",
-            unit: "",
-            references: vec![(1.0, "µ = 1")],
-            bars: vec![("µ controller", column(&BatchRow::mu))],
-        },
-        ToolQuantity {
-            label: "Smallest tool stiffness at rest",
-            unit: "N/µm",
-            references: vec![],
-            bars: both(&|r, k| 1e-6 * r.minimum(k)),
-        },
-        ToolQuantity {
-            label: "The same in the worst case over uncertain modes, at rest, top speed and between",
-            unit: "N/µm",
-            references: vec![],
-            bars: both(&|r, k| 1e-6 * r.worst(k)),
-        },
-        ToolQuantity {
-            label: "Sensitivity peak and the zones of ISO 14839-3",
-            unit: "dB",
-            references: vec![(9.5, "A | B"), (12.0, "B | C"), (14.0, "C | D")],
-            bars: both(&|r, k| r.figure(k, |l| l.sensitivity_db)),
-        },
-        ToolQuantity {
-            label: "Order of the controller",
-            unit: "",
-            references: vec![],
-            bars: vec![("µ controller", column(&|r| r.figures.as_ref().map_or(f64::NAN, |f| f.order as f64)))],
-        },
+        quantity("µ of the specification as written", "", vec![(1.0, "µ = 1")], own(&BatchRow::mu)),
+        quantity("Smallest tool stiffness at rest", "N/µm", vec![], both(&|r, k| 1e-6 * r.minimum(k))),
+        quantity(worst, "N/µm", vec![], both(&|r, k| 1e-6 * r.worst(k))),
+        quantity(
+            "Sensitivity peak and the zones of ISO 14839-3",
+            "dB",
+            zones,
+            both(&|r, k| r.figure(k, |l| l.sensitivity_db)),
+        ),
+        quantity("Order of the controller", "", vec![], own(&order)),
     ];
     if rows.iter().any(|r| r.tightening().is_some()) {
-        quantities.push(ToolQuantity {
-            label: "Largest factor on the tool's specification",
-            unit: "",
-            references: vec![(1.0, "as written")],
-            bars: vec![("µ controller", column(&|r| r.tightening().unwrap_or(f64::NAN)))],
-        });
+        let bars = own(&|r| r.tightening().unwrap_or(f64::NAN));
+        quantities.push(quantity("Largest factor on the tool's specification", "", vec![(1.0, "as written")], bars));
     }
     quantities
 }

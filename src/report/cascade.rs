@@ -6,7 +6,7 @@ use crate::predict::cascade::{Cascade, FORCE_DENSITY_N, UNBALANCE_KG_M};
 use serde_json::{Value, json};
 
 /// 1 g mm in kg m.
-const GRAM_MILLIMETRE: f64 = 1e-6;
+pub(super) const GRAM_MILLIMETRE: f64 = 1e-6;
 /// What 0 dB stands for, m.
 const NANOMETRE: f64 = 1e-9;
 /// Largest range of the colours, dB.

@@ -186,8 +186,7 @@ pub(crate) fn add_compared(
     let every: Vec<&Prediction> = list.iter().flat_map(|(_, c)| &c.predictions).collect();
     let worst: Vec<NamedWorst> = list.iter().map(|(role, c)| (*role, c.name.clone(), c.worst.clone())).collect();
     let mut statements = statements_table(&every, &worst, flexible_hz, top_hz);
-    let rows = measured.iter();
-    statements.extend(rows.map(|m| measured_row(m, flexible_hz, top_hz)));
+    statements.extend(measured.iter().map(|m| measured_row(m, flexible_hz, top_hz)));
     let summary = &mut report.summary;
     summary.set("statements", statements);
     summary.set("plain_words", figure_9_words(&every, &worst));

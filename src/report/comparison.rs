@@ -25,9 +25,10 @@ const NEAR: f64 = 1.15;
 /// The statements of figure 9 for one controller at one speed: a record of `tool_plane.<controller>`. `flexible_hz` are
 /// the natural frequencies of the free rotor.
 pub(crate) fn tool_plane_topic(prediction: &Prediction, flexible_hz: &[f64], top_speed_hz: f64) -> Value {
-    let [x, y] = prediction.stiffness.each_ref().map(|curve| {
-        CurveFigures::of(&curve.frequency_hz, &curve.magnitude_n_per_m, flexible_hz, top_speed_hz).topic()
-    });
+    let [x, y] = prediction
+        .stiffness
+        .each_ref()
+        .map(|curve| curve_topic(&curve.frequency_hz, &curve.magnitude_n_per_m, flexible_hz, top_speed_hz));
     let mode = |m: &LoopMode| json!({ "frequency_hz": m.frequency_hz, "damping_ratio": m.damping_ratio });
     let modes = &prediction.modes;
     json!({
@@ -56,78 +57,53 @@ pub(crate) fn measured_topic(
     };
     json!({
         "speed_rpm": measured.speed_rpm,
-        "tool_stiffness": CurveFigures::of_record(measured, flexible_hz, top_speed_hz).topic(),
+        "tool_stiffness": measured_curve_topic(measured, flexible_hz, top_speed_hz),
         "lines_left_out": lines_left_out,
         "modes": resonances.iter().map(mode).collect::<Vec<_>>(),
     })
 }
 
-/// A curve of the tool stiffness in figures.
-struct CurveFigures {
-    from_hz: f64,
-    at_lowest_line_n_per_m: f64,
-    at_10_hz_n_per_m: f64,
-    at_max_speed_n_per_m: f64,
-    minimum_n_per_m: f64,
-    minimum_frequency_hz: f64,
-    flexible_mode_dips: Vec<Option<Dip>>,
-    deepest_rigid_body_dip: Option<Dip>,
+/// The figures of a curve of the tool stiffness: `tool_stiffness`.
+fn curve_topic(f: &[f64], k: &[f64], flexible_hz: &[f64], top_speed_hz: f64) -> Value {
+    let lowest = f.iter().zip(k).min_by(|a, b| a.1.total_cmp(b.1)).map_or((f64::NAN, f64::NAN), |(f, k)| (*f, *k));
+    let (first, last) = (f.first().copied().unwrap_or(f64::NAN), f.last().copied().unwrap_or(f64::NAN));
+    let found = dips(f, k, first, last, SEEN);
+    let bending_hz = flexible_hz.first().copied().unwrap_or(last);
+    let rigid_hz = RIGID_FROM * first..RIGID_TO * bending_hz;
+    let rigid = found
+        .iter()
+        .filter(|d| rigid_hz.contains(&d.frequency_hz))
+        .max_by(|a, b| a.prominence.total_cmp(&b.prominence));
+    let deepest = |natural: &f64| {
+        let near = |d: &&Dip| {
+            let ratio = d.frequency_hz / natural;
+            ratio < NEAR && ratio > 1.0 / NEAR
+        };
+        let near = found.iter().filter(near);
+        near.max_by(|a, b| a.prominence.total_cmp(&b.prominence))
+    };
+    let dip = |dip: &Dip| {
+        json!({
+            "frequency_hz": dip.frequency_hz,
+            "stiffness_n_per_m": dip.stiffness_n_per_m,
+            "depth_db": 20.0 * dip.prominence.log10(),
+        })
+    };
+    json!({
+        "from_hz": first,
+        "at_lowest_line_n_per_m": at(f, k, first),
+        "at_10_hz_n_per_m": at(f, k, LOW_HZ),
+        "at_max_speed_n_per_m": at(f, k, top_speed_hz),
+        "minimum_n_per_m": lowest.1,
+        "minimum_frequency_hz": lowest.0,
+        "flexible_mode_dips": flexible_hz.iter().take(FLEXIBLE).map(|hz| deepest(hz).map(dip)).collect::<Vec<_>>(),
+        "deepest_rigid_body_dip": rigid.map(dip),
+    })
 }
 
-impl CurveFigures {
-    fn of(f: &[f64], k: &[f64], flexible_hz: &[f64], top_speed_hz: f64) -> Self {
-        let lowest = f.iter().zip(k).min_by(|a, b| a.1.total_cmp(b.1)).map_or((f64::NAN, f64::NAN), |(f, k)| (*f, *k));
-        let (first, last) = (f.first().copied().unwrap_or(f64::NAN), f.last().copied().unwrap_or(f64::NAN));
-        let found = dips(f, k, first, last, SEEN);
-        let bending_hz = flexible_hz.first().copied().unwrap_or(last);
-        let rigid_hz = RIGID_FROM * first..RIGID_TO * bending_hz;
-        let rigid = found
-            .iter()
-            .filter(|d| rigid_hz.contains(&d.frequency_hz))
-            .max_by(|a, b| a.prominence.total_cmp(&b.prominence));
-        let deepest = |natural: &f64| {
-            let near = |d: &&Dip| {
-                let ratio = d.frequency_hz / natural;
-                ratio < NEAR && ratio > 1.0 / NEAR
-            };
-            let near = found.iter().filter(near);
-            near.max_by(|a, b| a.prominence.total_cmp(&b.prominence))
-        };
-        Self {
-            from_hz: first,
-            at_lowest_line_n_per_m: at(f, k, first),
-            at_10_hz_n_per_m: at(f, k, LOW_HZ),
-            at_max_speed_n_per_m: at(f, k, top_speed_hz),
-            minimum_n_per_m: lowest.1,
-            minimum_frequency_hz: lowest.0,
-            flexible_mode_dips: flexible_hz.iter().take(FLEXIBLE).map(|hz| deepest(hz).copied()).collect(),
-            deepest_rigid_body_dip: rigid.copied(),
-        }
-    }
-
-    fn of_record(measured: &Measured, flexible_hz: &[f64], top_speed_hz: f64) -> Self {
-        Self::of(&measured.frequency_hz, &measured.stiffness_n_per_m, flexible_hz, top_speed_hz)
-    }
-
-    fn topic(&self) -> Value {
-        let dip = |dip: &Dip| {
-            json!({
-                "frequency_hz": dip.frequency_hz,
-                "stiffness_n_per_m": dip.stiffness_n_per_m,
-                "depth_db": 20.0 * dip.prominence.log10(),
-            })
-        };
-        json!({
-            "from_hz": self.from_hz,
-            "at_lowest_line_n_per_m": self.at_lowest_line_n_per_m,
-            "at_10_hz_n_per_m": self.at_10_hz_n_per_m,
-            "at_max_speed_n_per_m": self.at_max_speed_n_per_m,
-            "minimum_n_per_m": self.minimum_n_per_m,
-            "minimum_frequency_hz": self.minimum_frequency_hz,
-            "flexible_mode_dips": self.flexible_mode_dips.iter().map(|d| d.as_ref().map(dip)).collect::<Vec<_>>(),
-            "deepest_rigid_body_dip": self.deepest_rigid_body_dip.as_ref().map(dip),
-        })
-    }
+/// The same of a measured record.
+fn measured_curve_topic(measured: &Measured, flexible_hz: &[f64], top_speed_hz: f64) -> Value {
+    curve_topic(&measured.frequency_hz, &measured.stiffness_n_per_m, flexible_hz, top_speed_hz)
 }
 
 /// The curve at a frequency, linear between lines in both logarithms; not a number outside.
@@ -180,7 +156,7 @@ pub(crate) fn statements_table(
         let axes = if alike { 1 } else { 2 };
         for (axis, curve) in run.stiffness.iter().enumerate().take(axes) {
             let (f, k) = (&curve.frequency_hz, &curve.magnitude_n_per_m);
-            let figures = CurveFigures::of(f, k, flexible_hz, top_speed_hz);
+            let figures = curve_topic(f, k, flexible_hz, top_speed_hz);
             let peak = at_speed.and_then(|w| w.worst.compliance[axis].peak());
             let name = if alike { "x and y" } else { ["x", "y"][axis] };
             let mut row = statement_row(&run.name, run.speed_rpm, Some(name), &figures);
@@ -199,22 +175,22 @@ pub(crate) fn statements_table(
 }
 
 /// A row of `statements`: a controller at a speed on an axis, or a measured record.
-fn statement_row(name: &str, speed_rpm: f64, axis: Option<&str>, figures: &CurveFigures) -> Value {
+fn statement_row(name: &str, speed_rpm: f64, axis: Option<&str>, figures: &Value) -> Value {
     let row = json!({
         "controller": name,
         "speed_rpm": speed_rpm,
         "axis": axis,
-        "at_10_hz_n_per_m": figures.at_10_hz_n_per_m,
-        "at_top_speed_n_per_m": figures.at_max_speed_n_per_m,
-        "smallest_n_per_m": figures.minimum_n_per_m,
-        "where_hz": figures.minimum_frequency_hz,
+        "at_10_hz_n_per_m": figures["at_10_hz_n_per_m"],
+        "at_top_speed_n_per_m": figures["at_max_speed_n_per_m"],
+        "smallest_n_per_m": figures["minimum_n_per_m"],
+        "where_hz": figures["minimum_frequency_hz"],
     });
     omit_absent(row, &["axis"])
 }
 
 /// A measured record as a row of the same table.
 pub(crate) fn measured_row(measured: &Measured, flexible_hz: &[f64], top_speed_hz: f64) -> Value {
-    let figures = CurveFigures::of_record(measured, flexible_hz, top_speed_hz);
+    let figures = measured_curve_topic(measured, flexible_hz, top_speed_hz);
     statement_row(&measured.name, measured.speed_rpm, None, &figures)
 }
 

@@ -4,7 +4,7 @@
 use super::pictures::Picture;
 use super::plot::figure::{Axis, Figure, Panel, Series, SeriesShape};
 use super::plot::loops::add_zone_limits;
-use super::plot::style::Role;
+use super::plot::style::{Look, Role};
 use crate::pipeline::worst::WorstPrediction;
 use crate::predict::worst_case::{Extreme, WorstCurve};
 
@@ -93,22 +93,19 @@ fn panels(all: &[NamedWorst], quantity: &WorstQuantity) -> Vec<Panel> {
 
 fn panel(heading: &str, quantity: &WorstQuantity, curves: &[(Role, &str, &WorstCurve)]) -> Panel {
     let mut panel = Panel::new(heading, Axis::log("Frequency", "Hz"), quantity.scale.clone());
-    let column = |curve: &WorstCurve, of: fn(&Extreme) -> f64| -> Vec<f64> {
-        curve.lines.iter().map(|e| (quantity.shown)(of(e))).collect()
+    let series = |name: &str, curve: &WorstCurve, of: fn(&Extreme) -> f64, look: Look| {
+        let lines = curve.frequency_hz.iter().zip(&curve.lines);
+        Series::of_points(name, lines.map(|(hz, e)| (*hz, (quantity.shown)(of(e)))), look)
     };
     for (role, name, curve) in curves {
         // No rotor within the uncertainty passes the upper bound.
-        let shape = SeriesShape::Band { lower: column(curve, |e| e.upper) };
-        let nominal = column(curve, |e| e.nominal);
-        let area = Series::curve(&format!("{name}, worst case"), &curve.frequency_hz, &nominal, role.look());
-        panel.series.push(area.with_shape(shape));
+        let lower = curve.lines.iter().map(|e| (quantity.shown)(e.upper)).collect();
+        let area = series(&format!("{name}, worst case"), curve, |e| e.nominal, role.look());
+        panel.series.push(area.with_shape(SeriesShape::Band { lower }));
     }
     for (role, name, curve) in curves {
-        let nominal = column(curve, |e| e.nominal);
-        panel.series.push(Series::curve(name, &curve.frequency_hz, &nominal, role.look()));
-        let attained = column(curve, |e| e.lower);
-        let look = role.look().with_width(0.7);
-        let attained = Series::curve(&format!("{name}, attained"), &curve.frequency_hz, &attained, look);
+        panel.series.push(series(name, curve, |e| e.nominal, role.look()));
+        let attained = series(&format!("{name}, attained"), curve, |e| e.lower, role.look().with_width(0.7));
         panel.series.push(attained.without_entry());
     }
     panel.height_px = quantity.height_px;

@@ -7,7 +7,7 @@ use super::plot::Role;
 use super::run::UNPOLISHED;
 use super::run_figures::{Measured, predictions, robustness};
 use super::unstable::add_instability;
-use super::variant_summary::{limit_topic, routes_topic, tightening_topic};
+use super::variant_summary::{arithmetic_topic, limit_topic, routes_topic, tightening_topic};
 use super::whole::{Report, ReportError};
 use crate::augment::plane::Route;
 use crate::pipeline::study::Study;
@@ -28,7 +28,7 @@ pub(crate) fn design_report(machine: &Machine, study: &Study, route: Route) -> R
         report.summary.set("design.order_curve", order_curve_topic(curve));
         report.figures([(Picture::OrderCurve, order_figure(curve))])?;
     }
-    report.arithmetic(found, &study.arithmetic);
+    report.summary.set("design.arithmetic", arithmetic_topic(found, &study.arithmetic));
     if let Some(written) = &study.written {
         report.summary.set("tightening", tightening_topic(written, found, rest));
     }

@@ -61,29 +61,18 @@ fn localisation(d: &Diagnosis) -> Vec<Named> {
     };
     let mut scores = vec![decades(&best.line_before)];
     scores.extend(ports.iter().map(|p| decades(&p.line_after)));
-    let map = (
-        Picture::Localisation.into(),
-        plot::localisation_left(
-            "Where model and measurement disagree: what a free law at each place leaves unexplained",
-            &names,
-            &hz,
-            &scores,
-            "log10 of χ² per residual that remains",
-        ),
-    );
-    let left: Vec<f64> = all().map(|p| p.chi2_after).collect();
+    let title = "Where model and measurement disagree: what a free law at each place leaves unexplained";
+    let map = plot::localisation(title, &names, &hz, &scores, "log10 of χ² per residual that remains");
     let words: Vec<String> = all()
         .map(|p| match p.law() {
             Some(_) => format!("{}: {}", p.port, p.shape()),
             None => p.port.clone(),
         })
         .collect();
-    let bars: Vec<f64> = left.iter().map(|l| (1.0 + l).log10()).collect();
-    let places = (
-        Picture::LocalisationPlaces.into(),
-        plot::ranking("Places, best first, with the law recovered there", &words, &bars, "log10(1 + χ² left)"),
-    );
-    vec![map, places]
+    let bars: Vec<f64> = all().map(|p| (1.0 + p.chi2_after).log10()).collect();
+    let title = "Places, best first, with the law recovered there";
+    let places = plot::ranking(title, &words, &bars, "log10(1 + χ² left)");
+    vec![(Picture::Localisation.into(), map), (Picture::LocalisationPlaces.into(), places)]
 }
 
 fn laws(d: &Diagnosis) -> Vec<Named> {
@@ -117,16 +106,9 @@ fn ranking(d: &Diagnosis) -> Option<Named> {
     let names: Vec<String> =
         d.ranking.iter().map(|(e, score)| format!("{} {}   +{score:.1}", e.kind.name(), spot(&e.location))).collect();
     let above: Vec<f64> = d.ranking.iter().map(|r| (1.0 + r.1.max(0.0)).log10()).collect();
-    let figure = (
-        Picture::Ranking.into(),
-        plot::ranking(
-            "Hypotheses, best first: score χ² + d ln N above the best",
-            &names,
-            &above,
-            "log10(1 + score above the best); a tie below 0.9",
-        ),
-    );
-    Some(figure)
+    let title = "Hypotheses, best first: score χ² + d ln N above the best";
+    let figure = plot::ranking(title, &names, &above, "log10(1 + score above the best); a tie below 0.9");
+    Some((Picture::Ranking.into(), figure))
 }
 
 fn hypotheses(folder: &mut ResultsFolder, d: &Diagnosis) -> Result<(), ResultsError> {
@@ -181,16 +163,13 @@ fn channels(d: &Diagnosis) -> Vec<Named> {
             earlier => format!("{which}-{}", earlier + 1),
         };
         let title = format!("{words}, {rpm:.0} rpm ({part})");
-        let figure = channel_figure(&title, quantity, unit, &hz, channel);
+        let (before, after) = channel.residual();
+        let responses: [&[c64]; 3] = [&channel.measured, &channel.before, &channel.after];
+        let figure = plot::channel(&title, quantity, unit, &hz, responses, [&before, &after]);
         figures.push((kind.with_detail(detail), figure));
     }
     figures.push(overview(d));
     figures
-}
-
-fn channel_figure(title: &str, quantity: &str, unit: &str, hz: &[f64], channel: &MeasuredChannel) -> Figure {
-    let (before, after) = channel.residual();
-    plot::channel(title, quantity, unit, hz, [&channel.measured, &channel.before, &channel.after], [&before, &after])
 }
 
 /// Residuals of the direct channels, and of the held-out ones, in one picture.
@@ -204,25 +183,19 @@ fn overview(d: &Diagnosis) -> Named {
         })
         .take(14)
         .collect();
-    let data: Vec<(String, Vec<f64>, Vec<f64>, Vec<f64>)> = shown
+    let data: Vec<(Vec<f64>, (Vec<f64>, Vec<f64>))> =
+        shown.iter().map(|c| (c.omega_rad_s.iter().map(|w| w / TAU).collect(), c.residual())).collect();
+    let panels: Vec<(String, Vec<Curve>)> = shown
         .iter()
-        .map(|c| {
-            let (before, after) = c.residual();
+        .zip(&data)
+        .map(|(c, (hz, (before, after)))| {
             let held = if c.held_out { ", held out" } else { "" };
             let name = match c.record {
                 Record::Sweep(i, j) => format!("{} from {}{held}", AXES[i], AXES[j]),
                 Record::Hammer(axis) => format!("hammer {}{held}", ["x", "y"][axis.min(1)]),
             };
-            let hz = c.omega_rad_s.iter().map(|w| w / TAU).collect();
-            (name, hz, before, after)
-        })
-        .collect();
-    let panels: Vec<(&str, Vec<Curve>)> = data
-        .iter()
-        .map(|(name, hz, before, after)| {
             let curve = |name, role, y| Curve { name, role, x: hz, y };
-            let curves = vec![curve("before", Role::Nominal, before), curve("after", Role::Updated, after)];
-            (name.as_str(), curves)
+            (name, vec![curve("before", Role::Nominal, before), curve("after", Role::Updated, after)])
         })
         .collect();
     (Picture::Residual.into(), plot::residual("Residual in standard deviations, before and after", &panels))
@@ -267,35 +240,22 @@ fn correction(folder: &mut ResultsFolder, d: &Diagnosis) -> Result<(), ResultsEr
         return Ok(());
     };
     law_tables(folder, &best.place, &best.laws)?;
-    // The header of `muspin frf`, so that whoever reads that reads this.
-    let mut header = vec!["frequency_hz".to_owned()];
-    for i in 1..=4 {
-        for j in 1..=4 {
-            header.extend([format!("g_{i}{j}_re"), format!("g_{i}{j}_im")]);
-        }
-    }
-    for a in ["x", "y"] {
-        for b in ["x", "y"] {
-            header.extend([format!("t_{a}{b}_re"), format!("t_{a}{b}_im")]);
-        }
-    }
+    // The header of `muspin frf`, so that whoever reads that reads this: sensors over currents, then the tool.
+    let block = |from: usize, to: usize| (from..to).flat_map(move |i| (from..to).map(move |j| (i, j)));
+    let entries: Vec<(usize, usize)> = block(0, 4).chain(block(4, 6)).collect();
+    let name = |(i, j): (usize, usize)| match i {
+        0..4 => format!("g_{}{}", i + 1, j + 1),
+        _ => format!("t_{}{}", ["x", "y"][i - 4], ["x", "y"][j - 4]),
+    };
+    let parts = entries.iter().map(|entry| name(*entry)).flat_map(|name| [format!("{name}_re"), format!("{name}_im")]);
+    let header: Vec<String> = std::iter::once("frequency_hz".to_owned()).chain(parts).collect();
     for (s, sweep) in c.sweeps.iter().enumerate() {
         let mut table = Table::new(header.clone());
         // The first sixteen channels belong to the first sweep, and so on.
         let omega = d.channels.get(16 * s).map_or(&[][..], |c| &c.omega_rad_s);
         for (f, w) in sweep.iter().zip(omega) {
-            let mut row = vec![w / TAU];
-            for i in 0..4 {
-                for j in 0..4 {
-                    row.extend([f[SIDE * i + j].re, f[SIDE * i + j].im]);
-                }
-            }
-            for i in 4..6 {
-                for j in 4..6 {
-                    row.extend([f[SIDE * i + j].re, f[SIDE * i + j].im]);
-                }
-            }
-            table.push_numbers(&row);
+            let values = entries.iter().map(|(i, j)| f[SIDE * i + j]).flat_map(|value| [value.re, value.im]);
+            table.push_numbers(&std::iter::once(w / TAU).chain(values).collect::<Vec<f64>>());
         }
         let name = if s == 0 { "corrected-frf.csv".to_owned() } else { format!("corrected-frf-{}.csv", s + 1) };
         folder.add_table(&name, &table)?;

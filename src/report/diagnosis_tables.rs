@@ -1,7 +1,7 @@
 //! Tables of a diagnosis in the report: the gap, the parameters with their intervals, the hypotheses, the places, the
 //! smallest sizes that the data could show.
 
-use super::readable::{Grid, figure, four_digits, words};
+use super::readable::{Grid, figure, four_digits, show_known, words};
 use serde::Deserialize;
 use serde_json::{Map, Value};
 use std::collections::BTreeMap;
@@ -183,19 +183,6 @@ pub(crate) fn tables(diagnosis: &DiagnosisTopic) -> Vec<Grid> {
     parts.into_iter().flatten().collect()
 }
 
-fn grid(label: &str, columns: &[&str], rows: Vec<Vec<String>>) -> Option<Grid> {
-    (!rows.is_empty()).then(|| Grid {
-        label: label.to_owned(),
-        columns: columns.iter().map(|c| (*c).to_owned()).collect(),
-        rows,
-    })
-}
-
-/// A number, or a dash where there is none.
-fn show_known(value: Option<f64>, shown: impl Fn(f64) -> String) -> String {
-    value.map_or_else(|| "–".to_owned(), shown)
-}
-
 fn gap(d: &DiagnosisTopic) -> Option<Grid> {
     let held = d.held_out.as_str().unwrap_or_default();
     let row = |name: String, before: Option<f64>, after: Option<f64>| -> Option<Vec<String>> {
@@ -217,7 +204,7 @@ fn gap(d: &DiagnosisTopic) -> Option<Grid> {
             c.gaps.gap_after_held_out,
         ));
     }
-    grid(
+    Grid::of(
         "Gap between model and measurement, σ",
         &["data", "before", "after", "smaller by"],
         rows.into_iter().flatten().collect(),
@@ -241,7 +228,7 @@ fn parameters(d: &DiagnosisTopic) -> Option<Grid> {
             ]);
         }
     }
-    grid(
+    Grid::of(
         "Parameters with their intervals",
         &["effect", "where", "parameter", "value", "standard deviation", "90 % interval"],
         rows,
@@ -250,7 +237,7 @@ fn parameters(d: &DiagnosisTopic) -> Option<Grid> {
 
 fn menu(d: &DiagnosisTopic) -> Option<Grid> {
     let row = d.menu.iter().map(|m| vec![m.measurement.clone(), show_known(m.separation_chi2, four_digits)]);
-    grid(
+    Grid::of(
         "Measurements that would separate the members of the tie",
         &["measurement", "expected separation, χ²"],
         row.collect(),
@@ -260,7 +247,7 @@ fn menu(d: &DiagnosisTopic) -> Option<Grid> {
 fn ranking(d: &DiagnosisTopic) -> Option<Grid> {
     let row =
         d.ranking.iter().map(|r| vec![words(&r.effect), r.place.words(), show_known(r.score_above_best, four_digits)]);
-    grid("Hypotheses, best first", &["effect", "where", "score above the best"], row.collect())
+    Grid::of("Hypotheses, best first", &["effect", "where", "score above the best"], row.collect())
 }
 
 fn places(d: &DiagnosisTopic) -> Option<Grid> {
@@ -272,7 +259,7 @@ fn places(d: &DiagnosisTopic) -> Option<Grid> {
             show_known(p.score_above_best, four_digits),
         ]
     });
-    grid(
+    Grid::of(
         "Places, best first, each with a free law",
         &["place", "the law recovered there", "χ² per degree of freedom that remains", "score above the best"],
         row.collect(),
@@ -281,5 +268,5 @@ fn places(d: &DiagnosisTopic) -> Option<Grid> {
 
 fn detectable(d: &DiagnosisTopic) -> Option<Grid> {
     let row = d.detectable.iter().map(|c| vec![words(&c.effect), c.place.words(), c.words.clone()]);
-    grid("Smallest sizes that these data would show", &["effect", "where", "smallest size"], row.collect())
+    Grid::of("Smallest sizes that these data would show", &["effect", "where", "smallest size"], row.collect())
 }

@@ -230,11 +230,8 @@ fn place(location: &Location) -> String {
             "both" => "both bearings".to_owned(),
             name => format!("the {name} bearing"),
         },
-        Location::Axis(axis) => AXIS_NAMES.get(*axis).copied().unwrap_or_default().into(),
-        Location::Across { from, to } => {
-            let name = |axis: &usize| AXIS_NAMES.get(*axis).copied().unwrap_or_default();
-            format!("{} into {}", name(from), name(to))
-        }
+        Location::Axis(axis) => AXIS_NAMES[*axis % 4].into(),
+        Location::Across { from, to } => format!("{} into {}", AXIS_NAMES[*from % 4], AXIS_NAMES[*to % 4]),
         Location::Position(z) => format!("z = {:.0} mm", 1e3 * z),
         Location::InPlane(z, plane) => format!("z = {:.0} mm in {}", 1e3 * z, plane.name()),
         Location::Mode(mode) => format!("flexible mode {mode}"),

@@ -1,6 +1,6 @@
 //! The table of Table 1 of the paper: every resonance and antiresonance measured, before and after updating.
 
-use super::readable::{Grid, four_digits};
+use super::readable::{Grid, four_digits, show_known};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 
@@ -44,8 +44,7 @@ fn antiresonances<'a>(lists: &'a PeakLists, frf: &str) -> &'a [Option<f64>] {
 /// The table, or `None` if the summary has no measured and updated frequencies that belong together.
 pub(crate) fn frequencies(updating: &UpdatingTopic) -> Option<Grid> {
     let cell = |values: &[Option<f64>], k: usize, shown: fn(f64) -> String| {
-        let value = values.get(k).copied().flatten();
-        value.map_or_else(|| "–".to_owned(), shown)
+        show_known(values.get(k).copied().flatten(), shown)
     };
     let tenths: fn(f64) -> String = |x| format!("{x:.1}");
     let mut rows = Vec::new();
@@ -68,9 +67,5 @@ pub(crate) fn frequencies(updating: &UpdatingTopic) -> Option<Grid> {
         }
     }
     let columns = ["", "measured, Hz", "before, Hz", "after, Hz", "error, Hz", "error, %"];
-    (!rows.is_empty()).then(|| Grid {
-        label: "Frequencies before and after updating".to_owned(),
-        columns: columns.map(str::to_owned).to_vec(),
-        rows,
-    })
+    Grid::of("Frequencies before and after updating", &columns, rows)
 }

@@ -32,18 +32,37 @@ pub enum HtmlError {
     Topic(#[from] TopicError),
 }
 
+/// What a section shows of the summary.
+#[derive(Default, serde::Serialize)]
+struct SectionFigures {
+    /// The tables a reader looks at first.
+    tables: Vec<Grid>,
+    rows: Vec<ReadableFigure>,
+    grids: Vec<Grid>,
+}
+
 #[derive(serde::Serialize)]
 struct HtmlSection {
     anchor: String,
     title: String,
     lead: String,
-    /// The tables a reader looks at first.
-    tables: Vec<Grid>,
-    rows: Vec<ReadableFigure>,
-    grids: Vec<Grid>,
-    /// Whether rows and grids are folded away until asked for.
+    #[serde(flatten)]
+    figures: SectionFigures,
+    /// Whether rows and grids are folded away until asked for: more than about half a page.
     long: bool,
     groups: Vec<PictureGroup>,
+}
+
+impl HtmlSection {
+    /// The section by its anchor, title and lead; none where there is nothing to show.
+    fn of([anchor, title, lead]: [&str; 3], figures: SectionFigures, groups: Vec<PictureGroup>) -> Option<Self> {
+        let SectionFigures { tables, rows, grids } = &figures;
+        let is_empty = tables.is_empty() && rows.is_empty() && grids.is_empty();
+        let has_pictures = groups.iter().any(|group| !group.pictures.is_empty());
+        let long = rows.len() + grids.iter().map(|g| g.rows.len()).sum::<usize>() > 14;
+        let [anchor, title, lead] = [anchor, title, lead].map(str::to_owned);
+        (!is_empty || has_pictures).then_some(Self { anchor, title, lead, figures, long, groups })
+    }
 }
 
 /// Pictures that are shown, or folded away until asked for.
@@ -77,19 +96,8 @@ pub fn report(summary: &Value, pictures: &[(String, String)]) -> Result<String, 
         };
         let mut groups = vec![group(false, open), group(true, folded)];
         groups.retain(|group| !group.pictures.is_empty());
-        let (tables, rows, grids) = figures(stage, summary.get(stage.name()), &read);
-        if !(tables.is_empty() && rows.is_empty() && grids.is_empty() && groups.is_empty()) {
-            sections.push(HtmlSection {
-                tables,
-                long: is_long(&rows, &grids),
-                anchor: stage.name().to_owned(),
-                title: stage.title().to_owned(),
-                lead: lead(stage, &read).to_owned(),
-                rows,
-                grids,
-                groups,
-            });
-        }
+        let shown = figures(stage, summary.get(stage.name()), &read);
+        sections.extend(HtmlSection::of([stage.name(), stage.title(), lead(stage, &read)], shown, groups));
     }
     sections.extend(further(summary, others));
     let verdict = read.verdict();
@@ -143,10 +151,9 @@ fn sort_pictures(pictures: &[(String, String)]) -> (Vec<(PictureName, Picture)>,
     (own, others)
 }
 
-/// First tables, rows and grids of a stage.
-fn figures(stage: Stage, all: Option<&Value>, read: &PageSummary) -> (Vec<Grid>, Vec<ReadableFigure>, Vec<Grid>) {
+fn figures(stage: Stage, all: Option<&Value>, read: &PageSummary) -> SectionFigures {
     let Some(all) = all else {
-        return (Vec::new(), Vec::new(), Vec::new());
+        return SectionFigures::default();
     };
     let (tables, shown): (Vec<Grid>, &[&str]) = match stage {
         Stage::Updating => {
@@ -165,12 +172,7 @@ fn figures(stage: Stage, all: Option<&Value>, read: &PageSummary) -> (Vec<Grid>,
         skip.extend(shown);
     }
     let (rows, grids) = readable::flatten_value(all, &skip);
-    (tables, rows, grids)
-}
-
-/// More than about half a page of figures.
-fn is_long(rows: &[ReadableFigure], grids: &[Grid]) -> bool {
-    rows.len() + grids.iter().map(|g| g.rows.len()).sum::<usize>() > 14
+    SectionFigures { tables, rows, grids }
 }
 
 /// Keys of the summary that are shown elsewhere on the page.
@@ -185,16 +187,8 @@ fn further(summary: &Value, pictures: Vec<Picture>) -> Option<HtmlSection> {
     });
     let (rows, grids) = readable::flatten_value(&rest.unwrap_or(Value::Null), &["certificates"]);
     let rows: Vec<ReadableFigure> = rows.into_iter().filter(|r| !r.label.is_empty()).collect();
-    (!(rows.is_empty() && grids.is_empty() && pictures.is_empty())).then(|| HtmlSection {
-        tables: Vec::new(),
-        long: is_long(&rows, &grids),
-        anchor: "further".to_owned(),
-        title: "Further figures".to_owned(),
-        lead: String::new(),
-        rows,
-        grids,
-        groups: vec![PictureGroup { folded: false, pictures }],
-    })
+    let figures = SectionFigures { tables: vec![], rows, grids };
+    HtmlSection::of(["further", "Further figures", ""], figures, vec![PictureGroup { folded: false, pictures }])
 }
 
 /// The figures a reader asks for first.

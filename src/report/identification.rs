@@ -264,7 +264,6 @@ impl From<&PoleDrift> for DriftSummary {
 }
 
 impl DriftSummary {
-    /// A sentence.
     pub(crate) fn words(&self) -> &str {
         &self.words
     }

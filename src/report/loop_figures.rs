@@ -1,13 +1,14 @@
 //! The pictures that control engineers know: Bode diagrams of controller and loop gain, Nyquist diagram, closed-loop
 //! poles, step at the tool, stiffness of sampled plants, Campbell diagram, unbalance response over speed.
 
-use super::cascade::cascade_figure;
+use super::cascade::{GRAM_MILLIMETRE, cascade_figure};
 use super::pictures::Picture;
 use super::plot::figure::{Axis, Figure, Mark, Panel, Series};
-use super::plot::loops::{ResponseCurve, bode, dynamic_stiffness, nyquist};
+use super::plot::loops::{bode, dynamic_stiffness, nyquist};
 use super::plot::shaft::campbell;
 use super::plot::whirl::whirl_shapes;
 use super::plot::{Color, Curve, Dash, Look, Marker, Role};
+use crate::linalg::c64;
 use crate::pipeline::comparison::Prediction;
 use crate::pipeline::loop_curves::{DrawnPlants, LoopCurves, ModesAtSpeed, UnbalanceCurve};
 use crate::predict::loop_gain::LoopGain;
@@ -19,44 +20,35 @@ use crate::predict::tool_step::{SETTLED, ToolStep};
 use serde_json::{Value, json};
 use std::f64::consts::TAU;
 
-/// 1 g mm in kg m.
-const GRAM_MILLIMETRE: f64 = 1e-6;
-
 /// The pictures of a loop; `runs` are its predictions at rest and at top speed. Of a loop that is unstable at rest only
 /// that of the free rotor.
 pub(crate) fn loop_figures(curves: &LoopCurves, runs: [&Prediction; 2], top_rpm: f64) -> Vec<(Picture, Figure)> {
     let whirl = campbell("Bending modes of the free rotor over speed", &curves.whirl, &[1.0, 2.0]);
-    let mut figures = vec![(Picture::Campbell, whirl)];
     let title = format!("Whirl modes of the free rotor at {top_rpm:.0} rpm");
-    figures.push((Picture::WhirlShapes, whirl_shapes(&title, &curves.orbits)));
+    let mut figures = vec![(Picture::Campbell, whirl), (Picture::WhirlShapes, whirl_shapes(&title, &curves.orbits))];
     let Some(stable) = &curves.stable else {
         return figures;
     };
-    figures.push((Picture::ControllerBode, controller_bode(&stable.shape)));
-    figures.push((Picture::LoopGain, loop_gain(&stable.gain)));
-    figures.push((Picture::LoopSigma, loop_sigma(&stable.sigma)));
-    figures.push((Picture::Nyquist, loci(&stable.shape)));
-    figures.push((Picture::Poles, poles(runs)));
-    figures.push((Picture::LoopCampbell, loop_campbell(&stable.campbell, top_rpm)));
-    figures.push((Picture::StiffnessSampled, sampled_stiffness(&stable.sampled_plants, runs[0])));
-    figures.push((Picture::ToolStep, tool_step(&stable.step)));
-    let unbalance = unbalance(&stable.unbalance, top_rpm);
-    figures.push((Picture::UnbalanceSpeed, unbalance));
-    figures.push((Picture::Cascade, cascade_figure(&stable.cascade)));
+    figures.extend([
+        (Picture::ControllerBode, controller_bode(&stable.shape)),
+        (Picture::LoopGain, loop_gain(&stable.gain)),
+        (Picture::LoopSigma, loop_sigma(&stable.sigma)),
+        (Picture::Nyquist, loci(&stable.shape)),
+        (Picture::Poles, poles(runs)),
+        (Picture::LoopCampbell, loop_campbell(&stable.campbell, top_rpm)),
+        (Picture::StiffnessSampled, sampled_stiffness(&stable.sampled_plants, runs[0])),
+        (Picture::ToolStep, tool_step(&stable.step)),
+        (Picture::UnbalanceSpeed, unbalance(&stable.unbalance, top_rpm)),
+        (Picture::Cascade, cascade_figure(&stable.cascade)),
+    ]);
     figures
 }
 
 fn controller_bode(shape: &LoopShape) -> Figure {
     let names = ["front to front", "rear to rear", "rear to front"];
     let roles = [Role::Mu, Role::Pid, Role::Other(0)];
-    let curves: Vec<ResponseCurve> = (0..3)
-        .map(|k| ResponseCurve {
-            name: names[k],
-            role: roles[k],
-            frequency_hz: &shape.frequency_hz,
-            response: &shape.controller[k],
-        })
-        .collect();
+    let x = shape.frequency_hz.as_slice();
+    let curves = [0, 1, 2].map(|k| Curve { name: names[k], role: roles[k], x, y: shape.controller[k].as_slice() });
     bode("Controller with its hold", "|current / displacement|", "A/m", &curves, &[])
 }
 
@@ -93,12 +85,7 @@ fn loop_sigma(sigma: &LoopSigma) -> Figure {
 
 fn loop_gain(gain: &LoopGain) -> Figure {
     let bearings = [(0, "front", Role::Mu), (2, "rear", Role::Pid)];
-    let curves = bearings.map(|(channel, name, role)| ResponseCurve {
-        name,
-        role,
-        frequency_hz: &gain.frequency_hz,
-        response: &gain.channels[channel],
-    });
+    let curves = bearings.map(|(k, name, role)| Curve { name, role, x: &gain.frequency_hz, y: &gain.channels[k] });
     let mut figure = bode("Loop gain at rest, one channel opened", "|L|", "", &curves, &[]);
     if let Some(magnitude) = figure.panels.first_mut() {
         magnitude.level(1.0, "1");
@@ -118,17 +105,9 @@ fn loop_gain(gain: &LoopGain) -> Figure {
 
 fn loci(shape: &LoopShape) -> Figure {
     let names: Vec<String> = (1..=shape.loci.len()).map(|k| format!("locus {k}")).collect();
-    let loci: Vec<ResponseCurve> = names
-        .iter()
-        .zip(&shape.loci)
-        .enumerate()
-        .map(|(k, (name, locus))| ResponseCurve {
-            name,
-            role: Role::Other(k),
-            frequency_hz: &shape.frequency_hz,
-            response: locus,
-        })
-        .collect();
+    let numbered = names.iter().zip(&shape.loci).enumerate();
+    let loci: Vec<Curve<c64>> =
+        numbered.map(|(k, (name, y))| Curve { name, role: Role::Other(k), x: &shape.frequency_hz, y }).collect();
     nyquist("Characteristic loci of the loop at rest", &loci)
 }
 
@@ -176,9 +155,9 @@ fn tool_step(step: &ToolStep) -> Figure {
     let settled = step.time_s.iter().position(|t| *t >= step.settling_s).unwrap_or(step.time_s.len());
     let shown = (2 * settled).clamp(STEP_POINTS.min(step.time_s.len()), step.time_s.len());
     let every = shown.div_ceil(STEP_POINTS);
-    let x: Vec<f64> = step.time_s.iter().take(shown).step_by(every).map(|t| 1e3 * t).collect();
-    let y: Vec<f64> = step.displacement_m_per_n.iter().take(shown).step_by(every).map(|d| 1e6 * d).collect();
-    panel.series.push(Series::curve("displacement", &x, &y, Role::Mu.look()));
+    let points = step.time_s.iter().zip(&step.displacement_m_per_n).take(shown).step_by(every);
+    let points = points.map(|(t, d)| (1e3 * t, 1e6 * d));
+    panel.series.push(Series::of_points("displacement", points, Role::Mu.look()));
     let end = 1e6 * step.final_m_per_n;
     for (value, label) in [(end, "final"), ((1.0 + SETTLED) * end, ""), ((1.0 - SETTLED) * end, "")] {
         panel.level(value, label);
@@ -201,17 +180,15 @@ pub(crate) fn unbalance_topic(curve: &UnbalanceCurve, top_rpm: f64) -> Value {
     let maxima = || curve.maxima.iter().flatten();
     let largest = maxima().map(|m| m.amplification).fold(0.0, f64::max);
     let to_rpm = curve.speed_rpm.last().copied().unwrap_or_default();
-    let found = match maxima().filter(|m| !m.is_acceptable(top_rpm)).count() {
-        _ if maxima().count() == 0 => "the response has no maximum and so no amplification factor".to_owned(),
-        0 => format!("largest amplification factor {largest:.1}; every maximum is well damped or far enough away"),
-        1 => format!(
-            "largest amplification factor {largest:.1}; one maximum is neither well damped nor far enough from the \
-             speeds of operation"
-        ),
-        close => format!(
-            "largest amplification factor {largest:.1}; {close} maxima are neither well damped nor far enough from \
-             the speeds of operation"
-        ),
+    let too_close = "neither well damped nor far enough from the speeds of operation";
+    let judged = match maxima().filter(|m| !m.is_acceptable(top_rpm)).count() {
+        0 => "every maximum is well damped or far enough away".to_owned(),
+        1 => format!("one maximum is {too_close}"),
+        several => format!("{several} maxima are {too_close}"),
+    };
+    let found = match maxima().next() {
+        None => "the response has no maximum and so no amplification factor".to_owned(),
+        Some(_) => format!("largest amplification factor {largest:.1}; {judged}"),
     };
     let sentence =
         format!("Unbalance at the tool, amplification factors of API 617 from rest to {to_rpm:.0} rpm: {found}.");
@@ -249,15 +226,9 @@ fn poles(runs: [&Prediction; 2]) -> Figure {
     panel.height_px = 320;
     let looks = [Look::points(Color::Blue, Marker::Circle), Look::points(Color::Vermillion, Marker::Triangle)];
     for (run, look) in runs.into_iter().zip(looks).filter(|(r, _)| r.is_stable()) {
-        let found: Vec<(f64, f64)> = run
-            .poles_rad_s
-            .iter()
-            .filter(|s| s.im > 0.0 && s.norm() > TAU)
-            .map(|s| (s.norm() / TAU, -s.re / s.norm()))
-            .collect();
-        let (x, y): (Vec<f64>, Vec<f64>) = found.into_iter().unzip();
-        let name = format!("{:.0} rpm", run.speed_rpm);
-        panel.series.push(Series::curve(&name, &x, &y, look));
+        let oscillating = run.poles_rad_s.iter().filter(|s| s.im > 0.0 && s.norm() > TAU);
+        let points = oscillating.map(|s| (s.norm() / TAU, -s.re / s.norm()));
+        panel.series.push(Series::of_points(&format!("{:.0} rpm", run.speed_rpm), points, look));
     }
     Figure::new(
         "Closed-loop poles",
@@ -268,20 +239,18 @@ fn poles(runs: [&Prediction; 2]) -> Figure {
 
 /// Frequencies of the closed loop over speed with the line of the speed, and their logarithmic decrements.
 fn loop_campbell(speeds: &[ModesAtSpeed], top_rpm: f64) -> Figure {
-    let points = |of: &dyn Fn(&LoopMode) -> f64| -> (Vec<f64>, Vec<f64>) {
-        speeds.iter().flat_map(|at| at.modes.iter().map(|mode| (at.speed_rpm, of(mode)))).unzip()
+    let points = |of: fn(&LoopMode) -> f64| {
+        speeds.iter().flat_map(move |at| at.modes.iter().map(move |mode| (at.speed_rpm, of(mode))))
     };
-    let look = || Look::points(Color::Blue, Marker::Circle);
+    let look = Look::points(Color::Blue, Marker::Circle);
     let speed = || Axis::linear("Speed", "rpm");
     let mut frequency = Panel::new("Frequency", speed(), Axis::log("Frequency", "Hz"));
-    let (rpm, hz) = points(&|mode| mode.frequency_hz);
-    frequency.series.push(Series::curve("mode", &rpm, &hz, look()));
-    let synchronous: Vec<f64> = rpm.iter().copied().filter(|rpm| *rpm > 0.0).collect();
-    let once: Vec<f64> = synchronous.iter().map(|rpm| rpm / 60.0).collect();
-    frequency.series.push(Series::curve("1 ×", &synchronous, &once, Look::line(Color::Vermillion, Dash::Dashed)));
+    frequency.series.push(Series::of_points("mode", points(|mode| mode.frequency_hz), look));
+    let turning = points(|mode| mode.frequency_hz).filter(|(rpm, _)| *rpm > 0.0);
+    let once = turning.map(|(rpm, _)| (rpm, rpm / 60.0));
+    frequency.series.push(Series::of_points("1 ×", once, Look::line(Color::Vermillion, Dash::Dashed)));
     let mut decrement = Panel::new("Logarithmic decrement", speed(), Axis::log("Logarithmic decrement", ""));
-    let (rpm, decrements) = points(&LoopMode::logarithmic_decrement);
-    decrement.series.push(Series::curve("mode", &rpm, &decrements, look()));
+    decrement.series.push(Series::of_points("mode", points(LoopMode::logarithmic_decrement), look));
     for panel in [&mut frequency, &mut decrement] {
         panel.marks.push(Mark::top_speed(top_rpm));
     }

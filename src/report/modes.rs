@@ -93,7 +93,7 @@ pub(crate) fn modes_report(summary: &ModesSummary, orbits: &[WhirlOrbits]) -> Re
             (Picture::WhirlShapes.with_number(k + 1), whirl_shapes(&title(found.speed_rpm), found))
         }))?;
     let columns = ["speed_rpm", "mode", "frequency_hz", "whirl", "position_m", "x_re", "x_im", "y_re", "y_im"];
-    let mut table = Table::new(columns.map(str::to_owned).to_vec());
+    let mut table = Table::with_columns(&columns);
     for found in orbits {
         for (k, shape) in found.shapes.iter().enumerate() {
             let (number, hz) = ((k + 1) as f64, shape.mode.damped_rad_s / TAU);

@@ -58,12 +58,10 @@ pub(crate) fn order_figure(curve: &OrderCurve) -> Figure {
     );
     let polished: Vec<_> =
         curve.points.iter().filter_map(|p| Some((p.order as f64, p.judged.as_ref()?.stiffness_n_per_m))).collect();
-    let orders: Vec<f64> = polished.iter().map(|p| p.0).collect();
     let shown = [("at rest", Color::Blue, Marker::Circle), ("at top speed", Color::Vermillion, Marker::Triangle)];
     for (k, (name, color, marker)) in shown.into_iter().enumerate() {
-        let values: Vec<f64> = polished.iter().map(|p| PER_MICROMETRE * p.1[k]).collect();
-        let look = Look::points(color, marker);
-        panel.series.push(Series::curve(name, &orders, &values, look));
+        let points = polished.iter().map(|(order, stiffness)| (*order, PER_MICROMETRE * stiffness[k]));
+        panel.series.push(Series::of_points(name, points, Look::points(color, marker)));
     }
     if let Some((_, full)) = polished.first() {
         panel.level(

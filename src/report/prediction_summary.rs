@@ -6,10 +6,13 @@ use crate::predict::sensitivity::Zone;
 use serde_json::{Value, json};
 
 /// `stiffness.<controller>`: tool stiffness at rest and at top speed; null with the reason for an unstable loop.
-pub(crate) fn stiffness_topic([rest, speed]: [&Prediction; 2]) -> Value {
-    let mut topic = stiffness_at_speed(rest);
-    topic["at_top_speed"] = stiffness_at_speed(speed);
-    topic
+pub(crate) fn stiffness_topic(ends: [&Prediction; 2]) -> Value {
+    with_top_speed(ends.map(stiffness_at_speed))
+}
+
+fn with_top_speed([mut rest, speed]: [Value; 2]) -> Value {
+    rest["at_top_speed"] = speed;
+    rest
 }
 
 fn stiffness_at_speed(prediction: &Prediction) -> Value {
@@ -27,10 +30,8 @@ fn stiffness_at_speed(prediction: &Prediction) -> Value {
 }
 
 /// `sensitivity.<controller>` (ISO 14839-3) at rest and at top speed; null with the reason for an unstable loop.
-pub(crate) fn sensitivity_topic([rest, speed]: [&Prediction; 2]) -> Value {
-    let mut topic = sensitivity_at_speed(rest);
-    topic["at_top_speed"] = sensitivity_at_speed(speed);
-    topic
+pub(crate) fn sensitivity_topic(ends: [&Prediction; 2]) -> Value {
+    with_top_speed(ends.map(sensitivity_at_speed))
 }
 
 /// Largest sensitivity of each axis, dB; not a number for an unstable loop.

@@ -20,6 +20,14 @@ pub(crate) struct Grid {
     pub rows: Vec<Vec<String>>,
 }
 
+impl Grid {
+    /// The table; none without rows.
+    pub(super) fn of(label: &str, columns: &[&str], rows: Vec<Vec<String>>) -> Option<Self> {
+        let columns = columns.iter().map(|c| (*c).to_owned()).collect();
+        (!rows.is_empty()).then(|| Self { label: label.to_owned(), columns, rows })
+    }
+}
+
 /// A unit as it ends a key, as it is printed, and the factor from one to the other.
 struct Unit {
     suffix: &'static str,
@@ -110,6 +118,11 @@ pub(crate) fn four_digits(x: f64) -> String {
     }
     let text = format!("{x:.*}", (3 - size).max(0) as usize);
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+}
+
+/// A number, or a dash where there is none.
+pub(super) fn show_known(value: Option<f64>, shown: impl Fn(f64) -> String) -> String {
+    value.map_or_else(|| "–".to_owned(), shown)
 }
 
 fn scale_to_unit(x: f64, unit: Option<&Unit>) -> (f64, &'static str) {

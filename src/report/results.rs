@@ -22,71 +22,35 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, thiserror::Error)]
 pub enum ResultsError {
     /// A path inside the folder is absolute, climbs out of it, or is empty.
-    #[error("'{path}' is not a path inside a results folder")]
-    Path {
-        /// The path.
-        path: String,
-    },
+    #[error("'{0}' is not a path inside a results folder")]
+    Path(String),
     /// A picture could not be drawn.
-    #[error("picture '{stem}': {source}")]
-    Picture {
-        /// Stem of the files.
-        stem: String,
-        /// Reason.
-        source: PlotError,
-    },
+    #[error("picture '{0}': {1}")]
+    Picture(String, #[source] PlotError),
     /// The target exists and is no folder.
-    #[error("'{}' exists and is not a folder", .path.display())]
-    NotAFolder {
-        /// The target.
-        path: PathBuf,
-    },
+    #[error("'{}' exists and is not a folder", .0.display())]
+    NotAFolder(PathBuf),
     /// The target is a link that leads nowhere.
-    #[error("'{}' is a link to a folder that does not exist", .path.display())]
-    BrokenLink {
-        /// The target.
-        path: PathBuf,
-    },
+    #[error("'{}' is a link to a folder that does not exist", .0.display())]
+    BrokenLink(PathBuf),
     /// The target holds a measurement.
-    #[error("'{}' is a measurement folder (it holds measurement.yaml); nothing is written into it", .path.display())]
-    Measurement {
-        /// The target.
-        path: PathBuf,
-    },
+    #[error("'{}' is a measurement folder (it holds measurement.yaml); nothing is written into it", .0.display())]
+    Measurement(PathBuf),
     /// A file stands where one would be written, and muspin did not write it.
-    #[error("'{}' exists and is not a file that muspin wrote there", .path.display())]
-    Foreign {
-        /// The file.
-        path: PathBuf,
-    },
+    #[error("'{}' exists and is not a file that muspin wrote there", .0.display())]
+    Foreign(PathBuf),
     /// A file that muspin wrote was changed since.
-    #[error("'{}' was changed since muspin wrote it", .path.display())]
-    Edited {
-        /// The file.
-        path: PathBuf,
-    },
+    #[error("'{}' was changed since muspin wrote it", .0.display())]
+    Edited(PathBuf),
     /// A file that the run reads would be replaced or removed.
-    #[error("'{}' is read by this run and would be replaced by it", .path.display())]
-    Input {
-        /// The file.
-        path: PathBuf,
-    },
+    #[error("'{}' is read by this run and would be replaced by it", .0.display())]
+    Input(PathBuf),
     /// The manifest of the folder cannot be read.
-    #[error("'{}' is not a manifest of muspin: {source}", .path.display())]
-    Manifest {
-        /// The manifest.
-        path: PathBuf,
-        /// Reason.
-        source: io::Error,
-    },
+    #[error("'{}' is not a manifest of muspin: {}", .0.display(), .1)]
+    Manifest(PathBuf, #[source] io::Error),
     /// The file system refused.
-    #[error("'{}': {source}", .path.display())]
-    Io {
-        /// The file or folder.
-        path: PathBuf,
-        /// Reason.
-        source: io::Error,
-    },
+    #[error("'{}': {}", .0.display(), .1)]
+    Io(PathBuf, #[source] io::Error),
 }
 
 /// Files of a run: relative path with `/` → bytes.
@@ -109,7 +73,7 @@ impl ResultsFolder {
     /// [`ResultsError::Path`] for a path that would leave the folder.
     pub fn add(&mut self, path: &str, bytes: impl Into<Vec<u8>>) -> Result<(), ResultsError> {
         if !is_inside(path) || path == MANIFEST {
-            return Err(ResultsError::Path { path: path.to_owned() });
+            return Err(ResultsError::Path(path.to_owned()));
         }
         self.files.insert(path.to_owned(), bytes.into());
         Ok(())
@@ -130,7 +94,7 @@ impl ResultsFolder {
     }
 
     fn add_drawn(&mut self, name: PictureName, drawn: Result<Picture, PlotError>) -> Result<(), ResultsError> {
-        let drawn = drawn.map_err(|source| ResultsError::Picture { stem: name.stem(), source })?;
+        let drawn = drawn.map_err(|source| ResultsError::Picture(name.stem(), source))?;
         self.add_picture(name, drawn)
     }
 
@@ -163,8 +127,8 @@ impl ResultsFolder {
         let further = [PictureFormat::Png, PictureFormat::Pdf].into_iter().filter(|format| formats.contains(format));
         let wanted: Vec<_> = further.flat_map(|format| self.drawings.iter().map(move |one| (format, one))).collect();
         let drawn = wanted.into_par_iter().map(|(format, (stem, drawing))| {
-            let file = drawing.file(format).map_err(|source| ResultsError::Picture { stem: stem.clone(), source })?;
-            Ok((format!("plots/{stem}.{}", format.ending()), file))
+            let file = drawing.file(format).map_err(|source| ResultsError::Picture(stem.clone(), source))?;
+            Ok((format!("plots/{stem}.{}", format.name()), file))
         });
         let drawn: Vec<(String, Vec<u8>)> = drawn.collect::<Result<_, ResultsError>>()?;
         drawn.into_iter().try_for_each(|(path, file)| self.add(&path, file))
@@ -219,7 +183,7 @@ impl ResultsFolder {
         for (path, bytes) in &self.files {
             let file = target.join(path);
             if earlier.lists(path) && file.exists() && !is_unchanged(&file, path, &earlier)? {
-                return Err(ResultsError::Edited { path: file });
+                return Err(ResultsError::Edited(file));
             }
             is_free(&target, &earlier, path, Some(bytes))?;
         }
@@ -265,7 +229,7 @@ pub fn claim(target: &Path, names: &[&str], inputs: &[&str]) -> Result<(), Resul
         };
         let hit = written.iter().filter_map(|w| w.canonicalize().ok()).find(is_read);
         if let Some(path) = hit {
-            return Err(ResultsError::Input { path });
+            return Err(ResultsError::Input(path));
         }
     }
     for name in names {
@@ -276,7 +240,7 @@ pub fn claim(target: &Path, names: &[&str], inputs: &[&str]) -> Result<(), Resul
 
 /// An error of the file system.
 fn name_refusal((path, source): (PathBuf, io::Error)) -> ResultsError {
-    ResultsError::Io { path, source }
+    ResultsError::Io(path, source)
 }
 
 /// Keeps other runs out of the folder from before it is looked at until it is written.
@@ -290,19 +254,19 @@ fn lock_target(target: &Path) -> Result<Lock, ResultsError> {
 fn resolve_target(target: &Path) -> Result<PathBuf, ResultsError> {
     let path = target.to_owned();
     let Ok(found) = absolute(target) else {
-        return Err(ResultsError::BrokenLink { path });
+        return Err(ResultsError::BrokenLink(path));
     };
     if let Some(file) = found.ancestors().find(|part| part.exists()).filter(|part| !part.is_dir()) {
-        return Err(ResultsError::NotAFolder { path: file.to_owned() });
+        return Err(ResultsError::NotAFolder(file.to_owned()));
     }
     if found.join("measurement.yaml").exists() {
-        return Err(ResultsError::Measurement { path });
+        return Err(ResultsError::Measurement(path));
     }
     Ok(found)
 }
 
 fn manifest(target: &Path) -> Result<Manifest, ResultsError> {
-    Manifest::read(target).map_err(|source| ResultsError::Manifest { path: target.join(MANIFEST), source })
+    Manifest::read(target).map_err(|source| ResultsError::Manifest(target.join(MANIFEST), source))
 }
 
 /// Listed files that exist; all of them must be as muspin wrote them.
@@ -314,7 +278,7 @@ fn list_unchanged<'a>(target: &Path, earlier: &'a Manifest) -> Result<Vec<&'a st
             continue;
         }
         if !is_unchanged(&file, path, earlier)? {
-            return Err(ResultsError::Edited { path: file });
+            return Err(ResultsError::Edited(file));
         }
         found.push(path);
     }
@@ -324,7 +288,7 @@ fn list_unchanged<'a>(target: &Path, earlier: &'a Manifest) -> Result<Vec<&'a st
 fn is_unchanged(place: &Path, path: &str, earlier: &Manifest) -> Result<bool, ResultsError> {
     match file::read_unlinked(place, file::WRITTEN) {
         Ok(bytes) => Ok(earlier.wrote(path, &bytes)),
-        Err(FileError::System(source)) => Err(ResultsError::Io { path: place.to_owned(), source }),
+        Err(FileError::System(source)) => Err(ResultsError::Io(place.to_owned(), source)),
         Err(_) => Ok(false),
     }
 }
@@ -337,7 +301,7 @@ fn is_free(target: &Path, earlier: &Manifest, path: &str, bytes: Option<&[u8]>) 
         let taken = std::fs::symlink_metadata(&folder).is_ok_and(|m| !m.is_dir());
         // A file of the run before gives way to a folder of the same name only by hand.
         if taken {
-            return Err(ResultsError::Foreign { path: folder });
+            return Err(ResultsError::Foreign(folder));
         }
     }
     let place = target.join(path);
@@ -348,5 +312,5 @@ fn is_free(target: &Path, earlier: &Manifest, path: &str, bytes: Option<&[u8]>) 
     if found.is_file() && (earlier.lists(path) || same()) {
         return Ok(());
     }
-    Err(ResultsError::Foreign { path: place })
+    Err(ResultsError::Foreign(place))
 }

@@ -27,9 +27,7 @@ impl Draft {
 
     /// A key whose value stands in the file, or a gap with what belongs there.
     fn key(&mut self, path: &str, value: Option<f64>, meaning: &str) {
-        let depth = path.matches('.').count();
-        let key = path.rsplit('.').next().unwrap_or(path);
-        let indent = "  ".repeat(depth);
+        let (indent, key) = place_in_file(path);
         match value {
             Some(value) => self.line(format!("{indent}{key}: {}   # {meaning}", number(value))),
             None => {
@@ -41,11 +39,15 @@ impl Draft {
 
     /// The head of a block, in a comment while nothing in it is known.
     fn head(&mut self, path: &str, known: bool) {
-        let depth = path.matches('.').count();
-        let key = path.rsplit('.').next().unwrap_or(path);
+        let (indent, key) = place_in_file(path);
         let mark = if known { "" } else { "# " };
-        self.line(format!("{}{mark}{key}:", "  ".repeat(depth)));
+        self.line(format!("{indent}{mark}{key}:"));
     }
+}
+
+/// Indentation and last word of a path.
+fn place_in_file(path: &str) -> (String, &str) {
+    ("  ".repeat(path.matches('.').count()), path.rsplit('.').next().unwrap_or(path))
 }
 
 /// The draft for the shaft `sections` with `discs` from the nose face on; `rotor` has bearings and speed, its positions
@@ -62,11 +64,8 @@ pub(crate) fn spindle_draft(
     draft.line("# (and before the heads above it) and write the value behind it; `muspin check` names what is left.");
     draft.line(format!("name: {}", text(name)));
     draft.lines.extend(rotor_lines(sections, discs));
-    draft.key(
-        "rotor.damping_ratio",
-        None,
-        "a list, damping ratios of the free-free bending modes; [0.004] is usual for a solid steel shaft",
-    );
+    let ratios = "a list, damping ratios of the free-free bending modes; [0.004] is usual for a solid steel shaft";
+    draft.key("rotor.damping_ratio", None, ratios);
     draft.key("rotor.flexible_modes", None, "bending modes that the design model keeps, usually 3");
     let bearings = rotor.magnet_pair().map_or([None, None], |pair| pair.map(Some));
     planes(&mut draft, bearings, nose_m);

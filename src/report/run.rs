@@ -12,6 +12,7 @@ use super::prediction_summary::damping_ratios;
 use super::run_figures::{open_loop, predictions, robustness, shapes};
 use super::unstable::add_instability;
 use super::updating::{figures as update_figures, updating_topic};
+use super::variant_summary::arithmetic_topic;
 use super::whole::{Report, ReportError};
 use crate::identify::Identification;
 use crate::pipeline::certificates::mu_words;
@@ -49,7 +50,7 @@ pub(crate) fn run_report(
         }
         return Ok((report, run.design.instability_words().unwrap_or_default()));
     }
-    report.arithmetic(&run.design, &run.arithmetic);
+    report.summary.set("design.arithmetic", arithmetic_topic(&run.design, &run.arithmetic));
     add_loops(&mut report, run);
     if let Some(curves) = &run.curves {
         add_pictures(&mut report, run, curves)?;
@@ -114,14 +115,11 @@ fn add_loops(report: &mut Report, run: &Run) {
         report.summary.set(&format!("damping_ratio.{name}"), damping);
     }
     if let Some(rivals) = &run.rivals {
-        match &rivals.tuned {
-            Ok((found, _)) => {
-                report.summary.set("pid", pid_topic(found, &rivals.effort, OF_DELIVERED));
-            }
-            Err(reason) => {
-                report.summary.set("pid", no_pid_topic(&not_found_words(reason)));
-            }
-        }
+        let pid = match &rivals.tuned {
+            Ok((found, _)) => pid_topic(found, &rivals.effort, OF_DELIVERED),
+            Err(reason) => no_pid_topic(&not_found_words(reason)),
+        };
+        report.summary.set("pid", pid);
         if let Ok((plain, _)) = &rivals.textbook {
             let stable = plain.certificate.nominal.is_stable();
             report.summary.set("pid.textbook_stable", stable);
@@ -134,15 +132,15 @@ fn add_model_pictures(report: &mut Report, run: &Run, curves: &Curves) -> Result
         let fits = [("updated", &updating.gauss_newton.fit)];
         report.figures(update_figures(Some(&run.nominal), &fits))?;
     }
-    let names = [("updated", Role::Updated), ("nominal", Role::Nominal)];
-    let used = curves.open_loop.iter().rev().zip(names);
-    let mut models: Vec<_> = used.map(|(of, (name, role))| (name, role, of)).collect();
-    models.reverse();
+    // The machine that is used comes last.
+    let names = [("nominal", Role::Nominal), ("updated", Role::Updated)];
+    let names = names.iter().skip(names.len().saturating_sub(curves.open_loop.len()));
+    let models: Vec<_> = names.zip(&curves.open_loop).map(|((name, role), of)| (*name, *role, of)).collect();
     let marked = run.targets.as_ref().map(marks).unwrap_or_default();
     report.figures(open_loop(&models, &marked))?;
     // Updating draws the shapes before and after itself.
     if run.updating.is_none() {
-        let figure = shapes(names[0].0, names[0].1, &run.machine, &run.rotors[1]);
+        let figure = shapes("updated", Role::Updated, &run.machine, &run.rotors[1]);
         report.figures([(Picture::ModeShapes, figure)])?;
     }
     Ok(())
@@ -152,10 +150,8 @@ fn add_model_pictures(report: &mut Report, run: &Run, curves: &Curves) -> Result
 fn add_pictures(report: &mut Report, run: &Run, curves: &Curves) -> Result<(), ReportError> {
     add_model_pictures(report, run, curves)?;
     let loops = loops(run);
-    let mut shown: Vec<(Role, &Prediction)> = vec![];
-    for k in 0..2 {
-        shown.extend(loops.iter().map(|(_, role, both)| (*role, &both[k])));
-    }
+    let ends = [0, 1].into_iter().flat_map(|k| loops.iter().map(move |(_, role, both)| (*role, &both[k])));
+    let shown: Vec<(Role, &Prediction)> = ends.collect();
     let top_hz = run.machine.spindle.max_rpm / 60.0;
     let drawn = robustness(&run.design).into_iter();
     report.figures(drawn.chain(predictions(&shown, &[], top_hz)))?;

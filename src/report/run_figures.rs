@@ -1,13 +1,14 @@
 //! Pictures of a run from its results.
 
 use super::pictures::Picture;
-use super::plot::loops::{MarkedFrequency, ResponseCurve, bode, dynamic_stiffness, sensitivity};
-use super::plot::robustness::{MuStep, PlottedScale, d_fits, mu_against_order, mu_over_frequency, mu_per_iteration};
-use super::plot::shaft::{OutlinePiece, ShapeCurve, Station, StationKind, mode_shapes};
+use super::plot::loops::{MarkedFrequency, bode, dynamic_stiffness, sensitivity};
+use super::plot::robustness::{d_fits, mu_against_order, mu_over_frequency, mu_per_iteration};
+use super::plot::shaft::{OutlinePiece, Station, StationKind, mode_shapes};
 use super::plot::speed::{mu_over_speed, stability_over_speed};
 use super::plot::{Curve, Figure, Role};
 use crate::augment::channels::channel_names;
 use crate::controller::stiffness_limit::StiffnessLimit;
+use crate::linalg::c64;
 use crate::pipeline::comparison::Prediction;
 use crate::pipeline::design::Design;
 use crate::pipeline::dk_design::DkDesign;
@@ -25,14 +26,9 @@ pub(crate) fn open_loop(
     let bearings = [(Picture::BodeFront, "Front bearing"), (Picture::BodeRear, "Rear bearing")];
     let each = bearings.into_iter().enumerate();
     each.map(|(axis, (picture, title))| {
-        let curves: Vec<ResponseCurve> = models
+        let curves: Vec<Curve<c64>> = models
             .iter()
-            .map(|(name, role, model)| ResponseCurve {
-                name,
-                role: *role,
-                frequency_hz: &model.frequency_hz,
-                response: &model.response[axis],
-            })
+            .map(|(name, role, of)| Curve { name, role: *role, x: &of.frequency_hz, y: &of.response[axis] })
             .collect();
         let title = format!("{title}: sensor over current, open loop");
         let marked = &marked[axis];
@@ -54,21 +50,15 @@ pub(crate) fn shapes(name: &str, role: Role, machine: &Machine, free: &FreeRotor
         station("rear sensor", rear.sensor_m, StationKind::Sensor),
         station("rear actuator", rear.actuator_m, StationKind::Actuator),
     ];
-    let amplitude = |k: usize| -> Vec<f64> {
-        let shown = RIGID + k < modes.len();
-        let at = |i: usize| {
-            if shown { modes.shapes[(2 * i, RIGID + k)] } else { 0.0 }
-        };
-        (0..nodes.len()).map(at).collect()
-    };
-    let amplitudes: Vec<Vec<f64>> = (0..3).map(amplitude).collect();
+    let at = |k: usize, i: usize| if RIGID + k < modes.len() { modes.shapes[(2 * i, RIGID + k)] } else { 0.0 };
+    let amplitudes = [0, 1, 2].map(|k| (0..nodes.len()).map(|i| at(k, i)).collect::<Vec<f64>>());
     let hz = modes.flexible_hz();
-    let panels: Vec<(String, Vec<ShapeCurve>)> = amplitudes
+    let panels: Vec<(String, Vec<Curve>)> = amplitudes
         .iter()
         .enumerate()
         .map(|(k, amplitude)| {
             let hz = hz.get(k).copied().unwrap_or(f64::NAN);
-            let curve = ShapeCurve { name, role, position_m: nodes, amplitude };
+            let curve = Curve { name, role, x: nodes, y: amplitude };
             (format!("mode {}: {hz:.0} Hz", k + 1), vec![curve])
         })
         .collect();
@@ -77,20 +67,11 @@ pub(crate) fn shapes(name: &str, role: Role, machine: &Machine, free: &FreeRotor
 
 /// μ over frequency and over speed; over the iteration and the order of the controller where there was an iteration.
 pub(crate) fn robustness(design: &Design) -> Vec<(Picture, Figure)> {
-    let columns = |curve: &[(f64, f64, f64)]| {
-        let f: Vec<f64> = curve.iter().map(|c| c.0).collect();
-        let upper: Vec<f64> = curve.iter().map(|c| c.1).collect();
-        let lower: Vec<f64> = curve.iter().map(|c| c.2).collect();
-        (f, upper, lower)
-    };
-    let written = columns(&design.delivery.specification_curve);
-    let covered = columns(&design.delivery.covered_curve);
-    let steps = [("with gyroscopic cover", &covered), ("specification as written", &written)].map(|(name, c)| MuStep {
-        name,
-        frequency_hz: &c.0,
-        upper: &c.1,
-        lower: &c.2,
-    });
+    let delivery = &design.delivery;
+    let steps = [
+        ("with gyroscopic cover", delivery.covered_curve.as_slice()),
+        ("specification as written", &delivery.specification_curve),
+    ];
     let [stability, mu_speed] = over_speed(design);
     let mut drawn = vec![
         (Picture::Mu, mu_over_frequency("µ of the sampled loop with rounded coefficients", &steps)),
@@ -114,24 +95,12 @@ fn iteration(problems: &Problems, dk: &DkDesign) -> Vec<(Picture, Figure)> {
     let modes = problems.covered_modes.iter();
     let names: Vec<String> =
         modes.map(|mode| format!("mode {}", mode.number + 1)).chain(channel_names(&problems.aim)).collect();
-    let fits: Vec<PlottedScale> = dk
-        .d_scales
-        .iter()
-        .zip(&names)
-        .map(|(d, name)| PlottedScale { name, frequency_hz: &d.frequency_hz, data: &d.asked, fit: &d.used })
-        .collect();
-    let scales = (!fits.is_empty()).then(|| (Picture::DScales, d_fits("D-scales of the uncertainty", &fits)));
+    let scales = d_fits("D-scales of the uncertainty", &names, &dk.d_scales);
+    let scales = (!dk.d_scales.is_empty()).then_some((Picture::DScales, scales));
+    let title = "µ of the synthesis problem against the order of the controller";
     let others = [
         (Picture::MuIterations, mu_per_iteration("D-K iteration", &gamma, &peak)),
-        (
-            Picture::MuOrder,
-            mu_against_order(
-                "µ of the synthesis problem against the order of the controller",
-                &[tried],
-                dk.reduction_limit,
-                chosen,
-            ),
-        ),
+        (Picture::MuOrder, mu_against_order(title, &[tried], dk.reduction_limit, chosen)),
     ];
     scales.into_iter().chain(others).collect()
 }
@@ -141,17 +110,10 @@ fn over_speed(design: &Design) -> [(Picture, Figure); 2] {
     let proof = &design.delivery.speed_proof;
     let speeds: Vec<f64> = design.delivery.speed_mu.iter().map(|s| s.speed_rpm).collect();
     let at_speed: Vec<f64> = design.delivery.speed_mu.iter().map(|s| s.mu).collect();
-    [
-        (
-            Picture::SpeedStability,
-            stability_over_speed(
-                "Stability over speed, proven between the computed speeds",
-                &proof.intervals,
-                proof.to_rpm / OVERSPEED,
-            ),
-        ),
-        (Picture::MuSpeed, mu_over_speed("µ of the specification over speed", &speeds, &at_speed)),
-    ]
+    let title = "Stability over speed, proven between the computed speeds";
+    let stability = stability_over_speed(title, &proof.intervals, proof.to_rpm / OVERSPEED);
+    let mu = mu_over_speed("µ of the specification over speed", &speeds, &at_speed);
+    [(Picture::SpeedStability, stability), (Picture::MuSpeed, mu)]
 }
 
 /// A dynamic stiffness that is no prediction of a loop: measured, or a limit.
@@ -187,64 +149,42 @@ pub(crate) fn predictions(
     max_speed_hz: f64,
 ) -> Vec<(Picture, Figure)> {
     // An unstable loop has no response to draw.
-    let stable = runs.iter().copied().filter(|(_, p)| p.is_stable());
-    let runs: Vec<(Role, &Prediction)> = stable.collect();
+    let runs: Vec<(Role, &Prediction)> = runs.iter().copied().filter(|(_, p)| p.is_stable()).collect();
     let mut speeds: Vec<f64> = runs.iter().map(|(_, p)| p.speed_rpm).collect();
     speeds.extend(measured.iter().map(|m| m.speed_rpm));
     speeds.sort_by(f64::total_cmp);
     speeds.dedup();
-    let label = |rpm: f64| format!("{rpm:.0} rpm");
-    let labels: Vec<String> = speeds.iter().map(|s| label(*s)).collect();
-    let of = |rpm: f64| runs.iter().filter(move |(_, p)| p.speed_rpm == rpm);
-    let stiffness: Vec<(&str, Vec<Curve>)> = speeds
-        .iter()
-        .zip(&labels)
-        .map(|(rpm, label)| {
-            let curves = of(*rpm)
-                .map(|(role, p)| Curve {
-                    name: &p.name,
-                    role: *role,
-                    x: &p.stiffness[0].frequency_hz,
-                    y: &p.stiffness[0].magnitude_n_per_m,
-                })
-                .chain(measured.iter().filter(|m| m.speed_rpm == *rpm).map(|m| Curve {
-                    name: &m.name,
-                    role: m.role,
-                    x: &m.frequency_hz,
-                    y: &m.stiffness_n_per_m,
-                }))
-                .collect();
-            (label.as_str(), curves)
-        })
-        .collect();
-    let axes = [(0, "front"), (2, "rear")];
-    let mut columns: Vec<(String, Role, &Prediction, Vec<f64>)> = vec![];
-    for (role, p) in &runs {
-        for (axis, name) in axes {
-            let values = p.sensitivity.magnitude.iter().map(|s| s[axis]).collect();
-            columns.push((format!("{}, {}", name, label(p.speed_rpm)), *role, p, values));
-        }
+    let mut figures = vec![];
+    if !speeds.is_empty() {
+        let panel = |rpm: &f64| {
+            let predicted = runs.iter().filter(|(_, p)| p.speed_rpm == *rpm).map(|(role, p)| {
+                let [own, _] = &p.stiffness;
+                Curve { name: &p.name, role: *role, x: &own.frequency_hz, y: &own.magnitude_n_per_m }
+            });
+            let measured = measured.iter().filter(|m| m.speed_rpm == *rpm);
+            let measured =
+                measured.map(|m| Curve { name: &m.name, role: m.role, x: &m.frequency_hz, y: &m.stiffness_n_per_m });
+            (format!("{rpm:.0} rpm"), predicted.chain(measured).collect::<Vec<Curve>>())
+        };
+        let panels: Vec<_> = speeds.iter().map(panel).collect();
+        let figure = dynamic_stiffness("Dynamic stiffness at the tool", &panels, &[(max_speed_hz, "top speed")]);
+        figures.push((Picture::Stiffness, figure));
     }
-    let headings: Vec<String> =
-        axes.iter().flat_map(|(_, name)| speeds.iter().map(move |s| format!("{name}, {}", label(*s)))).collect();
-    let margins: Vec<(&str, Vec<Curve>)> = headings
-        .iter()
-        .map(|heading| {
-            let curves = columns
-                .iter()
-                .filter(|c| &c.0 == heading)
-                .map(|(_, role, p, y)| Curve { name: &p.name, role: *role, x: &p.sensitivity.frequency_hz, y })
-                .collect();
-            (heading.as_str(), curves)
-        })
-        .collect();
-    let stiffness = dynamic_stiffness("Dynamic stiffness at the tool", &stiffness, &[(max_speed_hz, "top speed")]);
-    let sensitivity = sensitivity("Sensitivity and the zones of ISO 14839-3", &margins);
-    let anything = [!speeds.is_empty(), !runs.is_empty()];
-    [(Picture::Stiffness, stiffness), (Picture::Sensitivity, sensitivity)]
-        .into_iter()
-        .zip(anything)
-        .filter(|(_, drawn)| *drawn)
-        .map(|(shown, _)| shown)
-        .collect()
+    if !runs.is_empty() {
+        let magnitudes = |axis: usize| -> Vec<Vec<f64>> {
+            runs.iter().map(|(_, p)| p.sensitivity.magnitude.iter().map(|s| s[axis]).collect()).collect()
+        };
+        let sides = [("front", magnitudes(0)), ("rear", magnitudes(2))];
+        let mut panels: Vec<(String, Vec<Curve>)> = vec![];
+        for (side, magnitudes) in &sides {
+            for rpm in &speeds {
+                let own = runs.iter().zip(magnitudes).filter(|((_, p), _)| p.speed_rpm == *rpm);
+                let curves =
+                    own.map(|((role, p), y)| Curve { name: &p.name, role: *role, x: &p.sensitivity.frequency_hz, y });
+                panels.push((format!("{side}, {rpm:.0} rpm"), curves.collect()));
+            }
+        }
+        figures.push((Picture::Sensitivity, sensitivity("Sensitivity and the zones of ISO 14839-3", &panels)));
+    }
+    figures
 }

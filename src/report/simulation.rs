@@ -1,9 +1,9 @@
 //! Figures of a time response beside their limits, and the frames of its animation.
 
+use super::plot::Role;
 use super::plot::animation::{AnimatedMotion, OrbitPlane};
-use super::plot::figure::Figure;
-use super::plot::motion::{TimePanel, time_responses};
-use super::plot::{Curve, Role};
+use super::plot::figure::{Figure, Series};
+use super::plot::motion::{time_panel, time_responses};
 use super::summary::omit_absent;
 use crate::controller::anti_windup::AntiWindup;
 use crate::pipeline::simulation::{Simulated, SimulationLimits};
@@ -120,30 +120,22 @@ pub(crate) fn push_figure(
 ) -> Figure {
     let clearance = 1e6 * machine.spindle.backup_clearance_m;
     let stops = [(clearance, "backup bearing"), (-clearance, "backup bearing")];
-    let time: Vec<Vec<f64>> = responses.iter().map(|(_, _, r)| r.samples.iter().map(|s| s.time_s).collect()).collect();
-    let values = |of: &dyn Fn(&TimeSample) -> f64| -> Vec<Vec<f64>> {
-        responses.iter().map(|(_, _, r)| r.samples.iter().map(of).collect()).collect()
-    };
-    let front = values(&|s| 1e6 * s.displacements_m[2]);
-    let rear = values(&|s| 1e6 * s.displacements_m[4]);
-    let current = values(&|s| s.currents_a[0]);
-    let own = |values| name_curves(responses, &time, values);
     let current_a = [(limits.current_a, "limit"), (-limits.current_a, "limit")];
-    let panels = [
-        TimePanel::of("Front bearing x", ["x", "µm"], own(&front), stops),
-        TimePanel::of("Rear bearing x", ["x", "µm"], own(&rear), stops),
-        TimePanel::of("Control current front x", ["i", "A"], own(&current), current_a),
+    let panel = |title, quantity, limits: &[(f64, &str)], of: fn(&TimeSample) -> f64| {
+        let series = responses.iter().map(|(name, role, response)| over_time(name, *role, response, &of));
+        time_panel(title, quantity, series.collect(), limits)
+    };
+    let panels = vec![
+        panel("Front bearing x", ["x", "µm"], &stops, |s| 1e6 * s.displacements_m[2]),
+        panel("Rear bearing x", ["x", "µm"], &stops, |s| 1e6 * s.displacements_m[4]),
+        panel("Control current front x", ["i", "A"], &current_a, |s| s.currents_a[0]),
     ];
-    time_responses(title, &panels)
+    time_responses(title, panels)
 }
 
-/// Curves of the responses, each over its own time.
-fn name_curves<'a>(
-    responses: &[(&'a str, Role, &TimeResponse)],
-    time: &'a [Vec<f64>],
-    values: &'a [Vec<f64>],
-) -> Vec<Curve<'a>> {
-    responses.iter().zip(time).zip(values).map(|(((name, role, _), x), y)| Curve { name, x, y, role: *role }).collect()
+/// A quantity of a response over time in ms.
+pub(super) fn over_time(name: &str, role: Role, response: &TimeResponse, of: &dyn Fn(&TimeSample) -> f64) -> Series {
+    Series::of_points(name, response.samples.iter().map(|s| (1e3 * s.time_s, of(s))), role.look())
 }
 
 /// Zone of ISO 14839-2 by the displacement in parts of the clearance: A and B end at 0.3 and 0.4, C at 0.5.
@@ -176,8 +168,7 @@ pub(crate) fn motion(
         name: name.to_owned(),
         position_m,
         in_bearing,
-        x_m: at.iter().map(|d| d[2 * k]).collect(),
-        y_m: at.iter().map(|d| d[2 * k + 1]).collect(),
+        path_m: at.iter().map(|d| [d[2 * k], d[2 * k + 1]]).collect(),
     };
     Ok(AnimatedMotion {
         title: title.to_owned(),

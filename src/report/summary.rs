@@ -85,28 +85,13 @@ pub(crate) fn json_text(value: &Value) -> String {
 }
 
 fn write(value: &Value, depth: usize, out: &mut String) {
-    let indent = |depth: usize| "  ".repeat(depth);
     match value {
         Value::Object(map) if !map.is_empty() => {
-            out.push_str("{\n");
-            for (k, (key, item)) in map.iter().enumerate() {
-                out.push_str(&indent(depth + 1));
-                out.push_str(&format!("{}: ", Value::String(key.clone())));
-                write(item, depth + 1, out);
-                out.push_str(if k + 1 < map.len() { ",\n" } else { "\n" });
-            }
-            out.push_str(&indent(depth));
-            out.push('}');
+            let entries = map.iter().map(|(key, item)| (format!("{}: ", Value::String(key.clone())), item));
+            write_lines(['{', '}'], entries, depth, out);
         }
         Value::Array(items) if items.iter().any(|i| i.is_object() || i.is_array()) => {
-            out.push_str("[\n");
-            for (k, item) in items.iter().enumerate() {
-                out.push_str(&indent(depth + 1));
-                write(item, depth + 1, out);
-                out.push_str(if k + 1 < items.len() { ",\n" } else { "\n" });
-            }
-            out.push_str(&indent(depth));
-            out.push(']');
+            write_lines(['[', ']'], items.iter().map(|item| (String::new(), item)), depth, out);
         }
         Value::Array(items) => {
             let cells: Vec<String> = items.iter().map(Value::to_string).collect();
@@ -114,4 +99,21 @@ fn write(value: &Value, depth: usize, out: &mut String) {
         }
         plain => out.push_str(&plain.to_string()),
     }
+}
+
+/// Entries with what stands before each, a line each, in brackets.
+fn write_lines<'a>(
+    [open, close]: [char; 2],
+    entries: impl Iterator<Item = (String, &'a Value)>,
+    depth: usize,
+    out: &mut String,
+) {
+    let mut before = open;
+    for (head, item) in entries {
+        out.push(before);
+        out.push_str(&format!("\n{}{head}", "  ".repeat(depth + 1)));
+        write(item, depth + 1, out);
+        before = ',';
+    }
+    out.push_str(&format!("\n{}{close}", "  ".repeat(depth)));
 }

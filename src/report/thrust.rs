@@ -80,15 +80,14 @@ pub(super) fn thrust_topic(found: &ThrustDesign) -> Value {
 
 /// Stiffness and sensitivity over frequency.
 pub(super) fn thrust_figure(found: &ThrustDesign) -> Figure {
-    let lines = &found.pid.lines;
-    let x: Vec<f64> = lines.iter().map(|line| line.frequency_hz).collect();
-    let stiffness: Vec<f64> = lines.iter().map(|line| 1e-6 * line.stiffness_n_per_m).collect();
-    let sensitivity: Vec<f64> = lines.iter().map(|line| 20.0 * line.sensitivity.log10()).collect();
+    let lines = || found.pid.lines.iter();
+    let stiffness = lines().map(|line| (line.frequency_hz, 1e-6 * line.stiffness_n_per_m));
+    let sensitivity = lines().map(|line| (line.frequency_hz, 20.0 * line.sensitivity.log10()));
     let frequency = || Axis::log("Frequency", "Hz");
     let mut upper = Panel::new("", frequency(), Axis::log("Dynamic stiffness", "N/µm"));
-    upper.series.push(Series::curve("thrust axis", &x, &stiffness, Role::Pid.look()));
+    upper.series.push(Series::of_points("thrust axis", stiffness, Role::Pid.look()));
     let mut lower = Panel::new("", frequency(), Axis::linear("|S|", "dB").with_range(-40.0, 20.0));
-    lower.series.push(Series::curve("thrust axis", &x, &sensitivity, Role::Pid.look()));
+    lower.series.push(Series::of_points("thrust axis", sensitivity, Role::Pid.look()));
     add_zone_limits(&mut lower);
     let words = "Force over displacement of the shaft along its axis, and sensitivity of the loop, over frequency.";
     Figure::stacked("Thrust axis", words, [upper, lower])

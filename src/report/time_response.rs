@@ -1,10 +1,10 @@
 //! A time response as table and pictures: displacements, currents, voltages and forces beside their limits, orbits.
 
 use super::pictures::Picture;
+use super::plot::Role;
 use super::plot::animation::animate;
-use super::plot::motion::{TimePanel, orbits, time_responses};
-use super::plot::{Curve, Role};
-use super::simulation::{motion, simulation_topic};
+use super::plot::motion::{orbits, time_panel, time_responses};
+use super::simulation::{motion, over_time, simulation_topic};
 use super::tables::Table;
 use super::whole::{Report, ReportError};
 use crate::pipeline::simulation::{SimulatedController, SimulationLimits};
@@ -57,32 +57,28 @@ fn add_response(
     limits: &SimulationLimits,
 ) -> Result<(), ReportError> {
     report.folder.add_table("response.csv", &table(response))?;
-    let column = |of: &dyn Fn(&TimeSample) -> f64| response.samples.iter().map(of).collect();
-    let [tx, ty, fx, fy, rx, ry] = [0, 1, 2, 3, 4, 5].map(|k| -> Vec<f64> { column(&|s| s.displacements_m[k]) });
-    let micro = |v: &[f64]| v.iter().map(|m| 1e6 * m).collect::<Vec<f64>>();
-    let shown = [micro(&tx), micro(&fx), micro(&rx)];
-    // Front x and rear x.
-    let [currents, voltages, forces] =
-        [|s: &TimeSample| s.currents_a, |s: &TimeSample| s.voltages_v, |s: &TimeSample| s.forces_n]
-            .map(|of| [0, 2].map(|k| -> Vec<f64> { column(&|s| of(s)[k]) }));
-    let time: Vec<f64> = column(&|s| s.time_s);
     let spindle = &machine.spindle;
     let clearance = 1e6 * spindle.backup_clearance_m;
-    let at_bearings = |values| curves(&time, &["front", "rear"], values);
     let both = |limit: f64, name| [(limit, name), (-limit, name)];
-    let places = curves(&time, &["tool", "front", "rear"], &shown);
     let capacity = [(spindle.front.max_force_n, "front capacity"), (spindle.rear.max_force_n, "rear capacity")];
-    let panels = [
-        TimePanel::of("Displacement x", ["x", "µm"], places, both(clearance, "backup bearing")),
-        TimePanel::of("Control current x", ["i", "A"], at_bearings(&currents), both(limits.current_a, "limit")),
-        TimePanel::of("Coil voltage x", ["u", "V"], at_bearings(&voltages), both(limits.voltage_v, "bus")),
-        TimePanel::of("Magnetic force x", ["F", "N"], at_bearings(&forces), capacity),
+    let series = |k: usize, name: &str, of: &dyn Fn(&TimeSample) -> f64| over_time(name, Role::Other(k), response, of);
+    let place = |k, name, place: usize| series(k, name, &|s| 1e6 * s.displacements_m[place]);
+    // Front x and rear x.
+    let bearings =
+        |of: fn(&TimeSample) -> [f64; 4]| vec![series(0, "front", &|s| of(s)[0]), series(1, "rear", &|s| of(s)[2])];
+    let places = vec![place(0, "tool", 0), place(1, "front", 2), place(2, "rear", 4)];
+    let panels = vec![
+        time_panel("Displacement x", ["x", "µm"], places, &both(clearance, "backup bearing")),
+        time_panel("Control current x", ["i", "A"], bearings(|s| s.currents_a), &both(limits.current_a, "limit")),
+        time_panel("Coil voltage x", ["u", "V"], bearings(|s| s.voltages_v), &both(limits.voltage_v, "bus")),
+        time_panel("Magnetic force x", ["F", "N"], bearings(|s| s.forces_n), &capacity),
     ];
+    let path = |k: usize| response.samples.iter().map(|s| s.displacements_m[k]).collect::<Vec<f64>>();
+    let [tx, ty, fx, fy, rx, ry] = [0, 1, 2, 3, 4, 5].map(path);
     let planes = [("tool", tx.as_slice(), ty.as_slice()), ("front actuator", &fx, &fy), ("rear actuator", &rx, &ry)];
-    let title = format!("Orbits, {name}");
     report.figures([
-        (Picture::Response, time_responses(&format!("Response to {name}"), &panels)),
-        (Picture::Orbits, orbits(&title, &planes, spindle.backup_clearance_m)),
+        (Picture::Response, time_responses(&format!("Response to {name}"), panels)),
+        (Picture::Orbits, orbits(&format!("Orbits, {name}"), &planes, spindle.backup_clearance_m)),
     ])
 }
 
@@ -91,31 +87,14 @@ fn table(response: &TimeResponse) -> Table {
     let mut header = vec!["time_s".to_owned()];
     header.extend(AXES.map(|a| format!("sensor_{a}_m")));
     header.extend(PLACES.map(|p| format!("displacement_{p}_m")));
-    header.extend(AXES.map(|a| format!("current_{a}_a")));
-    header.extend(AXES.map(|a| format!("voltage_{a}_v")));
-    header.extend(AXES.map(|a| format!("force_{a}_n")));
-    header.extend(AXES.map(|a| format!("contact_{a}_n")));
+    for (quantity, unit) in [("current", "a"), ("voltage", "v"), ("force", "n"), ("contact", "n")] {
+        header.extend(AXES.map(|a| format!("{quantity}_{a}_{unit}")));
+    }
     let mut table = Table::new(header);
     for s in &response.samples {
-        let row: Vec<f64> = std::iter::once(s.time_s)
-            .chain(s.sensors_m)
-            .chain(s.displacements_m)
-            .chain(s.currents_a)
-            .chain(s.voltages_v)
-            .chain(s.forces_n)
-            .chain(s.contact_n)
-            .collect();
-        table.push_numbers(&row);
+        let at_sensors = [&[s.time_s][..], &s.sensors_m, &s.displacements_m];
+        let at_magnets = [s.currents_a, s.voltages_v, s.forces_n, s.contact_n];
+        table.push_numbers(&[at_sensors.concat(), at_magnets.concat()].concat());
     }
     table
-}
-
-/// Curves over one time axis, told apart by number.
-fn curves<'a>(time: &'a [f64], names: &[&'a str], values: &'a [Vec<f64>]) -> Vec<Curve<'a>> {
-    names
-        .iter()
-        .zip(values)
-        .enumerate()
-        .map(|(k, (name, y))| Curve { name, x: time, y, role: Role::Other(k) })
-        .collect()
 }

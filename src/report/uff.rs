@@ -50,12 +50,8 @@ pub fn universal_file(records: &[UffRecord<'_>]) -> String {
         for (kind, label, unit) in axes {
             let _ = writeln!(text, "{kind:>10}{:>5}{:>5}{:>5} {label:<20} {unit:<20}", 0, 0, 0);
         }
-        let values: Vec<String> = (0..n)
-            .map(|k| {
-                let h = r.compliance[k];
-                format!("{}{}", scientific(h.re, 20, 11), scientific(h.im, 20, 11))
-            })
-            .collect();
+        let value = |h: &c64| format!("{}{}", scientific(h.re, 20, 11), scientific(h.im, 20, 11));
+        let values: Vec<String> = r.compliance[..n].iter().map(value).collect();
         if spacing.is_some() {
             for pair in values.chunks(2) {
                 text.push_str(&pair.concat());

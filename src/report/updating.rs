@@ -1,9 +1,9 @@
 //! The outcome of model updating as topic of the summary, tables and figures.
 
 use super::pictures::Picture;
-use super::plot::shaft::{OutlinePiece, ShapeCurve, Station, StationKind, mode_shapes};
+use super::plot::shaft::{OutlinePiece, Station, StationKind, mode_shapes};
 use super::plot::updating::{determinability, frequency_errors, modulus_factors};
-use super::plot::{Figure, Role};
+use super::plot::{Curve, Figure, Role};
 use super::tables::Table;
 use crate::spindle::Machine;
 use crate::update::{PeakError, PeakKind, ShapeComparison, Updated};
@@ -88,7 +88,7 @@ fn held_out(fit: &Updated) -> Vec<String> {
     names
 }
 
-/// Name of a peak in tables and pictures: `resonance 1`, `antiresonance front 2`.
+/// Name of a peak in pictures: `r 1` is a resonance, `a front 2` an antiresonance.
 fn label(e: &PeakError) -> String {
     match e.kind {
         PeakKind::Resonance => format!("r {}", e.number),
@@ -98,17 +98,9 @@ fn label(e: &PeakError) -> String {
 
 /// The table of errors in Hz and %, models side by side as in Table 1 of the reference method.
 pub(crate) fn error_table(models: &[(&str, &[PeakError])]) -> Table {
-    let mut header = vec![
-        "kind".to_owned(),
-        "frf".to_owned(),
-        "number".to_owned(),
-        "measured_hz".to_owned(),
-        "before_hz".to_owned(),
-    ];
+    let mut header = ["kind", "frf", "number", "measured_hz", "before_hz"].map(str::to_owned).to_vec();
     for (name, _) in models {
-        for unit in ["hz", "error_hz", "error_percent"] {
-            header.push(format!("{name}_{unit}"));
-        }
+        header.extend(["hz", "error_hz", "error_percent"].map(|unit| format!("{name}_{unit}")));
     }
     let mut table = Table::new(header);
     let Some((_, first)) = models.first() else {
@@ -149,8 +141,7 @@ pub(crate) fn shape_table(shapes: &[ShapeComparison]) -> Table {
 }
 
 /// Pictures of an updating: factors, determinability, errors, mode shapes; a rotor without magnets has no machine.
-/// `models` names the fits, the
-/// delivered one first.
+/// `models` names the fits, the delivered one first.
 pub(crate) fn figures(machine: Option<&Machine>, models: &[(&str, &Updated)]) -> Vec<(Picture, Figure)> {
     let Some((name, fit)) = models.first() else {
         return vec![];
@@ -161,23 +152,17 @@ pub(crate) fn figures(machine: Option<&Machine>, models: &[(&str, &Updated)]) ->
     // Share of a region's prior variance that the data have removed.
     let prior: Vec<f64> =
         (0..regions.len()).map(|i| fit.determined.prior_standard_deviation_ln.get(i).copied().unwrap_or(1.0)).collect();
-    let share: Vec<f64> = fit
-        .determined
-        .standard_deviation_ln
-        .iter()
-        .zip(&prior)
-        .map(|(after, before)| 1.0 - (after / before).powi(2))
-        .collect();
+    let after = fit.determined.standard_deviation_ln.iter();
+    let share: Vec<f64> = after.zip(&prior).map(|(after, before)| 1.0 - (after / before).powi(2)).collect();
     // Combinations that the data say nothing about have no place on a logarithmic axis.
     let singular: Vec<f64> =
         fit.determined.combinations.iter().map(|c| c.singular_value).filter(|s| *s > 1e-3).collect();
-    let mut list = vec![
+    vec![
         (Picture::ModulusFactors, modulus_factors("Modulus factors", &regions, &factor, &deviation)),
         (Picture::Determinability, determinability("What the data determine", &singular, &regions, &share)),
         (Picture::FrequencyErrors, errors_figure(&errors_of(models))),
-    ];
-    list.push((Picture::ModeShapes, shapes_figure(machine, name, fit)));
-    list
+        (Picture::ModeShapes, shapes_figure(machine, name, fit)),
+    ]
 }
 
 /// The tables of errors of fits.
@@ -215,14 +200,14 @@ fn shapes_figure(machine: Option<&Machine>, name: &str, fit: &Updated) -> Figure
             Some(s.points.iter().map(|(z, a, _)| (*z, *a)).unzip())
         })
         .collect();
-    let modes: Vec<(String, Vec<ShapeCurve<'_>>)> = (0..shown)
+    let modes: Vec<(String, Vec<Curve<'_>>)> = (0..shown)
         .map(|k| {
-            let mut curves = vec![ShapeCurve { name, role: Role::Updated, position_m: z, amplitude: &after[k] }];
+            let mut curves = vec![Curve { name, role: Role::Updated, x: z, y: &after[k] }];
             if let Some(b) = before.get(k) {
-                curves.push(ShapeCurve { name: "before", role: Role::Nominal, position_m: z, amplitude: b });
+                curves.push(Curve { name: "before", role: Role::Nominal, x: z, y: b });
             }
             if let Some((z, a)) = &measured[k] {
-                curves.push(ShapeCurve { name: "measured", role: Role::Measured, position_m: z, amplitude: a });
+                curves.push(Curve { name: "measured", role: Role::Measured, x: z, y: a });
             }
             (format!("mode {}: {:.0} Hz", k + 1, fit.after.poles_hz[k]), curves)
         })

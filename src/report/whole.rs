@@ -13,12 +13,10 @@ use super::prediction_summary::{sensitivity_topic, stiffness_topic};
 use super::results::{ResultsError, ResultsFolder};
 use super::summary::Summary;
 use super::thrust::{thrust_figure, thrust_files, thrust_topic};
-use super::variant_summary::arithmetic_topic;
 use crate::controller::{Controller, MachineTag};
 use crate::export::c::c_identifier;
 use crate::export::error::FirmwareError;
-use crate::export::firmware::sha256_hex;
-use crate::export::firmware::{Firmware, Format, write_all};
+use crate::export::firmware::{Firmware, Format, sha256_hex, write_all};
 use crate::export::json::controller_json;
 use crate::export::problem::problem_files;
 use crate::input::machine_files;
@@ -79,12 +77,9 @@ impl Report {
     /// An empty report of a command on a rotor without magnets.
     pub(crate) fn of_rotor(command: &str, rotor: &RotorOnSupports) -> Self {
         let mut report = Self::default();
-        let summary = &mut report.summary;
-        summary.set("run", command);
-        summary.set("spindle", rotor.name.as_str());
-        if let Some(tool) = &rotor.tool {
-            summary.set("tool", tool.name.as_str());
-        }
+        report.summary.set("run", command);
+        report.summary.set("spindle", rotor.name.as_str());
+        rotor.tool.iter().for_each(|tool| report.summary.set("tool", tool.name.as_str()));
         report
     }
 
@@ -94,7 +89,6 @@ impl Report {
         self.summary.set("verdict", verdict);
     }
 
-    /// Adds pictures.
     pub(crate) fn figures<N: Into<PictureName>>(
         &mut self,
         figures: impl IntoIterator<Item = (N, Figure)>,
@@ -109,11 +103,6 @@ impl Report {
         let summary = &mut self.summary;
         summary.set(&format!("stiffness.{name}"), stiffness_topic(both));
         summary.set(&format!("sensitivity.{name}"), sensitivity_topic(both));
-    }
-
-    /// Adds µ and tool stiffness at rest with the coefficients of each arithmetic.
-    pub(crate) fn arithmetic(&mut self, design: &Design, predictions: &[Prediction]) {
-        self.summary.set("design.arithmetic", arithmetic_topic(design, predictions));
     }
 
     /// Adds the pictures of the loop of a controller and its margins at rest.
@@ -144,11 +133,7 @@ impl Report {
         design: &Design,
         pid: Option<&Controller>,
     ) -> Result<(), ReportError> {
-        let [spindle, tool] = match place {
-            "" => ["spindle.yaml", "tool.yaml"],
-            _ => ["../spindle.yaml", "../tool.yaml"],
-        };
-        let tag = machine_tag(machine, spindle, tool);
+        let tag = tag_from_below(machine, place.matches('/').count());
         for (file, bytes) in controller_files(machine, design, &tag)? {
             self.folder.add(&format!("{place}{file}"), bytes)?;
         }
@@ -171,8 +156,7 @@ impl Report {
     ) -> Result<(), ReportError> {
         self.summary.set("thrust", thrust_topic(found));
         self.figures([(Picture::Thrust, thrust_figure(found))])?;
-        let up = "../".repeat(1 + place.matches('/').count());
-        let tag = machine_tag(machine, &format!("{up}spindle.yaml"), &format!("{up}tool.yaml"));
+        let tag = tag_from_below(machine, 1 + place.matches('/').count());
         for (file, bytes) in thrust_files(machine, found, &tag, formats)? {
             self.folder.add(&format!("{place}thrust/{file}"), bytes)?;
         }
@@ -181,7 +165,7 @@ impl Report {
 
     /// Adds the machine's files and `controller/discrete.json` of a controller without a design.
     pub(crate) fn controller_alone(&mut self, machine: &Machine, controller: &Controller) -> Result<(), ReportError> {
-        let tag = machine_tag(machine, "../spindle.yaml", "../tool.yaml");
+        let tag = tag_from_below(machine, 1);
         self.folder.add("controller/discrete.json", controller_json(controller, Some(&tag)))?;
         self.machine_files(machine)
     }
@@ -248,6 +232,12 @@ fn controller_files(
         controller_formats(design),
     )?;
     Ok(written.files)
+}
+
+/// The tag of a machine whose files lie so many folders above.
+fn tag_from_below(machine: &Machine, folders: usize) -> MachineTag {
+    let up = "../".repeat(folders);
+    machine_tag(machine, &format!("{up}spindle.yaml"), &format!("{up}tool.yaml"))
 }
 
 /// The tag of a machine whose files are found under these paths.

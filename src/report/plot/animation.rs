@@ -6,6 +6,7 @@
 //! Readers who ask their system for less motion see the picture at rest. Same frames, same bytes.
 
 use super::Picture;
+use super::svg::escape;
 use std::fmt::Write;
 
 /// A plane whose orbit is drawn.
@@ -15,10 +16,8 @@ pub(crate) struct OrbitPlane {
     pub position_m: f64,
     /// Whether the circle of the backup bearing is drawn round it.
     pub in_bearing: bool,
-    /// Displacement in x, frame by frame, m.
-    pub x_m: Vec<f64>,
-    /// Displacement in y, m.
-    pub y_m: Vec<f64>,
+    /// Displacements in x and y, frame by frame, m.
+    pub path_m: Vec<[f64; 2]>,
 }
 
 /// What moves.
@@ -63,21 +62,20 @@ pub(crate) fn animate(motion: &AnimatedMotion) -> Picture {
 fn header(m: &AnimatedMotion) -> String {
     let mut out = String::new();
     let w = &mut out;
-    line(
+    // Writing to a string does not fail.
+    let _ = writeln!(
         w,
-        &format!(
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" role=\"img\" width=\"{WIDTH}\" height=\"{HEIGHT}\" viewBox=\"0 \
-             0 {WIDTH} {HEIGHT}\" font-family=\"sans-serif\" stroke-linejoin=\"round\">"
-        ),
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" role=\"img\" width=\"{WIDTH}\" height=\"{HEIGHT}\" viewBox=\"0 \
+         0 {WIDTH} {HEIGHT}\" font-family=\"sans-serif\" stroke-linejoin=\"round\">"
     );
-    line(w, &format!("<title>{}</title>", escape(&m.title)));
-    line(
+    let _ = writeln!(w, "<title>{}</title>", escape(&m.title));
+    let _ = writeln!(
         w,
         "<desc>The shaft in motion, slowed down: from the side with enlarged displacements, and its orbits along the \
-         axis.</desc>",
+         axis.</desc>"
     );
-    line(w, &format!("<style>{REDUCED_MOTION}</style>"));
-    line(w, &format!("<rect width=\"{WIDTH}\" height=\"{HEIGHT}\" fill=\"#FFFFFF\"/>"));
+    let _ = writeln!(w, "<style>{REDUCED_MOTION}</style>");
+    let _ = writeln!(w, "<rect width=\"{WIDTH}\" height=\"{HEIGHT}\" fill=\"#FFFFFF\"/>");
     text(w, (16.0, 26.0), Style::start(16.0, INK).bold(), &m.title);
     let span_ms = 1e3 * (m.time_s.last().unwrap_or(&0.0) - m.time_s.first().unwrap_or(&0.0));
     let slower = m.seconds / (1e-3 * span_ms).max(1e-9);
@@ -92,6 +90,9 @@ fn svg(m: &AnimatedMotion) -> String {
     let (from, to) = (m.position_m.first().copied().unwrap_or(0.0), m.position_m.last().copied().unwrap_or(1.0));
     let along = |z: f64| SIDE.0 + (SIDE.1 - SIDE.0) * (z - from) / (to - from).max(1e-9);
     let point = |z: f64, x: f64, y: f64| (along(z) + gain * y * OBLIQUE.0, SIDE.2 - gain * (x + y * OBLIQUE.1));
+    let orbit = |plane: &OrbitPlane| -> Vec<(f64, f64)> {
+        plane.path_m.iter().map(|[x, y]| point(plane.position_m, *x, *y)).collect()
+    };
     let mut out = header(m);
     let w = &mut out;
     // Side view: axis at rest, backup bearings, orbits, shaft.
@@ -116,9 +117,7 @@ fn svg(m: &AnimatedMotion) -> String {
                 .collect();
             polyline(w, &circle, SOFT, 1.0, "stroke-dasharray=\"3 3\"");
         }
-        let orbit: Vec<(f64, f64)> =
-            plane.x_m.iter().zip(&plane.y_m).map(|(x, y)| point(plane.position_m, *x, *y)).collect();
-        polyline(w, &orbit, color, 0.9, "stroke-opacity=\"0.55\"");
+        polyline(w, &orbit(plane), color, 0.9, "stroke-opacity=\"0.55\"");
         let at = along(plane.position_m);
         // Names of neighbouring planes stand on two lines.
         let drop = if k % 2 == 0 { 0.0 } else { 16.0 };
@@ -134,9 +133,7 @@ fn svg(m: &AnimatedMotion) -> String {
         .collect();
     moving_line(w, &shaft, m.seconds);
     for (k, plane) in m.planes.iter().enumerate() {
-        let at: Vec<(f64, f64)> =
-            plane.x_m.iter().zip(&plane.y_m).map(|(x, y)| point(plane.position_m, *x, *y)).collect();
-        moving_dot(w, &at, COLORS[k % COLORS.len()], m.seconds);
+        moving_dot(w, &orbit(plane), COLORS[k % COLORS.len()], m.seconds);
     }
     for (k, plane) in m.planes.iter().enumerate() {
         end_view(w, m, plane, k);
@@ -149,26 +146,23 @@ fn svg(m: &AnimatedMotion) -> String {
 fn end_view(w: &mut String, m: &AnimatedMotion, plane: &OrbitPlane, k: usize) {
     let color = COLORS[k % COLORS.len()];
     let centre = (COLUMN, 78.0 + 122.0 * k as f64);
-    let own = plane.x_m.iter().zip(&plane.y_m).map(|(x, y)| x.hypot(*y)).fold(0.0, f64::max);
+    let own = plane.path_m.iter().map(|[x, y]| x.hypot(*y)).fold(0.0, f64::max);
     let radius_m =
         if plane.in_bearing && own > 0.2 * m.clearance_m { m.clearance_m.max(own) } else { round_up(own.max(1e-12)) };
     let gain = ORBIT / radius_m;
-    line(
+    let _ = writeln!(
         w,
-        &format!(
-            "<circle cx=\"{}\" cy=\"{}\" r=\"{}\" fill=\"none\" stroke=\"{SOFT}\" stroke-dasharray=\"3 3\"/>",
-            short(centre.0),
-            short(centre.1),
-            short(ORBIT)
-        ),
+        "<circle cx=\"{}\" cy=\"{}\" r=\"{}\" fill=\"none\" stroke=\"{SOFT}\" stroke-dasharray=\"3 3\"/>",
+        short(centre.0),
+        short(centre.1),
+        short(ORBIT)
     );
     let is_clearance = plane.in_bearing && radius_m == m.clearance_m;
     let circle = if is_clearance { "backup clearance" } else { "circle" };
     text(w, (centre.0 + ORBIT + 12.0, centre.1 - 8.0), Style::start(12.0, color).bold(), &plane.name);
     text(w, (centre.0 + ORBIT + 12.0, centre.1 + 9.0), Style::start(11.0, SOFT), circle);
     text(w, (centre.0 + ORBIT + 12.0, centre.1 + 24.0), Style::start(11.0, SOFT), &length(radius_m));
-    let at: Vec<(f64, f64)> =
-        plane.x_m.iter().zip(&plane.y_m).map(|(x, y)| (centre.0 + gain * y, centre.1 - gain * x)).collect();
+    let at: Vec<(f64, f64)> = plane.path_m.iter().map(|[x, y]| (centre.0 + gain * y, centre.1 - gain * x)).collect();
     polyline(w, &at, color, 1.0, "stroke-opacity=\"0.6\"");
     moving_dot(w, &at, color, m.seconds);
 }
@@ -178,16 +172,14 @@ fn moving_line(w: &mut String, frames: &[Vec<(f64, f64)>], seconds: f64) {
     let values: Vec<String> = frames.iter().map(|f| points(f)).collect();
     // At rest the first frame stands; the moving copy lies over it.
     polyline(w, first, INK, 1.2, "stroke-opacity=\"0.3\"");
-    line(
+    let _ = writeln!(
         w,
-        &format!(
-            "<polyline class=\"muspin-moving\" fill=\"none\" stroke=\"{INK}\" stroke-width=\"4\" \
-             stroke-linecap=\"round\" points=\"{}\"><animate attributeName=\"points\" dur=\"{}s\" \
-             repeatCount=\"indefinite\" values=\"{}\"/></polyline>",
-            points(first),
-            short(seconds),
-            values.join(";")
-        ),
+        "<polyline class=\"muspin-moving\" fill=\"none\" stroke=\"{INK}\" stroke-width=\"4\" \
+         stroke-linecap=\"round\" points=\"{}\"><animate attributeName=\"points\" dur=\"{}s\" \
+         repeatCount=\"indefinite\" values=\"{}\"/></polyline>",
+        points(first),
+        short(seconds),
+        values.join(";")
     );
 }
 
@@ -200,26 +192,22 @@ fn moving_dot(w: &mut String, at: &[(f64, f64)], color: &str, seconds: f64) {
             short(seconds)
         )
     };
-    line(
+    let _ = writeln!(
         w,
-        &format!(
-            "<circle class=\"muspin-moving\" cx=\"{}\" cy=\"{}\" r=\"4.5\" fill=\"{color}\">{}{}</circle>",
-            short(first.0),
-            short(first.1),
-            animate("cx", list(|p| p.0)),
-            animate("cy", list(|p| p.1))
-        ),
+        "<circle class=\"muspin-moving\" cx=\"{}\" cy=\"{}\" r=\"4.5\" fill=\"{color}\">{}{}</circle>",
+        short(first.0),
+        short(first.1),
+        animate("cx", list(|p| p.0)),
+        animate("cy", list(|p| p.1))
     );
 }
 
 fn polyline(w: &mut String, at: &[(f64, f64)], color: &str, width: f64, more: &str) {
-    line(
+    let _ = writeln!(
         w,
-        &format!(
-            "<polyline fill=\"none\" stroke=\"{color}\" stroke-width=\"{}\" {more} points=\"{}\"/>",
-            short(width),
-            points(at)
-        ),
+        "<polyline fill=\"none\" stroke=\"{color}\" stroke-width=\"{}\" {more} points=\"{}\"/>",
+        short(width),
+        points(at)
     );
 }
 
@@ -249,15 +237,13 @@ impl<'a> Style<'a> {
 fn text(w: &mut String, at: (f64, f64), style: Style, words: &str) {
     let Style { size, color, anchor, bold } = style;
     let weight = if bold { " font-weight=\"bold\"" } else { "" };
-    line(
+    let _ = writeln!(
         w,
-        &format!(
-            "<text x=\"{}\" y=\"{}\" font-size=\"{}\" text-anchor=\"{anchor}\" fill=\"{color}\"{weight}>{}</text>",
-            short(at.0),
-            short(at.1),
-            short(size),
-            escape(words)
-        ),
+        "<text x=\"{}\" y=\"{}\" font-size=\"{}\" text-anchor=\"{anchor}\" fill=\"{color}\"{weight}>{}</text>",
+        short(at.0),
+        short(at.1),
+        short(size),
+        escape(words)
     );
 }
 
@@ -271,15 +257,6 @@ fn short(x: f64) -> String {
     let text = format!("{x:.1}");
     let text = text.strip_suffix(".0").unwrap_or(&text);
     if text == "-0" { "0".to_owned() } else { text.to_owned() }
-}
-
-fn line(w: &mut String, words: &str) {
-    // Writing to a string does not fail.
-    let _ = writeln!(w, "{words}");
-}
-
-fn escape(words: &str) -> String {
-    words.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 
 /// 1, 2 or 5 times a power of ten, not below x > 0.
@@ -318,8 +295,7 @@ fn csv(m: &AnimatedMotion) -> String {
     }
     let mut table = crate::report::tables::Table::new(header);
     for (k, time) in m.time_s.iter().enumerate() {
-        let values = m.planes.iter().flat_map(|p| [p.x_m.get(k), p.y_m.get(k)].map(|v| v.copied().unwrap_or(f64::NAN)));
-        let row: Vec<f64> = std::iter::once(*time).chain(values).collect();
+        let row: Vec<f64> = std::iter::once(*time).chain(m.planes.iter().flat_map(|p| p.path_m[k])).collect();
         table.push_numbers(&row);
     }
     table.to_csv()

@@ -4,6 +4,7 @@
 use super::PlotError;
 use super::style::{Color, Dash, Marker};
 use plotters::prelude::{FontDesc, FontFamily, RGBAColor, TextStyle};
+use plotters::style::text_anchor::HPos;
 use plotters::style::{Color as _, FontStyle};
 
 const FONT: &str = "sans-serif";
@@ -42,6 +43,16 @@ pub(super) enum Anchor {
     Left,
     Middle,
     Right,
+}
+
+impl Anchor {
+    pub(super) fn horizontal(self) -> HPos {
+        match self {
+            Self::Left => HPos::Left,
+            Self::Middle => HPos::Center,
+            Self::Right => HPos::Right,
+        }
+    }
 }
 
 /// Size and weight of a text.
@@ -165,7 +176,7 @@ impl Canvas {
     /// Width of a text, px at report size, from the metrics of the embedded font.
     pub(super) fn text_width(&self, text: &str, face: Type) -> Result<f64, PlotError> {
         let font = style(face, fine_line(face)).font;
-        let ((from, _), (to, _)) = font.layout_box(text).map_err(|error| PlotError::Drawing(error.to_string()))?;
+        let ((from, _), (to, _)) = font.layout_box(text).map_err(PlotError::drawing)?;
         Ok(f64::from(to - from) / FINE)
     }
 }

@@ -113,9 +113,7 @@ fn shade_ink(fraction: f64) -> Ink {
     }
     let place = fraction.clamp(0.0, 1.0) * 4.0;
     let k = (place.floor() as usize).min(3);
-    let (Some(a), Some(b)) = (STOPS.get(k), STOPS.get(k + 1)) else {
-        return Ink::grey(255);
-    };
+    let (a, b) = (STOPS[k], STOPS[k + 1]);
     let mix = |a: f64, b: f64| (a + (place - k as f64) * (b - a)).round() as u8;
     Ink { rgb: (mix(a.0, b.0), mix(a.1, b.1), mix(a.2, b.2)), opacity: 1.0 }
 }
@@ -130,10 +128,9 @@ pub(super) fn heat_map(canvas: &mut Canvas, frame: &PlotFrame, heat: &HeatMap) {
         let (top, bottom) = (frame.py(row as f64 + 0.5), frame.py(row as f64 - 0.5));
         let mut cells = values.iter().zip(heat.x_edges.windows(2)).peekable();
         while let Some((value, edges)) = cells.next() {
-            let (shade_here, start) = (quantise(*value), edges.first().copied().unwrap_or(f64::NAN));
-            let mut end = edges.last().copied().unwrap_or(f64::NAN);
+            let (shade_here, start, mut end) = (quantise(*value), edges[0], edges[1]);
             while let Some((_, more)) = cells.next_if(|(v, _)| quantise(**v) == shade_here) {
-                end = more.last().copied().unwrap_or(end);
+                end = more[1];
             }
             // Half a pixel of overlap hides the seams that anti-aliasing would show between neighbours.
             let (a, b) = (frame.clamp(frame.px(start), top), frame.clamp(frame.px(end) + 0.5, bottom + 0.5));
@@ -218,9 +215,7 @@ pub(super) fn legend_rows(
 
 pub(super) fn legend_row(canvas: &mut Canvas, entries: &[LegendEntry], row: &[(usize, f64)], left: f64, y: f64) {
     for (k, offset) in row {
-        let Some(entry) = entries.get(*k) else {
-            continue;
-        };
+        let entry = &entries[*k];
         let (start, end) = (left + offset, left + offset + SAMPLE);
         match entry.sample {
             LegendSample::Curve(look) => {

@@ -136,6 +136,20 @@ impl Series {
         }
     }
 
+    /// The same of points.
+    pub(crate) fn of_points(name: &str, points: impl IntoIterator<Item = (f64, f64)>, look: Look) -> Self {
+        let (x, y): (Vec<f64>, Vec<f64>) = points.into_iter().unzip();
+        Self::curve(name, &x, &y, look)
+    }
+
+    /// Bars at 0, 1, 2, …: those of group member `number` of `members`, which share that part of a unit.
+    pub(super) fn grouped_bars(name: &str, y: &[f64], look: Look, [number, members]: [usize; 2], share: f64) -> Self {
+        let width = share / members.max(1) as f64;
+        let centre = (number as f64 + 0.5) * width - 0.5 * share;
+        let x: Vec<f64> = (0..y.len()).map(|k| k as f64 + centre).collect();
+        Self::curve(name, &x, y, look).with_shape(SeriesShape::Bars { width: 0.9 * width })
+    }
+
     /// The same series with another shape.
     pub(crate) fn with_shape(self, shape: SeriesShape) -> Self {
         Self { shape, ..self }
@@ -174,9 +188,14 @@ pub struct Mark {
 }
 
 impl Mark {
+    /// A grey dotted line.
+    pub(super) fn dotted(value: f64, label: &str) -> Self {
+        Self { value, label: label.to_owned(), color: Color::Grey, dash: Dash::Dotted, legend: String::new() }
+    }
+
     /// The top speed on an axis of speed or frequency.
     pub(crate) fn top_speed(value: f64) -> Self {
-        Self { value, label: "top speed".to_owned(), color: Color::Grey, dash: Dash::Dotted, legend: String::new() }
+        Self::dotted(value, "top speed")
     }
 }
 

@@ -110,9 +110,7 @@ fn clip_segment(r: Rect, a: (f64, f64), b: (f64, f64)) -> Option<((f64, f64), (f
 /// Which axis of a panel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Direction {
-    /// The horizontal one.
     Across,
-    /// The vertical one.
     Up,
 }
 

@@ -2,22 +2,9 @@
 
 use super::Curve;
 use super::figure::{Axis, Figure, Mark, Panel, Series};
-use super::style::{Color, Dash, Look, Marker, Role};
+use super::style::{Color, Dash, Look, Marker};
 use crate::linalg::c64;
 use crate::update::PeakKind;
-
-/// One transfer function over frequency.
-#[derive(Clone, Copy, Debug)]
-pub struct ResponseCurve<'a> {
-    /// Name in legend and CSV.
-    pub name: &'a str,
-    /// What it stands for.
-    pub role: Role,
-    /// Frequencies, Hz.
-    pub frequency_hz: &'a [f64],
-    /// Values, as many, in the unit named with the picture.
-    pub response: &'a [c64],
-}
 
 /// A published or measured frequency to mark.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,12 +15,12 @@ pub struct MarkedFrequency {
     pub peak: PeakKind,
 }
 
-/// Bode diagram, magnitude over phase. `quantity` and `unit` name the magnitude (`|sensor / current|`, `m/A`);
+/// Bode diagram over Hz, magnitude over phase. `quantity` and `unit` name the magnitude (`|sensor / current|`, `m/A`);
 /// marked frequencies stand above it.
-pub fn bode(title: &str, quantity: &str, unit: &str, curves: &[ResponseCurve], marked: &[MarkedFrequency]) -> Figure {
+pub fn bode(title: &str, quantity: &str, unit: &str, curves: &[Curve<c64>], marked: &[MarkedFrequency]) -> Figure {
     let mut panels = bode_panels(quantity, unit);
     for c in curves {
-        add_response(&mut panels, c.name, c.frequency_hz, c.response, c.role.look());
+        add_response(&mut panels, c.name, c.x, c.y, c.role.look());
     }
     panels[0].marks = marks(marked, true);
     panels[1].marks = marks(marked, false);
@@ -75,21 +62,12 @@ fn marks(marked: &[MarkedFrequency], labelled: bool) -> Vec<Mark> {
 
 /// Dynamic stiffness at the tool, one panel an axis. Curves are in N/m over Hz; the picture is in N/µm.
 /// `marked_hz` are frequencies of interest (the spindle frequency) with their labels.
-pub fn dynamic_stiffness(title: &str, panels: &[(&str, Vec<Curve>)], marked_hz: &[(f64, &str)]) -> Figure {
-    const MICRO: f64 = 1e-6;
+pub fn dynamic_stiffness(title: &str, panels: &[(impl AsRef<str>, Vec<Curve>)], marked_hz: &[(f64, &str)]) -> Figure {
     let drawn = panels.iter().enumerate().map(|(k, (name, curves))| {
-        let mut panel = Panel::new(name, Axis::log("Frequency", "Hz"), Axis::log("Dynamic stiffness", "N/µm"));
-        panel.series = curves.iter().map(|c| c.scale_curve(MICRO)).collect();
-        panel.marks = marked_hz
-            .iter()
-            .map(|(value, label)| Mark {
-                value: *value,
-                label: if k == 0 { (*label).to_owned() } else { String::new() },
-                color: Color::Grey,
-                dash: Dash::Dotted,
-                legend: String::new(),
-            })
-            .collect();
+        let mut panel = Panel::new(name.as_ref(), Axis::log("Frequency", "Hz"), Axis::log("Dynamic stiffness", "N/µm"));
+        panel.series = curves.iter().map(|c| c.map_values(|y| 1e-6 * y)).collect();
+        panel.marks =
+            marked_hz.iter().map(|(value, label)| Mark::dotted(*value, if k == 0 { label } else { "" })).collect();
         panel.height_px = if panels.len() > 1 { 280 } else { 380 };
         panel
     });
@@ -106,32 +84,17 @@ pub(crate) fn add_zone_limits(panel: &mut Panel) {
 
 /// Sensitivity of each axis in dB with the zone limits of ISO 14839-3. `panels`: axis name and curves of |S| (plain
 /// ratio) over Hz.
-pub fn sensitivity(title: &str, panels: &[(&str, Vec<Curve>)]) -> Figure {
-    let lowest = panels
-        .iter()
-        .flat_map(|p| &p.1)
-        .flat_map(|c| c.y.iter())
-        .filter(|y| **y > 0.0)
-        .fold(0.1, |low: f64, y| low.min(*y));
-    let highest = panels
-        .iter()
-        .flat_map(|p| &p.1)
-        .flat_map(|c| c.y.iter())
-        .filter(|y| y.is_finite())
-        .fold(6.0, |high: f64, y| high.max(*y));
+pub fn sensitivity(title: &str, panels: &[(impl AsRef<str>, Vec<Curve>)]) -> Figure {
+    let values = || panels.iter().flat_map(|p| &p.1).flat_map(|c| c.y.iter().copied());
+    let lowest = values().filter(|y| *y > 0.0).fold(0.1, f64::min);
+    let highest = values().filter(|y| y.is_finite()).fold(6.0, f64::max);
     // One range for all axes, so that they can be compared; below −40 dB nothing is decided.
     let low = (10.0 * (2.0 * lowest.log10()).floor()).max(-40.0);
     let high = 5.0 * (4.0 * highest.log10()).ceil();
     let drawn = panels.iter().map(|(name, curves)| {
         let y = Axis::linear("|S|", "dB").with_range(low, high.max(20.0));
-        let mut panel = Panel::new(name, Axis::log("Frequency", "Hz"), y);
-        panel.series = curves
-            .iter()
-            .map(|c| {
-                let db: Vec<f64> = c.y.iter().map(|s| 20.0 * s.log10()).collect();
-                Series::curve(c.name, c.x, &db, c.role.look())
-            })
-            .collect();
+        let mut panel = Panel::new(name.as_ref(), Axis::log("Frequency", "Hz"), y);
+        panel.series = curves.iter().map(|c| c.map_values(|s| 20.0 * s.log10())).collect();
         add_zone_limits(&mut panel);
         panel.height_px = 290;
         panel
@@ -147,7 +110,7 @@ pub fn sensitivity(title: &str, panels: &[(&str, Vec<Curve>)]) -> Figure {
 
 /// Nyquist curves of open loops L (the critical point is −1: pass L of the negative-feedback loop), with the circle of
 /// the largest admissible sensitivity round it.
-pub fn nyquist(title: &str, loops: &[ResponseCurve]) -> Figure {
+pub fn nyquist(title: &str, loops: &[Curve<c64>]) -> Figure {
     let range = 3.0;
     let mut panel = Panel::new(
         "",
@@ -158,9 +121,7 @@ pub fn nyquist(title: &str, loops: &[ResponseCurve]) -> Figure {
     panel.height_px = 520;
     panel.series.push(Series::curve("critical point", &[-1.0], &[0.0], Look::points(Color::Black, Marker::Cross)));
     for l in loops {
-        let re: Vec<f64> = l.response.iter().map(|h| h.re).collect();
-        let im: Vec<f64> = l.response.iter().map(|h| h.im).collect();
-        panel.series.push(Series::curve(l.name, &re, &im, l.role.look()));
+        panel.series.push(Series::of_points(l.name, l.y.iter().map(|h| (h.re, h.im)), l.role.look()));
     }
     Figure::new(title, "Open loops in the complex plane near the critical point.", vec![panel])
 }

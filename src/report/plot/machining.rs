@@ -1,13 +1,13 @@
 //! Pictures for the user of the spindle: chatter lobes, and a batch of tools side by side.
 
 use super::Curve;
-use super::figure::{Axis, Figure, Panel, Series, SeriesShape};
+use super::figure::{Axis, Figure, Panel, Series};
 use super::style::{Color, Dash, Look};
 
 /// Stability lobes: limiting depth of cut (m) over spindle speed (rpm), drawn in mm; below a curve cutting is stable.
 pub fn chatter_lobes(title: &str, curves: &[Curve], max_rpm: f64) -> Figure {
     let mut panel = Panel::new("", Axis::linear("Spindle speed", "rpm"), Axis::linear("Depth of cut", "mm"));
-    panel.series = curves.iter().map(|c| c.scale_curve(1e3)).collect();
+    panel.series = curves.iter().map(|c| c.map_values(|y| 1e3 * y)).collect();
     panel.height_px = 380;
     let mut depths: Vec<f64> =
         panel.series.iter().flat_map(|s| s.y.iter().copied()).filter(|y| y.is_finite()).collect();
@@ -47,16 +47,10 @@ pub fn tools(title: &str, tools: &[String], quantities: &[ToolQuantity]) -> Figu
         // The heading says what it is, the axis only in which unit.
         let mut panel = Panel::new(q.label, Axis::categories("", tools.to_vec()), Axis::linear(q.unit, ""));
         panel.y.range = outlier_free(q);
-        let width = 0.76 / q.bars.len().max(1) as f64;
         for (k, (name, values)) in q.bars.iter().enumerate() {
             let place = names.iter().position(|n| n == name).unwrap_or(0) % COLORS.len();
-            let color = COLORS.get(place).copied().unwrap_or(Color::Blue);
-            let centre = (k as f64 + 0.5) * width - 0.38;
-            let x: Vec<f64> = (0..values.len()).map(|t| t as f64 + centre).collect();
-            let look = Look::line(color, Dash::Solid);
-            panel
-                .series
-                .push(Series::curve(name, &x, values, look).with_shape(SeriesShape::Bars { width: 0.9 * width }));
+            let look = Look::line(COLORS[place], Dash::Solid);
+            panel.series.push(Series::grouped_bars(name, values, look, [k, q.bars.len()], 0.76));
         }
         q.references.iter().for_each(|(value, name)| panel.level(*value, *name));
         panel.height_px = if row == last { 215 } else { 175 };
@@ -100,7 +94,7 @@ pub(crate) fn tool_stiffness(title: &str, panels: &[(&str, Vec<Curve>)], marked_
         let y = Axis::log("Dynamic stiffness", "N/µm");
         let y = range.map_or(y.clone(), |(low, high)| y.with_range(low, high));
         let mut panel = Panel::new(name, Axis::log("Frequency", "Hz"), y);
-        panel.series = curves.iter().map(|c| c.scale_curve(1e-6)).collect();
+        panel.series = curves.iter().map(|c| c.map_values(|y| 1e-6 * y)).collect();
         panel.marks = vec![super::figure::Mark::top_speed(marked_hz)];
         panel.height_px = 330;
         panel

@@ -66,6 +66,12 @@ pub enum PlotError {
     Drawing(String),
 }
 
+impl PlotError {
+    fn drawing(error: impl std::fmt::Display) -> Self {
+        Self::Drawing(error.to_string())
+    }
+}
+
 /// A drawn figure and the table of what it shows.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Picture {
@@ -77,25 +83,15 @@ pub struct Picture {
     pub drawing: Option<Drawing>,
 }
 
-/// A format of pictures beside the SVG that pages are made of.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum PictureFormat {
-    /// Scalable vector graphics.
-    Svg,
-    /// Pixels, three for each one of the report.
-    Png,
-    /// A page of the size of the picture: curves as vectors, texts as text in an embedded font.
-    Pdf,
-}
-
-impl PictureFormat {
-    /// Ending of the file.
-    pub(crate) fn ending(self) -> &'static str {
-        match self {
-            Self::Svg => "svg",
-            Self::Png => "png",
-            Self::Pdf => "pdf",
-        }
+named! {
+    /// A format of pictures beside the SVG that pages are made of, by the ending of its files.
+    pub enum PictureFormat {
+        /// Scalable vector graphics.
+        Svg = "svg",
+        /// Pixels, three for each one of the report.
+        Png = "png",
+        /// A page of the size of the picture: curves as vectors, texts as text in an embedded font.
+        Pdf = "pdf",
     }
 }
 
@@ -133,9 +129,9 @@ pub fn picture(figure: &Figure) -> Result<Picture, PlotError> {
     Ok(Picture { svg: svg::svg(&drawing)?, csv: table::csv(figure), drawing: Some(drawing) })
 }
 
-/// One named curve as builders take it.
+/// One named curve as builders take it, of numbers or of a complex response.
 #[derive(Clone, Copy, Debug)]
-pub struct Curve<'a> {
+pub struct Curve<'a, T = f64> {
     /// Name in the legend and in the CSV.
     pub name: &'a str,
     /// What it stands for, hence how it looks.
@@ -143,7 +139,7 @@ pub struct Curve<'a> {
     /// Abscissae.
     pub x: &'a [f64],
     /// Ordinates, as many.
-    pub y: &'a [f64],
+    pub y: &'a [T],
 }
 
 impl Curve<'_> {
@@ -151,8 +147,9 @@ impl Curve<'_> {
         Series::curve(self.name, self.x, self.y, self.role.look())
     }
 
-    fn scale_curve(&self, factor: f64) -> Series {
-        let y: Vec<f64> = self.y.iter().map(|y| factor * y).collect();
+    /// The same with other ordinates.
+    fn map_values(&self, to: impl Fn(f64) -> f64) -> Series {
+        let y: Vec<f64> = self.y.iter().map(|y| to(*y)).collect();
         Series::curve(self.name, self.x, &y, self.role.look())
     }
 }

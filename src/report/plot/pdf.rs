@@ -6,13 +6,12 @@
 
 use super::PlotError;
 use super::canvas::{Anchor, DROP, FINE, Ink, STROKE, Shape, Type, pattern};
+use super::png::compress;
 use super::render::Drawing;
 use ab_glyph::{Font, FontRef};
-use flate2::{Compression, write::ZlibEncoder};
 use pdf_writer::types::{CidFontType, FontFlags, LineJoinStyle, SystemInfo, UnicodeCmap};
 use pdf_writer::{Content, Filter, Finish, Name, Pdf, Rect, Ref, Str, TextStr};
 use std::collections::BTreeMap;
-use std::io::Write;
 use subsetter::GlyphRemapper;
 
 /// Points of a pixel: 72 an inch, 96 for the pixels of a page.
@@ -135,7 +134,7 @@ struct EmbeddedFace {
 impl EmbeddedFace {
     fn of(is_bold: bool) -> Result<Self, PlotError> {
         let bytes = if is_bold { dejavu::sans::bold() } else { dejavu::sans::regular() };
-        let font = FontRef::try_from_slice(bytes).map_err(|error| PlotError::Drawing(error.to_string()))?;
+        let font = FontRef::try_from_slice(bytes).map_err(PlotError::drawing)?;
         Ok(Self { is_bold, bytes, font, glyphs: GlyphRemapper::new(), shown: BTreeMap::new() })
     }
 
@@ -207,7 +206,7 @@ impl EmbeddedFace {
             .stem_v(STEMS[usize::from(self.is_bold)])
             .font_file2(program);
         let subset = subsetter::subset(self.bytes, 0, &self.glyphs);
-        let subset = subset.map_err(|error| PlotError::Drawing(error.to_string()))?;
+        let subset = subset.map_err(PlotError::drawing)?;
         let packed = compress(&subset)?;
         file.stream(program, &packed).filter(Filter::FlateDecode).pair(Name(b"Length1"), subset.len() as i32);
         let mut map = UnicodeCmap::new(Name(b"Characters"), IDENTITY);
@@ -223,10 +222,4 @@ fn percent_opaque(ink: Ink) -> u32 {
 
 fn opacity_name(percent: u32) -> String {
     format!("Opacity{percent}")
-}
-
-fn compress(bytes: &[u8]) -> Result<Vec<u8>, PlotError> {
-    let mut encoder = ZlibEncoder::new(vec![], Compression::default());
-    let packed = encoder.write_all(bytes).and_then(|()| encoder.finish());
-    packed.map_err(|error| PlotError::Drawing(error.to_string()))
 }

@@ -5,11 +5,11 @@
 //! where a curve turns sharply; dashes are cut here, since it knows none.
 
 use super::PlotError;
-use super::canvas::{Anchor, DROP, FINE, Ink, STROKE, Shape, pattern, style};
+use super::canvas::{DROP, FINE, Ink, STROKE, Shape, pattern, style};
 use super::render::Drawing;
 use flate2::{Compression, Crc, write::ZlibEncoder};
 use plotters::prelude::{BitMapBackend, DrawingBackend, RGBAColor};
-use plotters::style::text_anchor::{HPos, Pos, VPos};
+use plotters::style::text_anchor::{Pos, VPos};
 use plotters::style::{FontTransform, ShapeStyle};
 use std::io::Write;
 
@@ -37,12 +37,10 @@ fn file(pixels: &[u8], width: usize, height: usize) -> Result<Vec<u8>, PlotError
     let [width_bytes, height_bytes] = [width, height].map(|size| (size as u32).to_be_bytes());
     let resolution = [&PER_METRE.to_be_bytes()[..], &PER_METRE.to_be_bytes(), &[METRE]].concat();
     let rows: Vec<u8> = pixels.chunks(3 * width).flat_map(|row| [&[0], row].concat()).collect();
-    let mut packed = ZlibEncoder::new(vec![], Compression::default());
-    let packed = packed.write_all(&rows).and_then(|()| packed.finish()).map_err(drawing_error)?;
     let chunks = [
         (b"IHDR", [&width_bytes[..], &height_bytes, &EIGHT_BIT_COLOURS].concat()),
         (b"pHYs", resolution),
-        (b"IDAT", packed),
+        (b"IDAT", compress(&rows)?),
         (b"IEND", vec![]),
     ];
     let mut file = b"\x89PNG\r\n\x1a\n".to_vec();
@@ -54,6 +52,11 @@ fn file(pixels: &[u8], width: usize, height: usize) -> Result<Vec<u8>, PlotError
         file.extend(kind.iter().chain(&data).chain(&sum.sum().to_be_bytes()));
     }
     Ok(file)
+}
+
+pub(super) fn compress(bytes: &[u8]) -> Result<Vec<u8>, PlotError> {
+    let mut encoder = ZlibEncoder::new(vec![], Compression::default());
+    encoder.write_all(bytes).and_then(|()| encoder.finish()).map_err(PlotError::drawing)
 }
 
 /// Ascent and descent of DejaVu Sans over its em (`hhea` table), the size by which the backend scales it.
@@ -77,11 +80,6 @@ fn draw(backend: &mut BitMapBackend, shape: &Shape) -> Result<(), PlotError> {
             backend.draw_circle(finest(*centre), radius, &stroke(*ink, STROKE), *is_filled)
         }
         Shape::Text { text, at: (x, y), anchor, face } => {
-            let horizontal = match anchor {
-                Anchor::Left => HPos::Left,
-                Anchor::Middle => HPos::Center,
-                Anchor::Right => HPos::Right,
-            };
             // The backend draws the baseline half a line below the point.
             let shift = (DROP - 0.5 * LINE_PER_EM) * face.size_px;
             let (at, transform) = if face.upright {
@@ -90,10 +88,14 @@ fn draw(backend: &mut BitMapBackend, shape: &Shape) -> Result<(), PlotError> {
                 ((*x, y + shift), FontTransform::None)
             };
             let style = style(*face, face.size_px * LINE_PER_EM * FINEST);
-            backend.draw_text(text, &style.transform(transform).pos(Pos::new(horizontal, VPos::Top)), finest(at))
+            backend.draw_text(
+                text,
+                &style.transform(transform).pos(Pos::new(anchor.horizontal(), VPos::Top)),
+                finest(at),
+            )
         }
     }
-    .map_err(drawing_error)
+    .map_err(PlotError::drawing)
 }
 
 /// A line with round joints.
@@ -102,11 +104,11 @@ fn line(backend: &mut BitMapBackend, points: &[(f64, f64)], ink: Ink, width_px: 
     path.dedup();
     let style = stroke(ink, width_px);
     for pair in path.windows(2) {
-        backend.draw_line(pair[0], pair[1], &style).map_err(drawing_error)?;
+        backend.draw_line(pair[0], pair[1], &style).map_err(PlotError::drawing)?;
     }
     let joints = path.get(1..path.len().saturating_sub(1)).unwrap_or_default();
     let mut joint = |at: &(i32, i32)| backend.draw_circle(*at, style.stroke_width / 2, &fill(ink), true);
-    joints.iter().try_for_each(|at| joint(at).map_err(drawing_error))
+    joints.iter().try_for_each(|at| joint(at).map_err(PlotError::drawing))
 }
 
 /// The pieces of a line that a pattern of lengths of line and gap, px, leaves; the whole line without a pattern.
@@ -164,8 +166,4 @@ fn fill(ink: Ink) -> ShapeStyle {
 fn finest(at: (f64, f64)) -> (i32, i32) {
     let (x, y) = at;
     ((x * FINEST).round() as i32, (y * FINEST).round() as i32)
-}
-
-fn drawing_error(error: impl std::fmt::Display) -> PlotError {
-    PlotError::Drawing(error.to_string())
 }

@@ -3,43 +3,32 @@
 use super::Curve;
 use super::figure::{Axis, Figure, Panel, Series, SeriesShape};
 use super::style::{Color, Dash, Look, Marker, Role};
+use crate::pipeline::certificates::DScaleCurve;
 
-/// μ over frequency after one step of the iteration.
-#[derive(Clone, Copy, Debug)]
-pub struct MuStep<'a> {
-    /// Name: `step 1`, `discrete, rounded`.
-    pub name: &'a str,
-    /// Frequencies, Hz.
-    pub frequency_hz: &'a [f64],
-    /// Upper bound.
-    pub upper: &'a [f64],
-    /// Lower bound; empty if it was not computed.
-    pub lower: &'a [f64],
-}
-
-/// Upper bounds of every step as lines; the last step also as the band between its bounds.
-pub fn mu_over_frequency(title: &str, steps: &[MuStep]) -> Figure {
+/// μ over frequency for each step, by its name (`step 1`, `discrete, rounded`): frequencies in Hz with upper and lower
+/// bound. Upper bounds of every step as lines; the last step also as the band between its bounds.
+pub fn mu_over_frequency(title: &str, steps: &[(&str, &[(f64, f64, f64)])]) -> Figure {
     let mut panel = Panel::new("", Axis::log("Frequency", "Hz"), Axis::linear("µ", ""));
     panel.height_px = 360;
     let last = steps.len().saturating_sub(1);
-    for (k, step) in steps.iter().enumerate() {
+    let mut top = 1.0f64;
+    for (k, (name, curve)) in steps.iter().enumerate() {
+        let column = |of: fn(&(f64, f64, f64)) -> f64| curve.iter().map(of).collect::<Vec<f64>>();
+        let (x, upper) = (column(|line| line.0), column(|line| line.1));
         let look = if k == last {
             Look::line(Color::Blue, Dash::Solid).with_width(2.2)
         } else {
             // Blue is kept for the last step.
-            let look = Role::Other(k % 5 + 1).look();
-            Look { width_px: 1.3, ..look }
+            Role::Other(k % 5 + 1).look().with_width(1.3)
         };
-        if k == last && step.lower.len() == step.upper.len() {
-            let name = format!("{}: between the bounds", step.name);
-            let band = Series::curve(&name, step.frequency_hz, step.upper, look);
-            panel.series.push(band.with_shape(SeriesShape::Band { lower: step.lower.to_vec() }));
+        if k == last {
+            let band = Series::curve(&format!("{name}: between the bounds"), &x, &upper, look);
+            panel.series.push(band.with_shape(SeriesShape::Band { lower: column(|line| line.2) }));
         }
-        let name = format!("{}: upper bound", step.name);
-        panel.series.push(Series::curve(&name, step.frequency_hz, step.upper, look));
+        panel.series.push(Series::curve(&format!("{name}: upper bound"), &x, &upper, look));
+        top = upper.into_iter().filter(|u| u.is_finite()).fold(top, f64::max);
     }
     panel.level(1.0, "µ = 1");
-    let top = steps.iter().flat_map(|s| s.upper).filter(|u| u.is_finite()).fold(1.0, |a: f64, b| a.max(*b));
     // Early steps can be orders of magnitude above 1; what is decided lies near it.
     if top > 6.0 {
         panel.y = Axis::log("µ", "");
@@ -73,26 +62,14 @@ pub fn mu_per_iteration(title: &str, gamma: &[f64], mu_peak: &[f64]) -> Figure {
     )
 }
 
-/// One D scale: the points the bound asks for, and the fitted transfer function.
-#[derive(Clone, Copy, Debug)]
-pub struct PlottedScale<'a> {
-    /// Block and order: `tool, order 3`.
-    pub name: &'a str,
-    /// Frequencies, Hz.
-    pub frequency_hz: &'a [f64],
-    /// Magnitudes asked for.
-    pub data: &'a [f64],
-    /// Magnitudes of the fit.
-    pub fit: &'a [f64],
-}
-
-/// Each D scale in a panel of its own, two a row: points and fit.
-pub fn d_fits(title: &str, fits: &[PlottedScale]) -> Figure {
-    let panels = fits.iter().map(|f| {
-        let mut panel = Panel::new(f.name, Axis::log("Frequency", "Hz"), Axis::log("|D|", ""));
+/// Each D scale in a panel of its own under its name, two a row: the points that the bound asks for, and the fit.
+pub fn d_fits(title: &str, names: &[String], scales: &[DScaleCurve]) -> Figure {
+    let panels = names.iter().zip(scales).map(|(name, d)| {
+        let mut panel = Panel::new(name, Axis::log("Frequency", "Hz"), Axis::log("|D|", ""));
+        let asked = Look::line(Color::Black, Dash::Dotted);
         panel.series = vec![
-            Series::curve("asked for by the bound", f.frequency_hz, f.data, Look::line(Color::Black, Dash::Dotted)),
-            Series::curve("fitted", f.frequency_hz, f.fit, Look::line(Color::Blue, Dash::Solid)),
+            Series::curve("asked for by the bound", &d.frequency_hz, &d.asked, asked),
+            Series::curve("fitted", &d.frequency_hz, &d.used, Look::line(Color::Blue, Dash::Solid)),
         ];
         panel.height_px = 215;
         panel

@@ -1,5 +1,6 @@
 //! Pictures of the rotor: mode shapes along the axis over its outline, and the Campbell diagram.
 
+use super::Curve;
 use super::figure::{Axis, Figure, Mark, Panel, Series, SeriesShape};
 use super::style::{Color, Dash, Look, Marker, Role};
 use crate::pipeline::loop_curves::WhirlLine;
@@ -47,26 +48,14 @@ pub struct Station<'a> {
     pub kind: StationKind,
 }
 
-/// A mode shape; every curve is scaled to a largest amplitude of one.
-#[derive(Clone, Copy, Debug)]
-pub struct ShapeCurve<'a> {
-    /// Name in the legend: `updated`.
-    pub name: &'a str,
-    /// What it stands for; `Measured` is drawn as points.
-    pub role: Role,
-    /// Positions, m.
-    pub position_m: &'a [f64],
-    /// Amplitudes, any scale.
-    pub amplitude: &'a [f64],
-}
-
-/// Outline of the rotor on top, below it one panel a mode: heading (`mode 1: 1069 Hz`) and its curves.
-/// Signs of the curves of a mode are turned to agree with the first.
+/// Outline of the rotor on top, below it one panel a mode: heading (`mode 1: 1069 Hz`) and its curves over positions in
+/// m. Every curve is scaled to a largest amplitude of one, and its sign is turned to agree with the first of its mode;
+/// what is measured is drawn as points.
 pub fn mode_shapes(
     title: &str,
     outline: &[OutlinePiece],
     stations: &[Station],
-    modes: &[(String, Vec<ShapeCurve>)],
+    modes: &[(String, Vec<Curve>)],
 ) -> Figure {
     const MILLI: f64 = 1e3;
     let ends = |f: fn(&OutlinePiece) -> f64, pick: fn(f64, f64) -> f64, start: f64| {
@@ -74,7 +63,7 @@ pub fn mode_shapes(
     };
     let mut low = ends(|p| p.from_m, f64::min, f64::INFINITY);
     let mut high = ends(|p| p.to_m, f64::max, f64::NEG_INFINITY);
-    for z in modes.iter().flat_map(|m| &m.1).flat_map(|c| c.position_m) {
+    for z in modes.iter().flat_map(|m| &m.1).flat_map(|c| c.x) {
         low = low.min(z * MILLI);
         high = high.max(z * MILLI);
     }
@@ -109,9 +98,9 @@ pub fn mode_shapes(
         let reference = curves.first().copied();
         for c in curves {
             let sign = reference.map_or(1.0, |r| agreement(&r, c));
-            let largest = c.amplitude.iter().fold(0.0, |a: f64, b| a.max(b.abs())).max(f64::MIN_POSITIVE);
-            let z: Vec<f64> = c.position_m.iter().map(|z| z * MILLI).collect();
-            let y: Vec<f64> = c.amplitude.iter().map(|a| sign * a / largest).collect();
+            let largest = c.y.iter().fold(0.0, |a: f64, b| a.max(b.abs())).max(f64::MIN_POSITIVE);
+            let z: Vec<f64> = c.x.iter().map(|z| z * MILLI).collect();
+            let y: Vec<f64> = c.y.iter().map(|a| sign * a / largest).collect();
             let look = match c.role {
                 Role::Measured => Look::points(Color::Black, Marker::Circle),
                 role => role.look(),
@@ -147,20 +136,15 @@ fn station_marks(stations: &[Station], labelled: bool) -> Vec<Mark> {
 }
 
 /// +1 or −1: whether a curve points the way of the reference, by their product at the curve's positions.
-fn agreement(reference: &ShapeCurve, curve: &ShapeCurve) -> f64 {
-    let mut points: Vec<(f64, f64)> =
-        reference.position_m.iter().copied().zip(reference.amplitude.iter().copied()).collect();
+fn agreement(reference: &Curve, curve: &Curve) -> f64 {
+    let mut points: Vec<(f64, f64)> = reference.x.iter().copied().zip(reference.y.iter().copied()).collect();
     points.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let interpolated = |z: f64| {
-        let segment =
-            points.windows(2).find(|w| w.first().is_some_and(|a| a.0 <= z) && w.last().is_some_and(|b| z <= b.0));
-        match segment {
-            Some([a, b]) if b.0 > a.0 => a.1 + (b.1 - a.1) * (z - a.0) / (b.0 - a.0),
-            Some([a, ..]) => a.1,
-            _ => 0.0,
-        }
+    let interpolated = |z: f64| match points.windows(2).find(|w| w[0].0 <= z && z <= w[1].0) {
+        Some([a, b]) if b.0 > a.0 => a.1 + (b.1 - a.1) * (z - a.0) / (b.0 - a.0),
+        Some([a, ..]) => a.1,
+        _ => 0.0,
     };
-    let product: f64 = curve.position_m.iter().zip(curve.amplitude).map(|(z, a)| a * interpolated(*z)).sum();
+    let product: f64 = curve.x.iter().zip(curve.y).map(|(z, a)| a * interpolated(*z)).sum();
     if product < 0.0 { -1.0 } else { 1.0 }
 }
 

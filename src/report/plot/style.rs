@@ -146,11 +146,8 @@ impl Role {
         const COLORS: [Color; 6] =
             [Color::Blue, Color::Vermillion, Color::Green, Color::Purple, Color::Orange, Color::Sky];
         const DASHES: [Dash; 4] = [Dash::Solid, Dash::Dashed, Dash::DashDot, Dash::Dotted];
-        let pick = |n: usize| k.checked_rem(n).unwrap_or(0);
-        let color = COLORS.get(pick(COLORS.len())).copied();
         // The dash advances with every series, and slips by one after each round of the palette, so that pairs do not
         // repeat.
-        let dash = DASHES.get((k + k / 12) % DASHES.len()).copied();
-        Look::line(color.unwrap_or(Color::Black), dash.unwrap_or(Dash::Solid))
+        Look::line(COLORS[k % COLORS.len()], DASHES[(k + k / 12) % DASHES.len()])
     }
 }

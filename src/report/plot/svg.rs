@@ -5,23 +5,23 @@
 //! an opacity reserved for its pattern, and [`finish`] replaces that opacity by the pattern.
 
 use super::PlotError;
-use super::canvas::{Anchor, DROP, FINE, Ink, STROKE, Shape, fine_line, pattern, style};
+use super::canvas::{DROP, FINE, Ink, STROKE, Shape, fine_line, pattern, style};
 use super::render::Drawing;
 use super::style::Dash;
 use plotters::coord::Shift;
 use plotters::prelude::{
     Circle, DrawingArea, IntoDrawingArea, PathElement, Polygon, RGBAColor, Rectangle, SVGBackend, Text,
 };
-use plotters::style::text_anchor::{HPos, Pos, VPos};
+use plotters::style::text_anchor::{Pos, VPos};
 use plotters::style::{FontTransform, ShapeStyle};
 
 pub(super) fn svg(drawing: &Drawing) -> Result<String, PlotError> {
     let mut buffer = String::new();
     let size = ((drawing.width_px * FINE).round() as u32, (drawing.height_px * FINE).round() as u32);
     let area = SVGBackend::with_string(&mut buffer, size).into_drawing_area();
-    area.fill(&plotters::style::WHITE).map_err(drawing_error)?;
+    area.fill(&plotters::style::WHITE).map_err(PlotError::drawing)?;
     drawing.shapes.iter().try_for_each(|shape| draw(&area, shape))?;
-    area.present().map_err(drawing_error)?;
+    area.present().map_err(PlotError::drawing)?;
     drop(area);
     Ok(finish(&buffer, drawing))
 }
@@ -47,22 +47,18 @@ fn draw(area: &DrawingArea<SVGBackend, Shift>, shape: &Shape) -> Result<(), Plot
             area.draw(&Circle::new(fine(*centre), radius, shape_style(*ink, *is_filled, STROKE)))
         }
         Shape::Text { text, at: (x, y), anchor, face } => {
-            let horizontal = match anchor {
-                Anchor::Left => HPos::Left,
-                Anchor::Middle => HPos::Center,
-                Anchor::Right => HPos::Right,
-            };
             let drop = DROP * face.size_px;
             let (at, transform) = if face.upright {
                 ((x + drop, *y), FontTransform::Rotate270)
             } else {
                 ((*x, y + drop), FontTransform::None)
             };
-            let style = style(*face, fine_line(*face)).transform(transform).pos(Pos::new(horizontal, VPos::Bottom));
+            let style =
+                style(*face, fine_line(*face)).transform(transform).pos(Pos::new(anchor.horizontal(), VPos::Bottom));
             area.draw(&Text::new(text.clone(), fine(at), style))
         }
     }
-    .map_err(drawing_error)
+    .map_err(PlotError::drawing)
 }
 
 /// Report-size header, title and description for readers without the picture, axes from which a page reads values at
@@ -118,10 +114,6 @@ fn fine_path(points: &[(f64, f64)]) -> Vec<(i32, i32)> {
     path
 }
 
-fn escape(text: &str) -> String {
+pub(super) fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
-}
-
-fn drawing_error<E: std::error::Error + Send + Sync>(error: plotters::drawing::DrawingAreaErrorKind<E>) -> PlotError {
-    PlotError::Drawing(error.to_string())
 }

@@ -35,31 +35,14 @@ pub(super) fn round_range(scale: Scale, [low, high]: [f64; 2]) -> [f64; 2] {
             [snap((low / step + EDGE).floor() * step), snap((high / step - EDGE).ceil() * step)]
         }
         Scale::Log => {
+            let decade = |x: f64| 10f64.powf((x.log10() + EDGE).floor());
             let down = |x: f64| {
-                let decade = 10f64.powf((x.log10() + EDGE).floor());
-                let digit = x / decade * (1.0 + EDGE);
-                decade
-                    * if digit >= 5.0 {
-                        5.0
-                    } else if digit >= 2.0 {
-                        2.0
-                    } else {
-                        1.0
-                    }
+                let digit = x / decade(x) * (1.0 + EDGE);
+                decade(x) * [5.0, 2.0].into_iter().find(|d| digit >= *d).unwrap_or(1.0)
             };
             let up = |x: f64| {
-                let decade = 10f64.powf((x.log10() + EDGE).floor());
-                let digit = x / decade * (1.0 - EDGE);
-                decade
-                    * if digit > 5.0 {
-                        10.0
-                    } else if digit > 2.0 {
-                        5.0
-                    } else if digit > 1.0 {
-                        2.0
-                    } else {
-                        1.0
-                    }
+                let digit = x / decade(x) * (1.0 - EDGE);
+                decade(x) * [1.0, 2.0, 5.0].into_iter().find(|d| digit <= *d).unwrap_or(10.0)
             };
             [down(low), up(high)]
         }
@@ -164,22 +147,9 @@ fn scientific(x: f64) -> String {
     let text = format!("{x:.2e}");
     let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
     let mantissa = mantissa.trim_end_matches('0').trim_end_matches('.');
-    let superscript: String = exponent
-        .chars()
-        .map(|c| match c {
-            '-' => '⁻',
-            '1' => '¹',
-            '2' => '²',
-            '3' => '³',
-            '4' => '⁴',
-            '5' => '⁵',
-            '6' => '⁶',
-            '7' => '⁷',
-            '8' => '⁸',
-            '9' => '⁹',
-            _ => '⁰',
-        })
-        .collect();
+    const DIGITS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
+    let raised = |c: char| c.to_digit(10).map_or('⁻', |digit| DIGITS[digit as usize]);
+    let superscript: String = exponent.chars().map(raised).collect();
     match mantissa {
         "1" => format!("10{superscript}"),
         "-1" => format!("−10{superscript}"),

@@ -44,12 +44,9 @@ pub fn determinability(title: &str, singular_values: &[f64], regions: &[String],
 pub fn frequency_errors(title: &str, frequencies: &[String], models: &[(&str, Vec<f64>)]) -> Figure {
     const COLORS: [Color; 4] = [Color::Grey, Color::Vermillion, Color::Blue, Color::Green];
     let mut panel = Panel::new("", Axis::categories("Frequency", frequencies.to_vec()), Axis::linear("Error", "%"));
-    let width = 0.8 / models.len().max(1) as f64;
     for (m, ((name, errors), color)) in models.iter().zip(COLORS.iter().cycle()).enumerate() {
-        let centre = (m as f64 + 0.5) * width - 0.4;
-        let x: Vec<f64> = (0..errors.len()).map(|k| k as f64 + centre).collect();
         let look = Look::line(*color, Dash::Solid);
-        panel.series.push(Series::curve(name, &x, errors, look).with_shape(SeriesShape::Bars { width: 0.9 * width }));
+        panel.series.push(Series::grouped_bars(name, errors, look, [m, models.len()], 0.8));
     }
     Figure::new(
         title,

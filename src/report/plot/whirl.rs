@@ -25,11 +25,7 @@ pub fn whirl_shapes(title: &str, found: &WhirlOrbits) -> Figure {
     let beyond = 1.1 * UNIT * length * OBLIQUE[0];
     let project = |z: f64, [x, y]: [c64; 2], angle: f64| {
         let turned = [x, y].map(|amplitude| (amplitude * c64::cis(angle)).re);
-        [1e3 * z + UNIT * length * OBLIQUE[0] * turned[1], turned[0] + OBLIQUE[1] * turned[1]]
-    };
-    let curve = |name: &str, points: Vec<[f64; 2]>, look: Look| {
-        let (x, y): (Vec<f64>, Vec<f64>) = points.into_iter().map(|[x, y]| (x, y)).unzip();
-        Series::curve(name, &x, &y, look)
+        (1e3 * z + UNIT * length * OBLIQUE[0] * turned[1], turned[0] + OBLIQUE[1] * turned[1])
     };
     let panels = found.shapes.iter().take(MODES).enumerate().map(|(k, shape)| {
         let (name, color) = match shape.mode.whirl {
@@ -45,20 +41,21 @@ pub fn whirl_shapes(title: &str, found: &WhirlOrbits) -> Figure {
         panel.height_px = 250;
         let places = || found.position_m.iter().zip(&shape.orbits);
         let rest = Look::line(Color::Grey, Dash::Dotted).with_width(1.0);
-        let axis = places().map(|(z, _)| [1e3 * z, 0.0]).collect();
-        panel.series.push(curve("shaft at rest", axis, rest));
+        panel.series.push(Series::of_points("shaft at rest", places().map(|(z, _)| (1e3 * z, 0.0)), rest));
         for (place, (z, orbit)) in places().step_by(EVERY).enumerate() {
             let angle = |k: usize| TAU * TURN * k as f64 / POINTS as f64;
-            let points: Vec<[f64; 2]> = (0..=POINTS).map(|k| project(*z, *orbit, angle(k))).collect();
-            let mut turn = curve(name, points.clone(), Look::line(color, Dash::Solid).with_width(1.0));
-            let begin = points.into_iter().take(1).collect();
-            let mut mark = curve("place at the beginning of the turn", begin, Look::points(color, Marker::Disc));
+            let points = (0..=POINTS).map(|k| project(*z, *orbit, angle(k)));
+            let begin = points.clone().take(1);
+            let mut turn = Series::of_points(name, points, Look::line(color, Dash::Solid).with_width(1.0));
+            let look = Look::points(color, Marker::Disc);
+            let mut mark = Series::of_points("place at the beginning of the turn", begin, look);
             turn.in_legend = place == 0;
             mark.in_legend = k == 0 && place == 0;
             panel.series.extend([turn, mark]);
         }
-        let line = places().map(|(z, orbit)| project(*z, *orbit, 0.0)).collect();
-        panel.series.push(curve("shaft at the beginning of the turn", line, Look::line(Color::Black, Dash::Solid)));
+        let line = places().map(|(z, orbit)| project(*z, *orbit, 0.0));
+        let look = Look::line(Color::Black, Dash::Solid);
+        panel.series.push(Series::of_points("shaft at the beginning of the turn", line, look));
         panel
     });
     let words = "Whirl modes seen obliquely, x upwards and y into the picture: orbits along the shaft from their marks \

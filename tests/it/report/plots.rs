@@ -1,16 +1,15 @@
 //! Pictures: every builder draws, the same figure gives the same bytes, and the table holds what is drawn.
 
 use muspin::linalg::c64;
+use muspin::pipeline::certificates::DScaleCurve;
 use muspin::pipeline::loop_curves::WhirlLine;
 use muspin::report::plot::diagnosis::{impedance, localisation, ranking, residual};
 use muspin::report::plot::figure::{Axis, Figure, Panel, Series};
-use muspin::report::plot::loops::{MarkedFrequency, ResponseCurve, bode, dynamic_stiffness, nyquist, sensitivity};
+use muspin::report::plot::loops::{MarkedFrequency, bode, dynamic_stiffness, nyquist, sensitivity};
 use muspin::report::plot::machining::{ToolQuantity, chatter_lobes, tools};
-use muspin::report::plot::motion::{TimePanel, orbits, time_responses};
-use muspin::report::plot::robustness::{
-    MuStep, PlottedScale, d_fits, mu_against_order, mu_over_frequency, mu_per_iteration,
-};
-use muspin::report::plot::shaft::{OutlinePiece, ShapeCurve, Station, StationKind, campbell, mode_shapes};
+use muspin::report::plot::motion::{orbits, time_panel, time_responses};
+use muspin::report::plot::robustness::{d_fits, mu_against_order, mu_over_frequency, mu_per_iteration};
+use muspin::report::plot::shaft::{OutlinePiece, Station, StationKind, campbell, mode_shapes};
 use muspin::report::plot::updating::{determinability, frequency_errors, modulus_factors};
 use muspin::report::plot::{Color, Curve, Dash, Look, PlotError, Role, picture};
 use muspin::update::PeakKind;
@@ -35,7 +34,7 @@ fn gallery() -> Vec<(&'static str, Figure)> {
     let f = log_grid(1.0, 4000.0, 1500);
     let nominal: Vec<c64> = f.iter().map(|f| modal(*f, 1.06)).collect();
     let updated: Vec<c64> = f.iter().map(|f| modal(*f, 1.0)).collect();
-    let response = |name, role, response| ResponseCurve { name, role, frequency_hz: &f, response };
+    let response = |name, role, response| Curve { name, role, x: &f, y: response };
     let marked: Vec<MarkedFrequency> = [
         (1069.0, PeakKind::Resonance),
         (1955.0, PeakKind::Resonance),
@@ -64,21 +63,22 @@ fn gallery() -> Vec<(&'static str, Figure)> {
     let nyq: Vec<c64> =
         f.iter().map(|f| c64::new(3.0, 0.0) / (c64::new(1.0, f / 50.0) * c64::new(1.0, f / 300.0))).collect();
     let upper: Vec<f64> = f.iter().map(|f| 0.3 + 0.6 / (1.0 + ((f / 900.0).ln() * 2.0).powi(2))).collect();
-    let first: Vec<f64> = upper.iter().map(|u| 1.9 * u).collect();
-    let lower: Vec<f64> = upper.iter().map(|u| 0.93 * u).collect();
-    let step = |name, upper, lower| MuStep { name, frequency_hz: &f, upper, lower };
+    let bounds = |factor: f64| -> Vec<(f64, f64, f64)> {
+        f.iter().zip(&upper).map(|(f, u)| (*f, factor * u, 0.93 * factor * u)).collect()
+    };
+    let (first, second) = (bounds(1.9), bounds(1.0));
     let d: Vec<f64> = f.iter().map(|f| 1e-3 * (1.0 + f / 200.0)).collect();
     let d_data: Vec<f64> = d.iter().zip(&f).map(|(d, f)| d * (1.0 + 0.1 * (f.ln() * 4.0).sin())).collect();
-    let fit = |name| PlottedScale { name, frequency_hz: &f, data: &d_data, fit: &d };
+    let scale = DScaleCurve { frequency_hz: f.clone(), asked: d_data, used: d };
+    let scale_names = ["mode 1, order 3", "mode 2, order 2", "mode 3, order 4"].map(String::from);
     let z: Vec<f64> = (0..60).map(|k| -0.1005 + 0.008 * f64::from(k)).collect();
     let shape = |n: f64| z.iter().map(|z| ((z + 0.1) / 0.48 * std::f64::consts::PI * n).cos()).collect::<Vec<f64>>();
     let (m1, m2, m3) = (shape(1.9), shape(2.8), shape(3.7));
     let measured_z = [-0.1, 0.0, 0.12, 0.25, 0.37];
     let measured_a: Vec<f64> =
         measured_z.iter().map(|z| -((z + 0.1) / 0.48 * std::f64::consts::PI * 1.9).cos()).collect();
-    let on = |name, role, a| ShapeCurve { name, role, position_m: &z, amplitude: a };
-    let measured =
-        ShapeCurve { name: "measured", role: Role::Measured, position_m: &measured_z, amplitude: &measured_a };
+    let on = |name, role, a| Curve { name, role, x: &z, y: a };
+    let measured = Curve { name: "measured", role: Role::Measured, x: &measured_z, y: &measured_a };
     let modes = vec![
         ("mode 1: 1069 Hz".to_owned(), vec![on("updated", Role::Updated, &m1), measured]),
         ("mode 2: 1955 Hz".to_owned(), vec![on("updated", Role::Updated, &m2), on("nominal", Role::Nominal, &m3)]),
@@ -166,13 +166,8 @@ fn gallery() -> Vec<(&'static str, Figure)> {
         .collect();
     let orders: Vec<f64> = (6..=40).step_by(2).map(f64::from).collect();
     let mus: Vec<f64> = orders.iter().map(|n| 0.82 + 6.0 * (-0.28 * n).exp()).collect();
-    let time_panel = |title, label, unit, y, limits| TimePanel {
-        title,
-        label,
-        unit,
-        curves: vec![Curve { name: "µ", role: Role::Mu, x: &t, y }],
-        limits,
-    };
+    let ms: Vec<f64> = t.iter().map(|t| 1e3 * t).collect();
+    let in_time = |y: &[f64]| vec![Series::curve("µ", &ms, y, Look::line(Color::Blue, Dash::Solid))];
     vec![
         (
             "bode",
@@ -200,9 +195,9 @@ fn gallery() -> Vec<(&'static str, Figure)> {
             ),
         ),
         ("nyquist", nyquist("Nyquist, front x", &[response("L", Role::Mu, &nyq)])),
-        ("mu", mu_over_frequency("µ over frequency", &[step("step 1", &first, &[]), step("step 2", &upper, &lower)])),
+        ("mu", mu_over_frequency("µ over frequency", &[("step 1", &first), ("step 2", &second)])),
         ("mu-iteration", mu_per_iteration("D-K iteration", &[1.9, 1.1, 0.93, 0.91], &[1.6, 1.0, 0.92, 0.905])),
-        ("d-fits", d_fits("D scales", &[fit("mode 1, order 3"), fit("mode 2, order 2"), fit("mode 3, order 4")])),
+        ("d-fits", d_fits("D scales", &scale_names, &[scale.clone(), scale.clone(), scale])),
         (
             "mu-order",
             mu_against_order(
@@ -251,9 +246,14 @@ fn gallery() -> Vec<(&'static str, Figure)> {
             "time",
             time_responses(
                 "Impulse at the tool",
-                &[
-                    time_panel("tool plane", "Displacement", "µm", &ring, vec![(50.0, "limit"), (-50.0, "limit")]),
-                    time_panel("front x", "Current", "A", &current, vec![]),
+                vec![
+                    time_panel(
+                        "tool plane",
+                        ["Displacement", "µm"],
+                        in_time(&ring),
+                        &[(50.0, "limit"), (-50.0, "limit")],
+                    ),
+                    time_panel("front x", ["Current", "A"], in_time(&current), &[]),
                 ],
             ),
         ),
