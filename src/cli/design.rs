@@ -125,10 +125,14 @@ fn design_words(machine: &Machine, design: &Design, rest: &Prediction) -> String
         mu_words(design.largest_mu()),
         OVERSPEED * machine.spindle.max_rpm,
     );
+    let softer = design.share_of_floors.filter(|_| !design.holds_floors());
+    let softer =
+        softer.map(|share| format!(" The tool has {share:.2} of the stiffness that `tool_stiffness` asks for."));
     let scale = design.specification_scale.as_ref().map(|scale| format!(" {}", scale.sentence()));
     let unproven =
         (!design.has_firmware()).then(|| format!(" Its stability is not proven at every speed. {NO_FIRMWARE}"));
-    place_words(machine, format!("{words}{}{}", scale.unwrap_or_default(), unproven.unwrap_or_default()))
+    let further: String = [softer, scale, unproven].into_iter().flatten().collect();
+    place_words(machine, format!("{words}{further}"))
 }
 
 /// Says on standard error that a design is unstable, where the answer on standard output does not begin with that.
@@ -170,6 +174,9 @@ impl DesignEnd<'_> {
         let decay = design.least_decay().map(|[slowest, asked]| {
             vec!["slowest decay of the loop, 1/s".to_owned(), format!("{slowest:.2}"), format!("≥ {asked}")]
         });
+        let floors = design.share_of_floors.map(|share| {
+            vec!["tool stiffness over `tool_stiffness`, least".to_owned(), format!("{share:.3}"), "≥ 1".to_owned()]
+        });
         CommandEnd::met(self.met(), words)
             .row(["", "reached", "asked"])
             .row(["μ of the specification at rest".to_owned(), rounded.specification.words(), "≤ 1".into()])
@@ -177,7 +184,7 @@ impl DesignEnd<'_> {
             .row(["proven stable to, rpm".to_owned(), proven, format!("{:.0}", design.delivery.speed_proof.to_rpm)])
             .row(["stable at every speed".to_owned(), yes(design.is_stable()), "yes".into()])
             .row(["order of the controller".to_owned(), (2 * rounded.order).to_string(), String::new()])
-            .rows(decay.into_iter().chain(loop_rows(self.delivered, self.stable)))
+            .rows(decay.into_iter().chain(floors).chain(loop_rows(self.delivered, self.stable)))
             .file(format!("{out}/report.html"))
             .file(format!("{out}/controller"))
             .next(format!("muspin simulate --controller {out}/controller/discrete.json --case impulse"))

@@ -37,8 +37,8 @@ pub(super) struct WeightsFile {
     /// Noise that the design assumes.
     #[schemars(extend("default" = SENSOR_NOISE_M))]
     sensor_noise_m: Option<f64>,
-    /// Bound on the complementary sensitivity; the design chooses the tightest of 3.5, 4, 4.5, 5, 6, 8, 12 with γ ≤ 1
-    /// unless given.
+    /// Bound on the complementary sensitivity in the D-K iteration only; the design chooses the tightest of 3.5, 4, 4.5,
+    /// 5, 6, 8, 12 with γ ≤ 1 unless given.
     complementary_sensitivity_limit: Option<f64>,
     /// Integral action: below it the signals are regulated as by an integrator; none unless given.
     integral_corner_hz: Option<f64>,
@@ -60,7 +60,8 @@ pub(super) struct WeightsFile {
     /// tuned PID does: the polish goes on for it where the loop does not. Zero: none is asked. 0.03 unless given.
     mode_shift: Option<f64>,
     /// Least decay of the loop: the polish keeps the controller's own poles at least as fast, so that the tool comes to
-    /// rest after a load within some multiples of its inverse. None is asked unless given.
+    /// rest after a load within some multiples of its inverse. None is asked unless given; a loop slower than 4 1/s is
+    /// then polished once more.
     least_decay_per_s: Option<f64>,
     /// Where the keys above come from that the file leaves out: `table`, the values stated here, the same on every
     /// machine, or `machine`: current 5/6 of the bias, roll-off at 0.15 of the sample rate and above the modes of the

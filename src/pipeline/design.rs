@@ -12,6 +12,7 @@ use super::comparison::Prediction;
 use super::delivery::{Delivery, plane_of_law, scaled_plane};
 use super::dk_design::{DkDesign, dk_design};
 use super::instability::Instability;
+use super::judged::{FLOOR_TOLERANCE, Judged};
 use super::polish_job::{PolishJob, ZONE_A, limits};
 use super::polish_outcome::PolishOutcome;
 use super::polishing::{PolishedAgain, polished_again};
@@ -50,6 +51,9 @@ pub struct Design {
     pub real_corner_mu: Option<f64>,
     /// Where μ exceeds one: the factor on the limits at which the specification is met.
     pub specification_scale: Option<SpecificationScale>,
+    /// Least tool stiffness over what the weights ask for (`tool_stiffness`), at rest and at top speed; none where they
+    /// ask for none.
+    pub share_of_floors: Option<f64>,
     /// Where the loop is unstable; none where every speed computed is stable.
     pub instability: Option<Instability>,
     /// The controller of the thrust axis, where the machine has one.
@@ -138,11 +142,20 @@ impl Design {
         Some([slowest, asked])
     }
 
-    /// True when the specification is met at rest and at speed, the loop decays as fast as it asks, and every speed
-    /// from rest to 20 % above the top speed is proven stable.
+    /// True when the tool is as stiff as the weights ask for.
+    pub(crate) fn holds_floors(&self) -> bool {
+        self.share_of_floors.is_none_or(|share| share >= 1.0 - FLOOR_TOLERANCE)
+    }
+
+    /// True when the specification is met at rest and at speed, the loop decays as fast as it asks, the tool is as stiff,
+    /// and every speed from rest to 20 % above the top speed is proven stable.
     pub fn meets_targets(&self) -> bool {
         let decays = self.least_decay().is_none_or(|[slowest, asked]| slowest >= asked);
-        decays && self.largest_mu() <= 1.0 && self.is_stable() && self.delivery.speed_proof.is_complete()
+        decays
+            && self.holds_floors()
+            && self.largest_mu() <= 1.0
+            && self.is_stable()
+            && self.delivery.speed_proof.is_complete()
     }
 }
 
@@ -237,6 +250,10 @@ fn finish_design(
     let delivered = scaled_plane(&plane_of_law(machine, &delivery.controller)?)?;
     let real_corner_mu = largest_at_corners(&problems.specification, &delivered, &real)?;
     let instability = Instability::of(machine, &problems, &delivery)?;
+    let floors = &weights.tool_stiffness;
+    let measured = || Judged::of(machine, "mu", &delivery)?.measured_by(machine, floors);
+    let judged = (!floors.is_empty()).then(measured);
+    let share_of_floors = judged.transpose()?.map(|judged| judged.share_of_floors);
     Ok(Design {
         problems,
         constant_scales,
@@ -245,6 +262,7 @@ fn finish_design(
         delivery,
         real_corner_mu,
         specification_scale,
+        share_of_floors,
         instability,
         thrust: None,
     })

@@ -193,7 +193,7 @@ impl Judged {
 /// µ of two polishes of one controller is the same within this factor: the width of the lines of a polish.
 const SAME_MU: f64 = 1.01;
 /// A floor counts as held within the width of the lines of the polish, as its other limits do.
-const FLOOR_TOLERANCE: f64 = 0.01;
+pub(super) const FLOOR_TOLERANCE: f64 = 0.01;
 
 /// What a delivered controller has to meet, the most important first, as words for one that misses it.
 const GOALS: [&str; 6] = [

@@ -155,7 +155,12 @@ pub fn mu_at_speed(
         return Ok(SpeedMu { speed_rpm, mu: f64::INFINITY, frequency_hz: f64::NAN });
     }
     let nyquist_hz = 0.5 / plant.sample_period_s();
-    let grid = FrequencyGrid::log_hz(1.0, 0.98 * nyquist_hz, LINES).refine_round_poles(&poles, LINES_A_SIDE);
+    let grid = FrequencyGrid::log_hz(1.0, 0.98 * nyquist_hz, LINES);
+    // An integral weight asks most below 1 Hz; a thousandth of its corner is where it ends to rise.
+    let below = weights.integral_corner_hz.map(|corner| FrequencyGrid::log_hz(1e-4 * corner.min(1.0), 1.0, LINES / 4));
+    let below = below.iter().flat_map(|grid| grid.omega_rad_s().iter().copied());
+    let grid = FrequencyGrid::from_rad_s(below.chain(grid.omega_rad_s().iter().copied()));
+    let grid = grid.refine_round_poles(&poles, LINES_A_SIDE);
     let rotating = RotatingLoop::new(&plant, weights, modes, law)?;
     let last = LAST * TAU * nyquist_hz;
     let (mu, omega) = PeakSearch::new(&rotating, grid.omega_rad_s())?.peak(last)?;

@@ -25,8 +25,6 @@ pub struct ToolStep {
 pub(crate) const SETTLED: f64 = 0.02;
 /// Time constants of the slowest pole that are computed: what is left of it then is e⁻⁸, a sixtieth of [`SETTLED`].
 const TIME_CONSTANTS: f64 = 8.0;
-/// Steps of a search of the settling time over these time constants.
-const SEARCH_STEPS: f64 = 2048.0;
 /// Longest response, s: an integrator slower than this shows as a response that has not settled.
 const LONGEST_S: f64 = 2.0;
 
@@ -74,47 +72,65 @@ pub fn static_load_settling_s(sampled: &StateSpace<Discrete>, law: &StateSpace<D
     settling_of(&tool_in_x(sampled, law)?)
 }
 
-/// The distance to the end is C Aᵏ e₀. Its last value beyond 2 % is searched in steps of 2ⁿ samples, then within the
-/// last of them by halving, so that a slow loop takes no longer than a fast one. A distance that grows at first is
-/// followed for longer. Not a number of a loop whose decay rounding hides, or whose tool stays where it was.
+/// The distance to the end is C Aᵏ e₀. The sum of its squares over 1, 2, 4 … samples bounds it on all of them: where a
+/// sum exceeds the square of the limit, its later half is searched first. Not a number of a loop whose decay rounding
+/// hides, or whose tool stays where it was.
 fn settling_of(tool: &StateSpace<Discrete>) -> Result<f64, NumericError> {
     let period_s = tool.time.period_s;
     let decay = -tool.growth_rate()? * period_s;
-    if decay < f64::EPSILON {
-        return Ok(f64::NAN);
-    }
     let rest = Mat::<f64>::identity(tool.order(), tool.order()) - &tool.a;
-    let mut state = solve(&rest, &tool.b)?;
     let end = tool.at(0.0)[(0, 0)].re;
-    if end == 0.0 {
+    if decay < f64::EPSILON || end == 0.0 {
         return Ok(f64::NAN);
     }
-    let distance = |state: &Mat<f64>| ((&tool.c * state)[(0, 0)] / end).abs();
-    // A to the powers 1, 2, 4 …: the last one is a step of the search.
-    let doublings = (TIME_CONSTANTS / (decay * SEARCH_STEPS)).log2().ceil().max(0.0) as usize;
-    let mut powers = vec![tool.a.clone()];
-    for k in 0..doublings {
-        powers.push(&powers[k] * &powers[k]);
-    }
-    let samples = |doublings: usize| 2f64.powi(doublings as i32);
-    let (mut at, mut largest, mut last) = (0.0, 1.0f64, None);
-    while at * decay < TIME_CONSTANTS + largest.ln() {
-        let away = distance(&state);
-        largest = largest.max(away);
-        if away > SETTLED {
-            last = Some((at, state.clone()));
+    let halves = Halves::of(tool, (FINEST / decay).log2().floor().max(0.0) as usize);
+    let last = halves.last_beyond(&solve(&rest, &tool.b)?, halves.sums.len() - 1, (SETTLED * end).powi(2));
+    Ok(last.map_or(0.0, |last| (last + 1.0) * period_s))
+}
+
+/// Share of a time constant of the slowest pole to which a settling time is searched, or a sample: a slow loop takes no
+/// longer than a fast one.
+const FINEST: f64 = 1e-6;
+/// Doublings after which no loop that is stable to rounding moves.
+const MOST_DOUBLINGS: usize = 60;
+
+/// Steps over 1, 2, 4 … samples, and the sums Σ (Aᵏ)ᵀ Cᵀ C Aᵏ over as many.
+struct Halves {
+    steps: Vec<Mat<f64>>,
+    sums: Vec<Mat<f64>>,
+    /// What is not halved any more.
+    finest: usize,
+}
+
+impl Halves {
+    fn of(tool: &StateSpace<Discrete>, finest: usize) -> Self {
+        let mut steps = vec![tool.a.clone()];
+        let mut sums = vec![tool.c.transpose() * &tool.c];
+        for k in 0..MOST_DOUBLINGS {
+            let later = steps[k].transpose() * &sums[k] * &steps[k];
+            let (size, added) = (sums[k].norm_max(), later.norm_max());
+            sums.push(&sums[k] + later);
+            steps.push(&steps[k] * &steps[k]);
+            if added <= f64::EPSILON * size {
+                break;
+            }
         }
-        state = &powers[doublings] * &state;
-        at += samples(doublings);
+        Self { steps, sums, finest }
     }
-    let Some((mut at, mut state)) = last else {
-        return Ok(0.0);
-    };
-    for k in (0..doublings).rev() {
-        let next = &powers[k] * &state;
-        if distance(&next) > SETTLED {
-            (at, state) = (at + samples(k), next);
+
+    /// The last sample of 2ⁿ from a state on whose squared distance exceeds a limit.
+    fn last_beyond(&self, state: &Mat<f64>, doublings: usize, limit: f64) -> Option<f64> {
+        let sum = (state.transpose() * (&self.sums[doublings] * state))[(0, 0)];
+        let samples = 2f64.powi(doublings as i32);
+        if doublings <= self.finest {
+            // Over so short a time the mean says as much.
+            return (sum > limit * samples).then_some(samples - 1.0);
         }
+        if sum <= limit {
+            return None;
+        }
+        let half = doublings - 1;
+        let later = self.last_beyond(&(&self.steps[half] * state), half, limit).map(|last| last + 0.5 * samples);
+        later.or_else(|| self.last_beyond(state, half, limit))
     }
-    Ok((at + 1.0) * period_s)
 }

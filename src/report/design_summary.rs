@@ -77,10 +77,11 @@ pub(crate) fn design_topic(design: &Design) -> Value {
             "slowest_pole_per_s": slowest,
             "asked_per_s": asked,
         })),
+        "tool_stiffness": design.share_of_floors.map(|share| json!({ "least_share_of_asked": share })),
         "aim": aim_topic(design),
         "polish": design.polish.as_ref().map(polish_topic),
     });
-    omit_absent(topic, &["mu_at_real_corners", "least_decay"])
+    omit_absent(topic, &["mu_at_real_corners", "least_decay", "tool_stiffness"])
 }
 
 /// The specification as written, at rest.

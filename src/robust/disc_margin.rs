@@ -34,11 +34,13 @@ impl DiscMargin {
         Self { skew, alpha: peak.0.recip(), alpha_upper: f64::INFINITY, omega_rad_s: peak.1 }
     }
 
-    /// The real factors that the disc holds: from the first, perhaps negative, to the second, perhaps infinite.
+    /// The real factors that the disc holds: from the first, perhaps negative or infinite, to the second, perhaps
+    /// infinite.
     pub fn gain_margin(&self) -> (f64, f64) {
         let (near, far) = (0.5 * self.alpha * (1.0 - self.skew), 0.5 * self.alpha * (1.0 + self.skew));
         let largest = if far < 1.0 { (1.0 + near) / (1.0 - far) } else { f64::INFINITY };
-        ((1.0 - near) / (1.0 + far), largest)
+        let least = if far > -1.0 { (1.0 - near) / (1.0 + far) } else { f64::NEG_INFINITY };
+        (least, largest)
     }
 
     /// The phase that the disc holds on either side, rad; π where it holds the unit circle.

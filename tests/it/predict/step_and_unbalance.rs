@@ -1,10 +1,11 @@
 //! Step at the tool and amplification factors of one mass, spring and damper against their closed forms.
 
-use muspin::linalg::Mat;
+use muspin::linalg::{Mat, c64};
 use muspin::lti::{Discrete, StateSpace};
 use muspin::predict::amplification::{CriticalSpeed, find_critical_speeds};
 use muspin::predict::tool_step::{ToolStep, static_load_settling_s};
 use std::convert::Infallible;
+use std::f64::consts::TAU;
 
 const PERIOD_S: f64 = 1e-5;
 
@@ -67,6 +68,33 @@ fn a_slow_return_settles_by_what_it_has_to_take_back() {
         let found = static_load_settling_s(&plant, &nothing).unwrap();
         let expected = slow_s * (50.0f64 * back).ln();
         assert!((found - expected).abs() < 2.0 * PERIOD_S, "{slow_s} s, {back}: {found} for {expected}");
+    }
+}
+
+/// An oscillation beside a slow state that moves the tool by next to nothing: every sample counts, also those that a
+/// search in steps of the slow one would pass over.
+#[test]
+fn a_slow_state_that_hardly_acts_does_not_hide_an_oscillation() {
+    let nothing = StateSpace::gain(Mat::zeros(4, 4), Discrete { period_s: PERIOD_S });
+    for (hz, rate, slow_rate) in [(300.0, 90.0, 0.2), (1700.0, 900.0, 3.0), (40.0, 25.0, 20.0)] {
+        let turn = c64::new(-rate, TAU * hz) * PERIOD_S;
+        let (pole, slow) = (turn.exp(), (-slow_rate * PERIOD_S).exp());
+        let a = [[pole.re, -pole.im, 0.0], [pole.im, pole.re, 0.0], [0.0, 0.0, slow]];
+        // 1 − Re(pole)ᵏ in the end, and 1e-8 of the slow one.
+        let (b, c) = ([1.0 - pole.re, -pole.im, 1.0 - slow], [1.0, 0.0, 1e-8]);
+        let plant = StateSpace::new(
+            Mat::from_fn(3, 3, |i, j| a[i][j]),
+            Mat::from_fn(3, 5, |i, j| if j == 4 { b[i] } else { 0.0 }),
+            Mat::from_fn(5, 3, |i, j| if i == 4 { c[j] } else { 0.0 }),
+            Mat::zeros(5, 5),
+            Discrete { period_s: PERIOD_S },
+        )
+        .unwrap();
+        let found = static_load_settling_s(&plant, &nothing).unwrap();
+        let beyond = |k: &u32| pole.powu(*k).re.abs() > 0.02;
+        let last = (0..40_000u32).filter(beyond).last().unwrap();
+        let expected = f64::from(last + 1) * PERIOD_S;
+        assert!((found - expected).abs() < 1.5 * PERIOD_S, "{hz} Hz: {found} for {expected}");
     }
 }
 
