@@ -37,8 +37,8 @@ pub(super) struct WeightsFile {
     /// Noise that the design assumes.
     #[schemars(extend("default" = SENSOR_NOISE_M))]
     sensor_noise_m: Option<f64>,
-    /// Bound on the complementary sensitivity in the D-K iteration only; the design chooses the tightest of 3.5, 4, 4.5,
-    /// 5, 6, 8, 12 with γ ≤ 1 unless given.
+    /// Bound on the complementary sensitivity in the D-K iteration only; the design chooses the tightest of 3.5, 4,
+    /// 4.5, 5, 6, 8, 12 with γ ≤ 1 unless given.
     complementary_sensitivity_limit: Option<f64>,
     /// Integral action: below it the signals are regulated as by an integrator; none unless given.
     integral_corner_hz: Option<f64>,

@@ -147,8 +147,8 @@ impl Design {
         self.share_of_floors.is_none_or(|share| share >= 1.0 - FLOOR_TOLERANCE)
     }
 
-    /// True when the specification is met at rest and at speed, the loop decays as fast as it asks, the tool is as stiff,
-    /// and every speed from rest to 20 % above the top speed is proven stable.
+    /// True when the specification is met at rest and at speed, the loop decays as fast as it asks, the tool is as
+    /// stiff, and every speed from rest to 20 % above the top speed is proven stable.
     pub fn meets_targets(&self) -> bool {
         let decays = self.least_decay().is_none_or(|[slowest, asked]| slowest >= asked);
         decays
