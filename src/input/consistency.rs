@@ -19,6 +19,8 @@ const FORCE_RATIO: [f64; 2] = [0.3, 3.0];
 const BEHIND_TIP: f64 = 0.05;
 /// Relative difference within which a delay is that of the hold alone: what is printed has four digits.
 const SAME_DELAY: f64 = 1e-3;
+/// Samples that no controller takes.
+const MOST_DELAY: f64 = 6.0;
 /// Surface speed, m/s, above which nothing is said of a top speed; spindles reach 100 to 200.
 const FAST: f64 = 60.0;
 /// Surface speed at which steel rotors burst, m/s.
@@ -88,6 +90,14 @@ pub(super) fn of_weights(file: &str, weights: &Weights) -> Vec<Warning> {
              can be corrected by the axes, fast one marks the workpiece; the two look exchanged"
         ));
     }
+    if let (Some(corner_hz), Some(decay)) = (weights.integral_corner_hz, weights.least_decay_per_s)
+        && decay > TAU * corner_hz
+    {
+        found.push(format!(
+            "least_decay_per_s: {decay} leaves no room for the integral action below {corner_hz} Hz that \
+             integral_corner_hz asks for: that is a pole of the controller next to none"
+        ));
+    }
     warnings(file, found)
 }
 
@@ -142,6 +152,14 @@ fn front_planes(spindle: &Spindle) -> Option<String> {
 fn delay(spindle: &Spindle) -> Option<String> {
     let e = &spindle.electronics;
     let hold = 0.5 * e.sample_period_s();
+    if e.delay_s > MOST_DELAY * e.sample_period_s() {
+        let samples = e.delay_s / e.sample_period_s();
+        return Some(format!(
+            "electronics.delay_s: {:e} is {samples:.0} samples: computation, conversion and hold take 1.5, with slow \
+             filters some more; milliseconds and microseconds look confused",
+            e.delay_s
+        ));
+    }
     ((e.delay_s / hold - 1.0).abs() < SAME_DELAY).then(|| {
         format!(
             "electronics.delay_s: {:e} is half a sample, the delay of the hold alone: computation and conversion take \

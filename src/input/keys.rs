@@ -257,7 +257,7 @@ pub const WEIGHTS: &[KeyGroup] = &[
                 "control currents are below the bias current of some amperes";
             positive "current_rolloff_hz" "Hz" [[50.0, 1e5], [0.1, 1e9]] "current loops reach 500 Hz to 5 kHz";
             number "current_rolloff_ratio" "" [[1.5, 1e3], [1.0, 1e9]] "10 is a decade of roll-off";
-            positive "tool_tightening" "" [[0.01, 100.0], [1e-9, 1e9]]
+            positive "tool_tightening" "" [[0.2, 20.0], [1e-9, 1e9]]
                 "a specification is tightened by tens of per cent";
             positive "sensor_noise_m" "m" [[1e-11, 5e-6], [1e-15, 1e-3]] "position sensors have 10 nm to 1 µm of noise";
             positive "complementary_sensitivity_limit" "" [[0.5, 50.0], [1e-3, 1e6]]

@@ -21,7 +21,11 @@ pub(super) const KEYS: &[Key] = keys! {
 pub(super) const ACTUATOR_KEYS: &[Key] = &{
     const SIZE: [Range; 2] = [[1e-3, 10.0], [1e-9, 1e6]];
     const WHY: &str = "amplifiers and magnets are known to some per cent in the band";
-    [positive("low", "", SIZE, WHY), positive("high", "", SIZE, ABOVE), positive("crossover_hz", "Hz", CORNER, ABOVE)]
+    [
+        positive("low", "", [[1e-3, 0.9], [1e-9, 1e6]], WHY),
+        positive("high", "", SIZE, ABOVE),
+        positive("crossover_hz", "Hz", CORNER, ABOVE),
+    ]
 };
 pub(super) const SENSOR_KEYS: &[Key] = &{
     const SIZE: [Range; 2] = [[1e-10, 1e-3], [1e-15, 1.0]];

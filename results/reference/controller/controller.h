@@ -13,10 +13,10 @@
  * One sample is output() and then update(); step() does both. Write the currents to the amplifiers between the two.
  *
  * Limits: inputs beyond +-2.54e-4 m and outputs beyond +-3e0 A are clamped. States are scaled so that
- * inputs within the limit never drive them beyond +-1.
+ * inputs within the limit never drive them beyond +-1, but for slow real ones (integrators and poles below 10 Hz): each ends
+ * where it alone would make a whole output.
  * For slow real poles +-1 is the output limit; they are clamped there, so that they do not wind up.
- * Anti-windup: while an output is limited, the slow states are corrected by a gain times what the limit took away.
- * Within the limits no clamp acts and the controller is linear.
+ * Anti-windup: while an output is limited, the slow states are corrected by a gain times what the limit took away. While no clamp acts the controller is linear.
  *
  * float32: a displacement that is NaN or infinite is replaced by the last valid one of its channel and counted in
  * `status`. If an output is NaN, or so large that no plausible state gives it (memory that was not set, or was

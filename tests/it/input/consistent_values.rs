@@ -31,6 +31,7 @@ fn slips_of_a_spindle_are_said_with_their_key() {
             "planes.front_sensor_m",
         ),
         ("delay_s: 7.5e-5", "delay_s: 2.5e-5", "electronics.delay_s"),
+        ("delay_s: 7.5e-5", "delay_s: 1.0e-3", "electronics.delay_s"),
         // Turns a second, and radians a second, in place of turns a minute.
         ("max_rpm: 50000.0", "max_rpm: 833.3", "speed.max_rpm"),
         ("max_rpm: 50000.0", "max_rpm: 5236.0", "speed.max_rpm"),
@@ -52,6 +53,14 @@ fn slips_of_tools_and_weights_are_said_with_their_key() {
     for (from, to, key) in [
         ("max_hf_load_n: 5,", "max_hf_load_n: 50,", "tool.max_hf_load_n"),
         ("max_hf_displacement_m: 10.0e-6", "max_hf_displacement_m: 100.0e-6", "tool.max_hf_displacement_m"),
+        // A pole for integral action, and none so slow.
+        ("name: benchmark", "name: benchmark\nintegral_corner_hz: 1\nleast_decay_per_s: 30", "least_decay_per_s"),
+        ("name: benchmark", "name: benchmark\ntool_tightening: 0.01", "tool_tightening"),
+        (
+            "name: benchmark",
+            "name: benchmark\nuncertainty: {actuator: {low: 2.0, high: 3.0, crossover_hz: 500}}",
+            "uncertainty.actuator.low",
+        ),
     ] {
         let said = slip(FileKind::Weights, WEIGHTS, from, to);
         assert!(said.iter().any(|message| message.contains(key)), "{key}: {said:?}");
