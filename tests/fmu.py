@@ -127,7 +127,8 @@ def compare(folder, step):
         for version in ("fmi2", "fmi3"):
             found = loop(os.path.join(folder, "export"), version, load_n, len(time), time[1] - time[0])
             for columns, what in ((slice(0, 6), "displacement"), (slice(6, 10), "current")):
-                difference = np.abs(found[:, columns] - expected[:, columns]).max()
+                # Before its first step a unit knows no load; the static flexibility of the tool answers one at once.
+                difference = np.abs(found[1:, columns] - expected[1:, columns]).max()
                 part = difference / np.abs(expected[:, columns]).max()
                 largest = max(largest, part)
                 print(f"{case} of {force_n:.0f} N, {version}, {what}: largest difference {100 * part:.2e} %")
