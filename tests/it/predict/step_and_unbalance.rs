@@ -92,7 +92,7 @@ fn a_slow_state_that_hardly_acts_does_not_hide_an_oscillation() {
         .unwrap();
         let found = static_load_settling_s(&plant, &nothing).unwrap();
         let beyond = |k: &u32| pole.powu(*k).re.abs() > 0.02;
-        let last = (0..40_000u32).filter(beyond).last().unwrap();
+        let last = (0..40_000u32).rfind(beyond).unwrap();
         let expected = f64::from(last + 1) * PERIOD_S;
         assert!((found - expected).abs() < 1.5 * PERIOD_S, "{hz} Hz: {found} for {expected}");
     }
