@@ -91,6 +91,8 @@ fn settling_of(tool: &StateSpace<Discrete>) -> Result<f64, NumericError> {
 /// Share of a time constant of the slowest pole to which a settling time is searched, or a sample: a slow loop takes no
 /// longer than a fast one.
 const FINEST: f64 = 1e-6;
+/// Relative change of a mean square over that time below which only slow poles are left.
+const LEVEL: f64 = 1e-3;
 /// Doublings after which no loop that is stable to rounding moves.
 const MOST_DOUBLINGS: usize = 60;
 
@@ -98,7 +100,7 @@ const MOST_DOUBLINGS: usize = 60;
 struct Halves {
     steps: Vec<Mat<f64>>,
     sums: Vec<Mat<f64>>,
-    /// What is not halved any more.
+    /// What is not halved any more once the distance is level.
     finest: usize,
 }
 
@@ -122,8 +124,10 @@ impl Halves {
     fn last_beyond(&self, state: &Mat<f64>, doublings: usize, limit: f64) -> Option<f64> {
         let sum = (state.transpose() * (&self.sums[doublings] * state))[(0, 0)];
         let samples = 2f64.powi(doublings as i32);
-        if doublings <= self.finest {
-            // Over so short a time the mean says as much.
+        let first = (state.transpose() * (&self.sums[0] * state))[(0, 0)];
+        // Where nothing but slow poles moves the tool, its distance is one number over so short a time.
+        let is_level = (sum - samples * first).abs() <= LEVEL * sum;
+        if doublings == 0 || doublings <= self.finest && is_level {
             return (sum > limit * samples).then_some(samples - 1.0);
         }
         if sum <= limit {

@@ -2,6 +2,7 @@
 
 use crate::robust::solve_cases::{number, refusal};
 use crate::robust::solve_peers::answered;
+use muspin::robust::disc_margin::DiscMargin;
 use serde_json::{Value, json};
 
 fn near(found: &Value, expected: f64, tolerance: f64) {
@@ -36,6 +37,14 @@ fn the_margin_of_coprime_factors_has_its_closed_form() {
     assert!(number(&found["gamma"]) <= number(&found["gamma_opt"]) * 1.0011, "{found}");
     let told = refusal("ncfsyn", r#"{"G": {"num": 1, "den": [1, 0]}, "gamma": 1.4}"#);
     assert!(told.contains("no controller achieves gamma"), "{told}");
+}
+
+/// f = (2 + 3δ)/(2 + δ), |δ| < 4: its pole −2 lies in the disc, so that factors reach −∞; δ = 4 gives the largest, 7/3.
+#[test]
+fn a_disc_with_a_pole_of_the_factor_has_no_least_factor() {
+    let margin = DiscMargin { skew: -2.0, alpha: 4.0, alpha_upper: 4.0, omega_rad_s: 1.0 };
+    let (least, largest) = margin.gain_margin();
+    assert!(least == f64::NEG_INFINITY && (largest - 7.0 / 3.0).abs() < 1e-12, "{least} {largest}");
 }
 
 #[test]
